@@ -27,12 +27,12 @@ from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.structures import Trees
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
+from irsim.camera.bloom import Bloom
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import DETECTORS, NOISES, Bloom, Correction
-from irsim.camera.displays import AGCS
-from irsim.camera.frame_loss import FAULTS
-from irsim.camera.motion_blur import Smear
-from irsim.camera.vignetting import Falloff
+from irsim.camera.drift import Correction
+from irsim.camera.motion_blur import MotionBlur
+from irsim.camera.vignetting import Vignetting
 from irsim.cli.gallery import bodies, framed, typical
 from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
 from irsim.config.field_docs import meanings
@@ -67,9 +67,9 @@ FAMILIES: tuple[Family, ...] = (
     PATHS,
     OCCLUDERS,
     CAMERA_MOTIONS,
-    DETECTORS,
+    SENSORS,
     NOISES,
-    FAULTS,
+    FRAME_FAULTS,
     AGCS,
     VARIATIONS,
     EXPECTATIONS,
@@ -80,8 +80,8 @@ OUTER: dict[str, type[Part]] = {
     "camera": Camera,
     "correction, in `camera`": Correction,
     "optics, in `camera`": Lens,
-    "smear, in `camera`": Smear,
-    "falloff, in `camera`": Falloff,
+    "smear, in `camera`": MotionBlur,
+    "falloff, in `camera`": Vignetting,
     "bloom, in `camera`": Bloom,
     "targets: each": Target,
     "atmosphere": Atmosphere,

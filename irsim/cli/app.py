@@ -28,7 +28,7 @@ from irsim.errors import InputError
 from irsim.frame_range import parsed
 
 if TYPE_CHECKING:
-    from irsim.camera.displays import Agc
+    from irsim.camera.agc import Agc
 
 app = commands("Render infrared scenes from YAML, record frames with exact truth, import real ones.")
 
@@ -172,7 +172,7 @@ def import_(
 
 def _agc(text: str) -> Agc:
     """'plateau' or '{kind: plateau, gain_limit: 1}' as an AGC."""
-    from irsim.camera.displays import Shown
+    from irsim.camera import DisplaySettings
     from irsim.config.yaml_file import scalar
     from irsim.scenario.loader import build
 
@@ -180,7 +180,7 @@ def _agc(text: str) -> Agc:
         value = scalar(text)
     except InputError as error:
         raise InputError(f"--agc: {error}") from None
-    return build(Shown, {"agc": {"kind": value} if isinstance(value, str) else value}, "import").agc
+    return build(DisplaySettings, {"agc": {"kind": value} if isinstance(value, str) else value}, "import").agc
 
 
 def _say_written(path: Path) -> None:

@@ -132,6 +132,11 @@ def importing_nothing() -> Iterator[None]:
         _may_import.reset(before)
 
 
+def is_handwritten() -> bool:
+    """Return whether the text being read is a user's own, and not one out of a recording or a results file."""
+    return _may_import.get()
+
+
 NO_OTHERS: Mapping[str, str] = {}
 """No words that people use for what has another name."""
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from irsim.camera.displays import Agc, Around, Unsharp
+from irsim.camera.agc import Agc
+from irsim.camera.agc_local import NestedAgc, Unsharp
 from irsim.config.base import dump
 from irsim.displayed.fitted import FITS
 from irsim.displayed.knobs import TIME, Knob, Path, knobs, own_knobs
@@ -124,7 +125,7 @@ def _no_worse(errors: Floats, best: Floats) -> bool:
 def _told(trial: Trial, agc: Agc, knob: Knob) -> Tolerance:
     """A knob's number with its tolerance: of a mask before a single curve with this free, else the others held."""
     inner = agc
-    while isinstance(inner, Around):
+    while isinstance(inner, NestedAgc):
         inner = inner.inner
     if isinstance(agc, Unsharp) and agc.base is inner and knob in own_knobs(agc):
         return tolerance(trial.scatters, agc, knob)

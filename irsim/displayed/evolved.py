@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from irsim.camera.displays import Agc
+from irsim.camera.agc import Agc
 from irsim.displayed.knobs import Knob, turned_to
 from irsim.displayed.search import EXACT
 from irsim.rng import stream

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import product
 
-from irsim.camera.displays import Agc, Unsharp
+from irsim.camera.agc import Agc
+from irsim.camera.agc_local import Unsharp
 from irsim.displayed.knobs import TIME, Knob, knobs, own_knobs
 from irsim.displayed.search import EXACT, descend
 from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, masked, none, plateau

@@ -9,7 +9,9 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-from irsim.camera.displays import AGCS, Agc, Around
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc
+from irsim.camera.agc_local import NestedAgc
 from irsim.config.base import dump
 
 Path = tuple[str | int, ...]
@@ -124,7 +126,7 @@ def turned_to(agc: Agc, numbers: Iterable[tuple[Knob, float]]) -> Agc | None:
 
 def _knobs(agc: Agc) -> Iterator[Knob]:
     yield from KNOBS[agc.kind]
-    if isinstance(agc, Around):
+    if isinstance(agc, NestedAgc):
         yield from (knob.within("base") for knob in _knobs(agc.inner))
 
 

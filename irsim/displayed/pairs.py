@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.camera.displays import Picture
+from irsim.camera.agc import Picture
 from irsim.measure import FRAMES, ROUNDING
 from irsim.types import Floats, Image, Source
 

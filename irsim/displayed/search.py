@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.camera.displays import Agc
+from irsim.camera.agc import Agc
 from irsim.displayed.knobs import Knob
 from irsim.measure import ROUNDING
 from irsim.types import MEDIAN_TO_SIGMA, Floats

@@ -8,7 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from irsim.camera.displays import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau, Unsharp
+from irsim.camera.agc import AdaptiveAgc, Agc, Fixed, Linear, Plain, Plateau
+from irsim.camera.agc_local import Clahe, Unsharp
 from irsim.displayed.evolved import evolved
 from irsim.displayed.knobs import TILES, TIME, Knob, knobs, own_knobs
 from irsim.displayed.search import EXACT
@@ -92,7 +93,7 @@ def clahe(trial: Trial) -> Iterator[Agc]:
     found = [evolved(error, start, _likely(trial, start, TIME)) for start in starts]
     near = min(found, key=error)
     if error(near) > EXACT:
-        slow = [_with(near, base=base) for base in BASES if isinstance(base, Adaptive)]
+        slow = [_with(near, base=base) for base in BASES if isinstance(base, AdaptiveAgc)]
         found += [evolved(error, start, _likely(trial, start, TILES)) for start in slow]
     yield from _near(found, error)
 

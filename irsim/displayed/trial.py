@@ -9,7 +9,9 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from irsim.camera.displays import CURVES, Adaptive, Agc, Around, Look, Picture, Pixels, Ranking, histogram
+from irsim.camera import CURVES
+from irsim.camera.agc import AdaptiveAgc, Agc, Histogram, HistogramAgc, Picture, Statistics, histogram
+from irsim.camera.agc_local import NestedAgc
 from irsim.displayed.pairs import Pairs, Tally, parted, patched, scatter
 from irsim.types import Floats, Image
 
@@ -31,11 +33,11 @@ class Trial:
 
     def __init__(self, pairs: Pairs) -> None:
         self.pairs = pairs
-        self._before: tuple[Around, ...] = ()
+        self._before: tuple[NestedAgc, ...] = ()
         self._counts: dict[int, Image] = {}
         self._tallies: dict[int, Tally] = {}
-        self._pixels: dict[int, Pixels] = {}
-        self._looks: dict[Agc, dict[int, Look]] = {}
+        self._pixels: dict[int, Histogram] = {}
+        self._looks: dict[Agc, dict[int, Statistics]] = {}
 
     @cached_property
     def few(self) -> tuple[int, ...]:
@@ -61,7 +63,7 @@ class Trial:
                 continue
             picture = curve.picture(self._reached(k), self.pairs.bits, looks)
             for each in behind:
-                picture = each.behind(picture)
+                picture = each.postprocess(picture)
             found.append(_apart(picture, self.pairs.pictures[k]))
         return np.array(found)
 
@@ -78,8 +80,8 @@ class Trial:
         found = []
         for k in pairs.scored if frames is None else frames:
             counts = pairs.counts[k]
-            if isinstance(mask, Around):
-                counts = mask.before(counts, pairs.bits)
+            if isinstance(mask, NestedAgc):
+                counts = mask.preprocess(counts, pairs.bits)
             found.append(left(counts, pairs.pictures[k]))
         return np.array(found)
 
@@ -96,13 +98,13 @@ class Trial:
         shares = [parted(pairs.counts[k], pairs.pictures[k]) for k in self.few]
         return float(np.mean(shares)) > LOCAL
 
-    def behind(self, mask: Around) -> Trial:
+    def behind(self, mask: NestedAgc) -> Trial:
         """Trials of what comes behind a mask that changes the counts."""
         pairs = self.pairs
-        changed = np.stack([mask.before(counts, pairs.bits) for counts in pairs.counts])
+        changed = np.stack([mask.preprocess(counts, pairs.bits) for counts in pairs.counts])
         return Trial(replace(pairs, counts=changed))
 
-    def _reach(self, before: tuple[Around, ...]) -> None:
+    def _reach(self, before: tuple[NestedAgc, ...]) -> None:
         """Forget what was kept of other counts than those that reach the curve now."""
         if before != self._before:
             self._before, self._counts, self._tallies, self._pixels, self._looks = before, {}, {}, {}, {}
@@ -113,7 +115,7 @@ class Trial:
             return counts
         if k not in self._counts:
             for each in self._before:
-                counts = each.before(counts, self.pairs.bits)
+                counts = each.preprocess(counts, self.pairs.bits)
             self._counts[k] = counts
         return self._counts[k]
 
@@ -122,11 +124,11 @@ class Trial:
             self._tallies[k] = Tally.of(self._reached(k), self.pairs.pictures[k])
         return self._tallies[k]
 
-    def _window(self, curve: Agc, k: int) -> list[Look]:
+    def _window(self, curve: Agc, k: int) -> list[Statistics]:
         """Looks at as many frames before k as the curve remembers, and at k itself; before the first of all, at that
         one, where the display had run before."""
-        if not isinstance(curve, Adaptive):
-            return [curve.look(self._reached(k), self.pairs.bits)]
+        if not isinstance(curve, AdaptiveAgc):
+            return [curve.statistics(self._reached(k), self.pairs.bits)]
         key = curve.model_copy(update={"time_constant_frames": 0.0})
         kept = self._looks.pop(key, {})
         window = [index if index > 0 else 0 for index in range(k - curve.memory, k + 1) if index >= 0 or self.pairs.ran]
@@ -138,29 +140,29 @@ class Trial:
             del self._looks[next(iter(self._looks))]
         return [kept[index] for index in window]
 
-    def _look(self, curve: Agc, k: int) -> Look:
-        if not isinstance(curve, Ranking):
-            return curve.look(self._reached(k), self.pairs.bits)
+    def _look(self, curve: Agc, k: int) -> Statistics:
+        if not isinstance(curve, HistogramAgc):
+            return curve.statistics(self._reached(k), self.pairs.bits)
         if k not in self._pixels:
             self._pixels[k] = histogram(self._reached(k), self.pairs.bits).astype(np.int32)
-        return curve.asked(self._pixels[k], self._reached(k).size)
+        return curve.histogram_statistics(self._pixels[k], self._reached(k).size)
 
 
-def _peeled(agc: Agc) -> tuple[list[Around], Agc]:
+def _peeled(agc: Agc) -> tuple[list[NestedAgc], Agc]:
     """An AGC's layers, the outermost first, and the one of a single curve that they lie around."""
     around = []
-    while isinstance(agc, Around):
+    while isinstance(agc, NestedAgc):
         around.append(agc)
         agc = agc.inner
     return around, agc
 
 
-def _changes_counts(agc: Around) -> bool:
-    return type(agc).before is not Around.before
+def _changes_counts(agc: NestedAgc) -> bool:
+    return type(agc).preprocess is not NestedAgc.preprocess
 
 
-def _changes_picture(agc: Around) -> bool:
-    return type(agc).behind is not Around.behind
+def _changes_picture(agc: NestedAgc) -> bool:
+    return type(agc).postprocess is not NestedAgc.postprocess
 
 
 def _apart(one: Picture, other: Picture) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from irsim.camera.displays import Agc
+from irsim.camera.agc import Agc
 from irsim.config.base import dump
 from irsim.displayed import FittedDisplay, Path, Tolerance
 from irsim.fitting.numbers import plain, ranged

@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from irsim.camera.detectors import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
+from irsim.camera.bad_pixels import MAX_BAD
+from irsim.camera.drift import Drift
+from irsim.camera.sensor import NETD_K, ElectronSensor, SensorSettings, matched_sensor
 from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
@@ -92,18 +94,18 @@ class Scene:
         return self.scale.slope(float(radiance(self.band, kelvin))) * slope(self.band, kelvin)
 
     @cached_property
-    def electrons(self) -> Electrons | None:
+    def electrons(self) -> ElectronSensor | None:
         """A detector whose counts stand for the same light; None where two black bodies tell what they stand for."""
         if self.curve is None:
             return None
-        return electrons_like(self.curve, self.band, self.bits, self.rate_hz, _least(self.figures.noise.value))
+        return matched_sensor(self.curve, self.band, self.bits, self.rate_hz, _least(self.figures.noise.value))
 
     @cached_property
     def sigma(self) -> float:
         """What noise ratios are in units of, counts: one without noise still has some, for its fixed pattern."""
         if self.electrons is None:
             return _least(self.figures.noise.value)
-        response = self.electrons.response(Setting(self.band, self.bits, 0.0, self.range_k))
+        response = self.electrons.response(SensorSettings(self.band, self.bits, 0.0, self.range_k))
         return response.noise / response.gain
 
     def lines(self, frames: int) -> Iterator[str]:
@@ -195,7 +197,7 @@ class Scene:
     def _flaws(self) -> Iterator[tuple[str, Any]]:
         bad = self.figures.flaws
         for kind, share in bad.shares.items():
-            yield kind, replace(share, value=min(share.value, MOST_BAD))
+            yield kind, replace(share, value=min(share.value, MAX_BAD))
         yield "cluster", f"{bad.cluster:.3g}"
         if bad.dead_level is not None:
             yield "dead_level", f"{min(max(bad.dead_level / self.full, 0), 1):.4g}"

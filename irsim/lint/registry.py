@@ -15,7 +15,7 @@ from irsim.lint.effect import overruled, two_exposures, without_effect
 from irsim.lint.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.lint.footage import unknown_scale, unlike_recording, untouched
 from irsim.lint.horizon import beyond_horizon
-from irsim.lint.lens import two_lenses, unlike_pupils
+from irsim.lint.lens import unlike_pupils
 from irsim.lint.many import built_up, crowded
 from irsim.lint.paths import pulls, through_camera
 from irsim.lint.speeds import too_fast
@@ -33,7 +33,7 @@ DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
     *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(crowded, built_up),
-    *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
+    *(unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, tiny_tiles, through_camera, pulls, too_fast, misses, turned),
     *(

@@ -15,7 +15,7 @@ class Scale:
     """The noiseless count of in-band radiance L, W/m2/sr: linear L + root sqrt(L) + zero.
 
     A detector that is stated by two black bodies has no root. One that counts photons has: hotter bodies give less
-    of them per watt (`irsim.camera.response.Electrons`).
+    of them per watt (`irsim.camera.sensor.ElectronSensor`).
     """
 
     linear: float

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from irsim import __version__
-from irsim.camera.displays import Agc
+from irsim.camera.agc import Agc
 from irsim.config.files import begins_as_recording, check_input, check_output, path_of
 from irsim.errors import InputError, expect_text, is_number, whole
 from irsim.recording import recover

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from irsim.camera.displays import Agc, Screen
+from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.files import path_of
 from irsim.errors import InputError, frame_number
 from irsim.frame_range import check_view, span
@@ -118,12 +118,12 @@ class Recording(Source):
         InputError for another `input`, and for a start or a stop below 0.
         """
         check_view(input)
-        screen = Screen(self.agc, self.bits, lambda index: self.frame(index).image)
+        screen = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
             with self.container.decoded(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
             frame = Frame(image, index, from_ns(packet.log_time, self.rate_hz), self.bits)
-            yield screen.show(frame) if input == "display" else frame
+            yield screen.display(frame) if input == "display" else frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         """Truths of the same frames; nothing where there is no truth."""

@@ -16,7 +16,8 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from irsim.camera.displays import AGCS, Agc, Screen
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.files import check_output, path_of, replacing
 from irsim.errors import InputError, expect_source, whole
 from irsim.recording.chunks import ChunkWriter, Compression, Message
@@ -85,7 +86,7 @@ class RecordingWriter:
         self._targets: dict[str, TargetEntry] = {}
         self._frames_of: Counter[str] = Counter()
         self._count = 0
-        self._screen = Screen(header.agc, header.bits, _not_shown)
+        self._screen = AgcSequence(header.agc, header.bits, _not_shown)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
         """Append a frame; its index and its truth's become the number of frames before it."""

@@ -46,10 +46,10 @@ class Renderer:
         self._prefetch = Prefetch(self.pieces, scenario.frames)
         self._requested = lru_cache(maxsize=2)(self._requested_radiances)
         self.now = Instant.of(shown, self.context)
-        self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
+        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
             self.now if offset == 0 else Instant.of(shown, self.context, offset)
-            for offset in camera.instants(scenario.is_on)
+            for offset in camera.exposure_offsets(scenario.is_on)
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
-from irsim.camera.displays import Agc, Screen
+from irsim.camera.agc import Agc, AgcSequence
 from irsim.errors import frame_number, whole
 from irsim.frame_range import check_view, span
 from irsim.notebook import source_card, source_line
@@ -72,7 +72,7 @@ class Rendering:
     @property
     def camera(self) -> CameraFacts:
         camera = self.scenario.camera
-        ranged = "range_k" in camera.detector.heeds
+        ranged = "range_k" in camera.detector.camera_keys
         own = CameraFacts(
             camera.geometry.ifov_rad,
             camera.band,
@@ -113,7 +113,7 @@ class Rendering:
     def frame(self, index: int, input: Input = "counts") -> Frame:
         check_view(input)
         frame = self._counts(index)
-        return frame if input == "counts" else self._screen.show(frame)
+        return frame if input == "counts" else self._screen.display(frame)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         for frame, _ in self.pairs(start, stop, input=input):
@@ -146,11 +146,11 @@ class Rendering:
             yield (arrived if input == "counts" else screen.show(arrived)), _numbered(truth, index)
 
     @cached_property
-    def _screen(self) -> Screen:
+    def _screen(self) -> AgcSequence:
         return self._new_screen()
 
-    def _new_screen(self) -> Screen:
-        return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
+    def _new_screen(self) -> AgcSequence:
+        return AgcSequence(self.agc, self.bits, lambda index: self._counts(index).image)
 
     def _counts(self, index: int) -> Frame:
         index = frame_number(index, len(self), self.name)

@@ -146,7 +146,7 @@ class Scenario(Part):
     @property
     def arrivals(self) -> Sequence[int]:
         """Those of its frames that arrive, in order: all, but for the camera's faults."""
-        return self.camera.arrivals(self.frames, self.seed, self.is_on)
+        return self.camera.arriving_frames(self.frames, self.seed, self.is_on)
 
     @property
     def motions(self) -> tuple[CameraMotion, ...]:

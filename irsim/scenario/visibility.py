@@ -63,7 +63,7 @@ class Watch:
     @cached_property
     def instants(self) -> tuple[Watch, ...]:
         """The same at the instants of which a frame is the mean: what hides, and is hidden, is so over an exposure."""
-        offsets = self.shown.camera.instants(self.shown.is_on)
+        offsets = self.shown.camera.exposure_offsets(self.shown.is_on)
         return tuple(self if offset == 0 else Watch(self.scenario, offset) for offset in offsets)
 
     @cached_property

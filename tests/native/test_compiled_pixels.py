@@ -19,15 +19,14 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _shares
 from irsim.backgrounds.tiles import Tiled
-from irsim.camera import ar1, process, response, shot
-from irsim.camera import temporal_sigma as grain
+from irsim.camera import ar1, response
+from irsim.camera import noise as noise_module
 from irsim.camera.ar1 import Ar1
-from irsim.camera.int16_image import Words, words
-from irsim.camera.noise_3d import Noise3d
+from irsim.camera.buffers import Int16Image, int16_image
+from irsim.camera.noise import Noise3d, Shot, White
 from irsim.camera.noise_base import FrameContext, Noise
-from irsim.camera.response import MOST_ADDED, Electrons, Setting
-from irsim.camera.shot import Shot
-from irsim.camera.white import White
+from irsim.camera.response import MAX_ADDED
+from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
 from irsim.normal import CELLS, cell_means
 
@@ -45,8 +44,8 @@ def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
 
 def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None:
     length = 3_000_001
-    words = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
-    assert len(np.unique(words)) == CELLS
+    int16_image = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
+    assert len(np.unique(int16_image)) == CELLS
     plain = rng._normals_plain((length,), rng.bits(1, "all"), None)
     np.testing.assert_array_equal(rng.normals((length,), 1, "all"), plain, strict=True)
 
@@ -71,7 +70,7 @@ def test_a_wrong_seed_or_table_is_refused() -> None:
     assert not out.any()
 
 
-RESPONSE = Electrons().response(Setting("mwir", 14, 20.0, (250.0, 350.0)))
+RESPONSE = ElectronSensor().response(SensorSettings("mwir", 14, 20.0, (250.0, 350.0)))
 NOISES = [
     White(ratio=2.5),
     Shot(),
@@ -97,7 +96,7 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
-            for module in (rng, process, grain, shot):
+            for module in (rng, ar1, noise_module):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
             frame_context = FrameContext(index, (rows, columns), 50.0, 1)
@@ -304,7 +303,7 @@ def test_a_veil_of_another_size_is_refused() -> None:
     gain=st.sampled_from([428.0, 0.5, 1.0]),
     bits=st.sampled_from([8, 14, 16]),
     offset=st.sampled_from([0.0, 100.0]),
-    added=st.integers(0, MOST_ADDED + 2),
+    added=st.integers(0, MAX_ADDED + 2),
     rows=st.integers(0, 3),
 )
 def test_counts_are_those_of_passes(
@@ -313,7 +312,7 @@ def test_counts_are_those_of_passes(
     """Of any number of patterns, and of as many rows with lines' own noise, or of one without."""
     detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
     signal = np.array([values] * max(rows, 1), np.float32)
-    patterns = [Words(words(np.roll(signal, k)).values, 0.3 * k) for k in range(added)]
+    patterns = [Int16Image(int16_image(np.roll(signal, k)).values, 0.3 * k) for k in range(added)]
     lines = (7 * gain * np.arange(rows, dtype=np.float32), signal[0] / np.float32(3e3)) if rows else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
@@ -325,19 +324,19 @@ def test_counts_are_those_of_passes(
         np.testing.assert_array_equal(out, wanted, strict=True)
 
 
-@pytest.mark.parametrize("patterns", range(MOST_ADDED + 2))
+@pytest.mark.parametrize("patterns", range(MAX_ADDED + 2))
 def test_lines_are_counted_over_every_block(patterns: int) -> None:
     down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
     signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.int16)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    counts = detector.counts(signal, None, [Words(one, 2.0)] * patterns, (down, across))
+    counts = detector.counts(signal, None, [Int16Image(one, 2.0)] * patterns, (down, across))
     np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
 
 
 def test_what_is_added_counts_by_its_weight_over_every_block() -> None:
     signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.int16).reshape(7, 400)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    added = [Words(pattern, 2.0), Words(pattern, 3.0)]
+    added = [Int16Image(pattern, 2.0), Int16Image(pattern, 3.0)]
     np.testing.assert_array_equal(detector.counts(signal, added=added), 5 + 5 * pattern)
 
 
@@ -369,7 +368,7 @@ def test_the_signal_is_that_of_passes(
     values: list[float], root: float, zero: float, gaining: bool, most: float
 ) -> None:
     light = np.array([values], np.float32)
-    detector, gain = replace(RESPONSE, root=root, zero=zero), words(np.cos(light) / 10) if gaining else None
+    detector, gain = replace(RESPONSE, root=root, zero=zero), int16_image(np.cos(light) / 10) if gaining else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
         wanted = detector.signal(light, None, gain, most)
@@ -378,11 +377,11 @@ def test_the_signal_is_that_of_passes(
     assert found.max() <= most
     if gain is not None and most == math.inf and zero == 0:
         plain = detector.signal(light)
-        np.testing.assert_allclose(found, plain * (1 + gain.numbers()), rtol=4.8e-7)
+        np.testing.assert_allclose(found, plain * (1 + gain.to_float()), rtol=4.8e-7)
 
 
 def test_what_dark_pixels_give_has_no_gain_and_a_well_is_full_after_it() -> None:
     detector = replace(RESPONSE, root=0.0, linear=2.0, zero=100.0)
-    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Words(np.full((1, 3), 2, np.int16), 0.25)
+    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Int16Image(np.full((1, 3), 2, np.int16), 0.25)
     np.testing.assert_array_equal(detector.signal(light, gain=gain), [[100, 250, 1600]])
     np.testing.assert_array_equal(detector.signal(light, gain=gain, most=300.0), [[100, 250, 300]])

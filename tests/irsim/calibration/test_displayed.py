@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.camera.displays import AGCS, Agc, Clahe, Linear, Picture, Plateau, Screen, Unsharp
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc, AgcSequence, Linear, Picture, Plateau
+from irsim.camera.agc_local import Clahe, Unsharp
 from irsim.displayed import FITS, KNOBS, FittedDisplay, Tolerance, fit_display
 from irsim.displayed.choice import cut_short
 from irsim.displayed.fitted import refined
@@ -57,7 +59,7 @@ def counts() -> tuple[Image, ...]:
 
 def shown(agc: Agc, quality: int | None = None) -> Pairs:
     """The scene as an AGC shows it, through JPEG of that quality."""
-    screen = Screen(agc, 14, lambda index: counts()[index])
+    screen = AgcSequence(agc, 14, lambda index: counts()[index])
     pictures = [screen.picture(image, index) for index, image in enumerate(counts())]
     if quality is not None:
         pictures = [packed(picture, quality) for picture in pictures]
@@ -159,7 +161,7 @@ def test_a_display_that_ran_before_the_recording_had_seen_its_first_frame() -> N
     scene = draws.normal(3000, 200, (64, 80))
     frames = (scene + draws.normal(0, 10, (before + count, 64, 80))).astype(np.uint16)
     frames[before + 8 :, 20:40, 30:50] += 5000
-    screen = Screen(agc, 14, lambda index: frames[index])
+    screen = AgcSequence(agc, 14, lambda index: frames[index])
     pictures = {k: screen.picture(frames[before + k], before + k) for k in scored_frames(count)}
     pairs = Pairs(frames[before:], 14, pictures)
     assert Trial(pairs).error(agc) > 2  # squared greys, of the true one

@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_displayed import agc_of, shown
 
-from irsim.camera.displays import CURVES, Agc, Clahe, Fixed, Linear
+from irsim.camera import CURVES
+from irsim.camera.agc import Agc, Fixed, Linear
+from irsim.camera.agc_local import Clahe
 from irsim.displayed import KNOBS, FittedDisplay, fit_display
 from irsim.displayed.evolved import evolved
 from irsim.displayed.knobs import knobs, turned_to

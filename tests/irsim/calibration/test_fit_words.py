@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from irsim.backgrounds import Ground
-from irsim.camera.detectors import BadPixels
+from irsim.camera.bad_pixels import BadPixels
 from irsim.fitting.scene import Scene
 from irsim.measure import Figures, Measured, Region
 from irsim.measure.field import Field

@@ -12,7 +12,7 @@ from even_noise import rendered
 from intervals import held
 
 import irsim
-from irsim.camera.detectors import BadPixels
+from irsim.camera.bad_pixels import BadPixels
 from irsim.measure import defects, measure_figures, measure_noise
 from irsim.measure.defects import stirred
 from irsim.measure.flaws import Flaws

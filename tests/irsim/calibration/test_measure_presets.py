@@ -47,7 +47,7 @@ def reports(preset: str) -> tuple[float, float, tuple[NoiseReport, ...]]:
         found.append(measure_noise(frames, scene.camera.rate_hz))
     response = scene.camera.response()
     light = np.full((80, 96), radiance(scene.camera.band, 290.0), np.float32)
-    variance = scene.camera.sensor(0).variance(light, 0, fixed=False)
+    variance = scene.camera.signal_chain(0).variance(light, 0, fixed=False)
     return response.noise / response.gain, math.sqrt(float(np.median(variance))), tuple(found)
 
 

@@ -9,7 +9,7 @@ import pytest
 from even_noise import rendered
 
 import irsim
-from irsim.camera.bad_pixels import places
+from irsim.camera.bad_pixels import clustered_pixels
 from irsim.measure import defects, measure_figures, measure_noise
 from irsim.measure.noise_3d import TERMS
 from irsim.measure.words import noise_lines
@@ -73,7 +73,7 @@ def test_bad_pixels_are_found_before_what_moves(scene: str) -> None:
     for seed in range(3):
         bad = ", ".join(f"{kind}: {share}" for kind, share in SHARES.items()) + ", hot_ratio: 300"
         found = defects(filmed(scene, seed, bad))
-        at = {kind: places(shape, share, 2.0, seed, "bad_pixels", kind) for kind, share in SHARES.items()}
+        at = {kind: clustered_pixels(shape, share, 2.0, seed, "bad_pixels", kind) for kind, share in SHARES.items()}
         for kind in hits:
             hits[kind] += float(getattr(found, kind).ravel()[at[kind]].mean()) / 3
         true = np.concatenate(list(at.values()))

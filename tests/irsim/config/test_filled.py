@@ -11,9 +11,7 @@ import pytest
 from scenario_text import errors_of
 
 from irsim.backgrounds import BACKGROUNDS, Recorded
-from irsim.camera.detectors import DETECTORS, NOISES
-from irsim.camera.displays import AGCS
-from irsim.camera.frame_loss import FAULTS
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.config.base import Part
 from irsim.config.schema import Slot, brief, plain
 from irsim.motion import CAMERA_MOTIONS, PATHS
@@ -27,7 +25,7 @@ from irsim.scenario.variation import VARIATIONS
 from irsim.targets import SHAPES
 
 FAMILIES = (
-    *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),
+    *(BACKGROUNDS, SENSORS, NOISES, AGCS, EXPECTATIONS, FRAME_FAULTS),
     *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
 )
 

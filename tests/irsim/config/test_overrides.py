@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scenario_text import TEXT, errors_of
 
+from irsim.camera.agc import Linear
+from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Ar1, White
-from irsim.camera.displays import Linear
+from irsim.camera.noise import White
 from irsim.config.schema import plain
 from irsim.motion.scripted import Straight
 from irsim.scenario.loader import change, loads, unheeded_overrides

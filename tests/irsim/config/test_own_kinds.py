@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 import irsim
 from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
-from irsim.camera.detectors import Detector, Response, Setting, Stated
+from irsim.camera.response import Response
+from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
@@ -67,17 +68,17 @@ class Picture:
         return np.asarray(100 + (light - 10))
 
 
-class Integrating(Detector):
+class Integrating(Sensor):
     """One that counts electrons in a time of its own, and asks the camera for nothing."""
 
-    terms = ({"kind": "shot"},)
-    heeds = ()
+    default_noise = ({"kind": "shot"},)
+    camera_keys = ()
     counts_electrons = True
-    timed_by = "gate_ms"
+    integration_key = "gate_ms"
 
     gate_ms: float = 5.0
 
-    def response(self, setting: Setting) -> Response:
+    def response(self, setting: SensorSettings) -> Response:
         return Response(1e5, 0.0, 0.0, 1e6, 500.0, 30.0, 100.0, 0.0, 2**setting.bits - 1, True, 10.0)
 
 
@@ -154,11 +155,11 @@ def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
         moments.mean(0)
 
 
-def test_a_detector_of_ones_own_says_what_it_heeds_and_how_long_it_looks() -> None:
+def test_own_sensor_names_its_camera_keys_and_time() -> None:
     kind = {"kind": f"{__name__}:Integrating"}
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))
-    assert found.camera.smeared_ms == 5.0
+    assert found.camera.exposure_ms == 5.0
     ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.what]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
@@ -181,5 +182,5 @@ def test_a_bare_family_has_defaults() -> None:
     plain = value.model_copy(update={"background": Plain()})
     assert [notice.what for notice in doubts(plain)] == []
     assert plain.sky_preset is None
-    assert Detector.heeds == Stated.heeds
-    assert Stated().exposure_ms is None
+    assert Sensor.camera_keys == NetdSensor.camera_keys
+    assert NetdSensor().integration_time_ms is None

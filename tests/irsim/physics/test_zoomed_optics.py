@@ -88,7 +88,7 @@ def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
 def shares(renderer: Renderer, frame: int = 0) -> Floats:
     """(rows, cols): what pixels hold of even light, over that in the middle."""
     light = np.full((64, 96), 5.0, np.float32)
-    held, dark = (renderer.sensor.held(each, frame) for each in (light, 0 * light))
+    held, dark = (renderer.sensor.pixel_signal(each, frame) for each in (light, 0 * light))
     return np.asarray((held - dark) / (held - dark)[32, 48])
 
 

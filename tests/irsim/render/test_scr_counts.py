@@ -10,6 +10,8 @@ import pytest
 
 from irsim.camera.detectors import FrameContext, Noise
 from irsim.camera.variance import Variance
+from irsim.camera.noise import NoiseEquivalentRadiance
+from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance
 from irsim.render.contrast import scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -95,11 +97,11 @@ def test_vignetting_raises_noise_equivalent_radiance() -> None:
 @pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
 def test_noise_equivalent_radiance_raises_signal_by_sigma(preset: str) -> None:
     sensor, box = Renderer(scene({"preset": preset}, 300.0)).sensor, Box(189.5, 151.5, 1, 1)
-    equivalent, response = sensor.equivalent(0), sensor.response
-    passed = 1.0 if sensor.falloff is None else float(sensor.falloff(0)[152, 190])
+    equivalent, response = sensor.noise_equivalent(0), sensor.response
+    passed = 1.0 if sensor.vignetting is None else float(sensor.vignetting(0)[152, 190])
     for light in (0.0, 1e-9, 1e-3, 5.0):
         before, after = (response.at(passed * of) for of in (light, light + equivalent(light, box)))
-        assert (after - before) ** 2 == pytest.approx(equivalent.variance.within(before, response), rel=1e-6)
+        assert (after - before) ** 2 == pytest.approx(equivalent.variance.within_frame(before, response), rel=1e-6)
     assert equivalent(0.0, box) == pytest.approx(equivalent(1e-12, box), rel=1e-3)
 
 
@@ -150,8 +152,8 @@ def test_scr_of_a_frozen_frame_is_that_of_the_frame_shown() -> None:
 class Warming(Noise):
     """A noise of one's own: its variance grows by that of one NETD a frame."""
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        return Variance(own=float(frame_context.index))
+    def variance_terms(self, frame_context: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance(pixel=float(frame_context.index))
 
 
 def test_scr_includes_noise_of_own_kinds_frame_by_frame() -> None:

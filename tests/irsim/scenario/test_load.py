@@ -11,8 +11,9 @@ from scenario_text import TEXT, errors_of
 import irsim
 from irsim.backgrounds import Sky
 from irsim.backgrounds.sky import Clouds
+from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Ar1, White
+from irsim.camera.noise import White
 from irsim.errors import InputError
 from irsim.motion.camera_motion import Pan
 from irsim.motion.scripted import Straight

@@ -11,7 +11,7 @@ from scenario_text import TEXT
 
 from irsim.backgrounds import Sky
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import White
+from irsim.camera.noise import White
 from irsim.config import yaml_file as yamlfile
 from irsim.errors import InputError
 from irsim.motion.camera_motion import Pan

@@ -13,8 +13,7 @@ from mesh_files import GIVEN
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS, Background, Recorded
-from irsim.camera.detectors import NOISES
-from irsim.camera.frame_loss import FAULTS
+from irsim.camera import FRAME_FAULTS, NOISES
 from irsim.motion import CAMERA_MOTIONS
 from irsim.occluders import OCCLUDERS
 from irsim.render.stream import Rendering
@@ -150,7 +149,7 @@ def before(background: dict[str, Any], moving: bool = False) -> dict[str, Any]:
             "size": (80, 64),
             "noise": [{"kind": "white"}],
             "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in CAMERA_MOTIONS] if moving else [],
-            "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FAULTS] if moving else [],
+            "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FRAME_FAULTS] if moving else [],
         },
         "background": background,
         "targets": [{"id": "jet", "shape": {"kind": "point", "area_m2": 2.0}, "path": path}],
@@ -175,7 +174,9 @@ LYING = [
     for scene in map(before, [*({"kind": kind, **keys} for kind, keys in LANDS.items()), COUNTRY])
     for name, _ in Scenario.model_validate(scene).background.names()
 ]
-CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (CAMERA_MOTIONS, FAULTS) for kind, _ in family]
+CARRIED = [
+    (before({"kind": "ground"}, moving=True), kind) for family in (CAMERA_MOTIONS, FRAME_FAULTS) for kind, _ in family
+]
 
 
 @pytest.mark.sampled

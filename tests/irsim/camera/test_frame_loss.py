@@ -1,4 +1,4 @@
-"""Frames that get lost or arrive twice: what a consumer sees, and what is true of it."""
+"""Frames that are lost or arrive twice: indices, times, ground truth, recordings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import irsim
 import irtrack
-from irsim.camera.frame_loss import FAULTS, Drop, Duplicate, Fault, arrivals
+from irsim.camera import FRAME_FAULTS
+from irsim.camera.frame_loss import Drop, Duplicate, FrameFault, arriving_frames
 from irsim.recording import open_recording, record
 from irsim.render.sources import open_rendering
 from irsim.render.stream import Rendering
@@ -35,7 +36,7 @@ def faulty(faults: str) -> Rendering:
 
 
 def same(a: tuple[Frame, Truth | None], b: tuple[Frame, Truth | None]) -> bool:
-    """Picture, time and truth; their numbers aside."""
+    """Return whether picture, time and truth are equal, indices aside."""
     first, second = a[1], b[1]
     return (
         bool((a[0].image == b[0].image).all())
@@ -47,23 +48,23 @@ def same(a: tuple[Frame, Truth | None], b: tuple[Frame, Truth | None]) -> bool:
 # Which frames arrive
 
 
-def test_listed_frames_by_hand() -> None:
+def test_listed_frames_are_lost_or_doubled() -> None:
     drop, double = Drop(frames=(2, 5)), Duplicate(frames=(0, 3))
-    assert arrivals([drop], 7, 0) == (0, 1, 3, 4, 6)
-    assert arrivals([double], 5, 0) == (0, 0, 1, 2, 3, 3, 4)
-    assert arrivals([drop, double], 7, 0) == arrivals([double, drop], 7, 0) == (0, 0, 1, 3, 3, 4, 6)
-    assert arrivals([Drop(frames=(2, 3), length_frames=3)], 8, 0) == (0, 1, 6, 7)
-    assert arrivals([Drop(frames=(100,))], 3, 0) == (0, 1, 2)
+    assert arriving_frames([drop], 7, 0) == (0, 1, 3, 4, 6)
+    assert arriving_frames([double], 5, 0) == (0, 0, 1, 2, 3, 3, 4)
+    assert arriving_frames([drop, double], 7, 0) == arriving_frames([double, drop], 7, 0) == (0, 0, 1, 3, 3, 4, 6)
+    assert arriving_frames([Drop(frames=(2, 3), length_frames=3)], 8, 0) == (0, 1, 6, 7)
+    assert arriving_frames([Drop(frames=(100,))], 3, 0) == (0, 1, 2)
 
 
-@pytest.mark.parametrize("word", FAULTS.kinds)
-def test_a_kind_at_rest_changes_nothing(word: str) -> None:
-    fault = FAULTS.parse({"kind": word})
-    assert isinstance(fault, Fault)
-    assert list(arrivals([fault], 3000, 1)) == list(range(3000))
+@pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
+def test_a_kind_without_frames_or_rate_changes_nothing(word: str) -> None:
+    fault = FRAME_FAULTS.parse({"kind": word})
+    assert isinstance(fault, FrameFault)
+    assert list(arriving_frames([fault], 3000, 1)) == list(range(3000))
 
 
-@pytest.mark.parametrize("word", FAULTS.kinds)
+@pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
 @given(
     rate=st.floats(0, 1),
     length=st.integers(1, 5),
@@ -71,28 +72,28 @@ def test_a_kind_at_rest_changes_nothing(word: str) -> None:
     more=st.integers(0, 1500),
     seed=st.integers(0, 9),
 )
-def test_what_happens_to_a_frame_depends_on_no_later_one(
+def test_hits_do_not_depend_on_the_number_of_frames(
     word: str, rate: float, length: int, count: int, more: int, seed: int
 ) -> None:
-    fault = FAULTS.parse({"kind": word, "rate": rate, "length_frames": length})
-    assert isinstance(fault, Fault)
+    fault = FRAME_FAULTS.parse({"kind": word, "rate": rate, "length_frames": length})
+    assert isinstance(fault, FrameFault)
     np.testing.assert_array_equal(fault.hits(count, seed), fault.hits(count + more, seed)[:count])
-    came = list(arrivals([fault], count, seed))
+    came = list(arriving_frames([fault], count, seed))
     assert came == sorted(came)
 
 
 @pytest.mark.parametrize("length", [1, 3])
 @pytest.mark.parametrize("rate", [0.02, 0.3])
-def test_the_rate_is_met(rate: float, length: int) -> None:
+def test_the_share_of_hits_follows_the_rate(rate: float, length: int) -> None:
     """A frame is hit unless none of the `length` frames up to it began a fault: 1 - (1 - rate)^length."""
     count = 200_000
     share = Drop(rate=rate, length_frames=length).hits(count, 3).mean()
     expected = 1 - (1 - rate) ** length
-    # Runs of `length` frames share their chances: the variance is at most that many times the binomial one.
+    # Runs of `length` frames are correlated: the variance is at most that many times the binomial one.
     assert share == pytest.approx(expected, abs=4 * np.sqrt(length * expected * (1 - expected) / count))
 
 
-def test_seeds_and_names_draw_their_own() -> None:
+def test_hits_are_addressed_by_seed_and_name() -> None:
     one, other = Drop(rate=0.5), Drop(rate=0.5, id="cable")
     hits = [one.hits(500, 1), one.hits(500, 2), other.hits(500, 1)]
     for a in range(3):
@@ -103,7 +104,7 @@ def test_seeds_and_names_draw_their_own() -> None:
 # Sources
 
 
-def test_frames_that_arrive_are_those_of_the_perfect_camera() -> None:
+def test_arriving_frames_are_those_of_a_faultless_camera() -> None:
     whole = list(Rendering(scene()).pairs())
     source = faulty("[{kind: drop, rate: 0.2, frames: [0, 7]}, {kind: duplicate, frames: [9, 10]}]")
     found = list(source.pairs())
@@ -119,7 +120,7 @@ def test_frames_that_arrive_are_those_of_the_perfect_camera() -> None:
             source.frame(index)
 
 
-def test_a_frame_alone_and_by_processes_is_the_one_in_sequence() -> None:
+def test_a_frame_alone_and_by_workers_is_the_one_in_sequence() -> None:
     source = faulty("[{kind: drop, rate: 0.3}, {kind: duplicate, rate: 0.3}]")
     inputs: tuple[irsim.Input, ...] = ("counts", "display")
     for input in inputs:
@@ -131,7 +132,7 @@ def test_a_frame_alone_and_by_processes_is_the_one_in_sequence() -> None:
     assert all(same(a, b) for a, b in zip(parallel, found[5:25], strict=True))
 
 
-def test_rate_zero_and_switched_off_is_bit_identical() -> None:
+def test_rate_zero_and_switched_off_change_nothing() -> None:
     whole = list(Rendering(scene()).pairs())
     text = "camera.faults=[{kind: drop, rate: 0.4}, {kind: duplicate, id: echo, rate: 0.4}]"
     for source in (
@@ -144,7 +145,7 @@ def test_rate_zero_and_switched_off_is_bit_identical() -> None:
     assert list(half.arrivals) == np.flatnonzero(~Drop(rate=0.4).hits(40, 5)).tolist()
 
 
-def test_a_recording_keeps_times_and_is_rendered_again_from_itself(tmp_path: Path) -> None:
+def test_a_recording_keeps_times_and_renders_again(tmp_path: Path) -> None:
     source = faulty("[{kind: drop, rate: 0.3}, {kind: duplicate, rate: 0.2}]")
     path = record(source, tmp_path / "a.mcap")
     recording = open_recording(path)
@@ -164,7 +165,7 @@ def test_a_recording_keeps_times_and_is_rendered_again_from_itself(tmp_path: Pat
     assert stop - start == len(list(more.pairs(start, stop))) == 80
 
 
-def test_a_range_of_a_scenario_counts_the_dropped(tmp_path: Path) -> None:
+def test_frame_ranges_of_scenarios_count_lost_frames(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(SCENE)
     rendering, start, stop = open_rendering(path, ["camera.faults=[{kind: drop, frames: [3, 11]}]"], frames=(10, 15))
@@ -173,7 +174,7 @@ def test_a_range_of_a_scenario_counts_the_dropped(tmp_path: Path) -> None:
         open_rendering(path, ["camera.faults=[{kind: drop, frames: [3]}]"], frames=(3, 4))
 
 
-def test_trackers_and_figures_work_on_what_arrives(tmp_path: Path) -> None:
+def test_trackers_run_on_the_frames_that_arrive(tmp_path: Path) -> None:
     source = faulty("[{kind: drop, frames: [0, 1, 12]}, {kind: duplicate, frames: [20]}]")
     track = irtrack.run("template", source)
     assert track.start == 0
@@ -192,6 +193,6 @@ def test_trackers_and_figures_work_on_what_arrives(tmp_path: Path) -> None:
         ("[{kind: drop}, {kind: drop}]", "the id 'drop' is used twice"),
     ],
 )
-def test_what_cannot_be_is_refused(faults: str, what: str) -> None:
+def test_wrong_faults_are_refused(faults: str, what: str) -> None:
     with pytest.raises(irsim.InputError, match=what):
         faulty(faults)
