@@ -77,8 +77,10 @@ class _Scene:
         """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""
         sensor = self.renderer.sensor
         response = sensor.response
-        whole = ring_contrast(response.signal(light if sensor.falloff is None else light * sensor.falloff(frame)), box)
-        full = np.minimum(sensor.held(light, frame), np.float32(response.top))
+        whole = ring_contrast(
+            response.signal(light if sensor.vignetting is None else light * sensor.vignetting(frame)), box
+        )
+        full = np.minimum(sensor.pixel_signal(light, frame), np.float32(response.top))
         ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
         for what, held in ends.items():
             left = ring_contrast(held, box)

@@ -41,7 +41,7 @@ class Renderer:
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
-        self.lag = camera.lag(scenario.is_on)
+        self.response_time = camera.response_time(scenario.is_on)
         self._frozen: tuple[int, Counts] | None = None
         self._prefetch = Prefetch(self.pieces, scenario.frames)
         self._requested = lru_cache(maxsize=2)(self._requested_radiances)
@@ -85,8 +85,8 @@ class Renderer:
         shown = self.sensor.shown(index)
         if shown != index:
             return _put(self._frozen_frame(shown), out)
-        if self.lag.remembers:
-            light = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
+        if self.response_time.has_memory:
+            light = self.response_time.light(index, lambda k: light if k == index else self.scene(k)[0])
         return self.sensor.expose(light, index, spent=True, out=out)
 
     def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
@@ -107,7 +107,7 @@ class Renderer:
 
     def light(self, index: int) -> Floats:
         """Return the noiseless radiance to which the detector has settled, (rows, cols) float32 in W/m2/sr."""
-        return self.lag.light(index, lambda k: self.scene(k)[0])
+        return self.response_time.light(index, lambda k: self.scene(k)[0])
 
     def variance(self, index: int, fixed: bool = True) -> Floats:
         """Return the noise variance of each pixel of a frame, (rows, cols) float64 counts²; see `Sensor.variance`."""
@@ -136,7 +136,7 @@ class Renderer:
 
     def noise(self, index: int) -> NoiseRadiance:
         """Return the camera's noise in a frame, as radiance; none where a recorded background holds it already."""
-        return no_noise if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
+        return no_noise if self.scenario.background.noisy else self.sensor.noise_equivalent(self.sensor.shown(index))
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """Return the layers of the background, each averaged over the exposure of a frame."""

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.backgrounds import Layer, cut
-from irsim.camera.detectors import Sensor
+from irsim.camera.signal_chain import SignalChain
 from irsim.config.names import no_such
 from irsim.errors import InputError, as_whole, frame_number
 from irsim.render.composite import NamedSprite, compose, uncovered
@@ -137,7 +137,7 @@ class MeanCounts:
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
-        frames = len(renderer.lag.weights)
+        frames = len(renderer.response_time.weights)
         self._unshifted = lru_cache(maxsize=frames)(lambda frame: list(renderer.pieces(frame, exactly=True)))
         self._layers = lru_cache(maxsize=2 * frames)(self._cut)
         self._without = lru_cache(maxsize=2)(lambda index, name, region: self.of(index, NO_SHIFTS, name, region))
@@ -159,7 +159,7 @@ class MeanCounts:
         if self._spreads:
             return region
         shown = renderer.sensor.shown(index)
-        frames = {max(shown - back, 0) for back in range(len(renderer.lag.weights))}
+        frames = {max(shown - back, 0) for back in range(len(renderer.response_time.weights))}
         sprites = [piece.sprite for k in frames for piece in self._pieces(k, shifts, None) if piece.name == target]
         if not sprites:
             return None
@@ -190,21 +190,23 @@ class MeanCounts:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
             return renderer.film.put_into(light, index, uncovered(pieces, light))
-        lag = renderer.scenario.camera.lag(renderer.scenario.is_on)  # a new one: it keeps light of these targets
+        response_time = renderer.scenario.camera.response_time(
+            renderer.scenario.is_on
+        )  # a new one: it keeps light of these targets
         shown = sensor.shown(index)
 
         def light_of(frame: int) -> Floats:
             return self._light(frame, self._pieces(frame, shifts, absent), region)
 
-        return self._sensor(region).mean(lag.light(shown, light_of), shown)
+        return self._sensor(region).mean(response_time.light(shown, light_of), shown)
 
-    def _sensor(self, region: Region | None) -> Sensor:
+    def _sensor(self, region: Region | None) -> SignalChain:
         """Return the sensor, cut to a region, where it does not bloom."""
         sensor = self._renderer.sensor
-        falloff = sensor.falloff
-        if region is None or falloff is None:
+        vignetting = sensor.vignetting
+        if region is None or vignetting is None:
             return sensor
-        return replace(sensor, falloff=lambda index: falloff(index)[_slices(region)])
+        return replace(sensor, vignetting=lambda index: vignetting(index)[_slices(region)])
 
     def _pieces(self, frame: int, shifts: Shifts, absent: str | None) -> Sequence[NamedSprite]:
         pieces = [piece for piece in self._unshifted(frame) if piece.name != absent]

@@ -143,7 +143,7 @@ class Rendering:
         pairs = rendered(self.scenario, taken, jobs) if jobs > 1 else map(self._renderer.frame, taken)
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = _numbered(frame, index)
-            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(truth, index)
+            yield (arrived if input == "counts" else screen.display(arrived)), _numbered(truth, index)
 
     @cached_property
     def _screen(self) -> AgcSequence:

@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.camera.detectors import FrameContext, Noise
-from irsim.camera.variance import Variance
-from irsim.camera.noise import NoiseEquivalentRadiance
 from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance
 from irsim.render.contrast import scr
 from irsim.render.frame import Renderer
