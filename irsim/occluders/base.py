@@ -14,10 +14,10 @@ from pydantic_core import PydanticCustomError
 from irsim.config.base import Name, NamedKind
 from irsim.config.quantities import Fraction, Kelvin, Range, Stretch
 from irsim.geometry.context import SceneContext
-from irsim.geometry.polygon import outline
+from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
-from irsim.geometry.silhouette import Outline, sprite, within_sight
+from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import Sprite
 from irsim.types import Box, Floats, arrays_frozen
 
@@ -168,12 +168,12 @@ def _drawn(occluder: Opaque, pose: CameraPose) -> Sprite | None:
     if not np.isfinite(corners).all():
         return None
     box = bounds(corners)
-    window = within_sight(box, pose.zoomed)
+    window = clip_to_view(box, pose.zoomed)
     if window is None:
         return None
-    edges = [outline(points) for points in outlines]
+    edges = [polygon_edges(points) for points in outlines]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = context.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    away_m = pose.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
-    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, pose.zoomed.psf, away_m)))
+    away_m = pose.distance_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
+    return arrays_frozen(draw_sprite(LayeredPolygons((start, stop, layer), glow, box, window, pose.zoomed.psf, away_m)))

@@ -10,7 +10,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from irsim.geometry.powerlaw import power_law
+from irsim.geometry.random_fields import power_law
 from irsim.types import Floats
 
 SIDE = 256

@@ -14,7 +14,7 @@ from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.silhouette import within_sight
+from irsim.geometry.silhouette import clip_to_view
 from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, given
@@ -97,7 +97,7 @@ class Smoke(Occluder):
         blurred = np.hypot(halves, pose.zoomed.psf_px)
         reach = (_REACH + self.billows * OUTERMOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
-        window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), context)
+        window = clip_to_view(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), context)
         if window is None:
             return None
         x0, y0 = round(window.left), round(window.top)
@@ -108,7 +108,7 @@ class Smoke(Occluder):
         alpha = -np.expm1(-depth * profile)
         emission = alpha * context.glow(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
-        away_m = pose.away_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
+        away_m = pose.distance_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
         return Sprite(x0, y0, alpha, alpha, emission, center, center, box, away_m, float(alpha.sum()))
 
     def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:

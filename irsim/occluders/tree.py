@@ -14,9 +14,9 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.geometry.context import SceneContext
-from irsim.geometry.polygon import as_changes, coverage, outline
+from irsim.geometry.polygon import as_row_differences, coverage, polygon_edges
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.silhouette import Grid, spread, within_sight
+from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_to_view
 from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, bounds, given, kept
@@ -219,7 +219,7 @@ def _drawn(tree: Tree, pose: CameraPose) -> Sprite | None:
     *crowns, trunk = (pose.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))
     points = np.concatenate([*crowns, trunk])
     box = bounds(points)
-    window = within_sight(box, pose.zoomed) if np.isfinite(points).all() else None
+    window = clip_to_view(box, pose.zoomed) if np.isfinite(points).all() else None
     if window is None:
         return None
     grid = Grid.over(window)
@@ -231,14 +231,14 @@ def _drawn(tree: Tree, pose: CameraPose) -> Sprite | None:
     )
     fields = reduce(_before, pictures)
     if len(trunk):
-        ends = [outline(piece) for piece in trunk.reshape(-1, 4, 2)]
+        ends = [polygon_edges(piece) for piece in trunk.reshape(-1, 4, 2)]
         start, stop = ((np.concatenate(end) - grid.corner) * grid.fine for end in zip(*ends, strict=True))
         light = np.stack([np.ones(len(kelvin)), context.glow(kelvin, tree.emissivity)], axis=1)
         fields = _before(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
-    away_m = pose.away_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
-    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, pose.zoomed.psf, away_m)
+    away_m = pose.distance_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
+    drawn = blur_to_pixels(grid, as_row_differences(fields), (middle, middle), area, box, pose.zoomed.psf, away_m)
     return arrays_frozen(drawn)
 
 

@@ -29,8 +29,8 @@ def arriving(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprit
     share = float(added.sum() / total) if total > 0 else 0.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
     center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
-    during = sprite.during and sprite.during.shining(tau, light)
-    return sprite._replace(emission=arrived, signal_center=center, during=during)
+    samples = sprite.samples and sprite.samples.relit(tau, light)
+    return sprite._replace(emission=arrived, signal_center=center, samples=samples)
 
 
 def elevation_rad(sprite: Sprite, pose: CameraPose) -> float:

@@ -13,8 +13,7 @@ import numpy as np
 
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
-from irsim.geometry.occluded_blur import WHOLE, Unsteady
-from irsim.geometry.sprite import Sprite, overlap
+from irsim.geometry.sprite import FULL_PATCH, OccludedBlur, Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import Noise, asked_light, lit, quiet, scr
 from irsim.types import Band, Floats, Slices
@@ -131,7 +130,7 @@ def compose(
     under: Floats = layers[0].light(view_direction)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
-    moving: list[Unsteady] = []
+    moving: list[OccludedBlur] = []
     things = _far_to_near(layers[1:], list(pieces))
     if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:
         light[...] = under  # else the first layer is laid over what another one keeps, which saves the copy
@@ -180,7 +179,7 @@ def contrast_k(seen: Seen, band: Band) -> float | None:
     return None if math.isnan(own) else temperature_of(band, own) - temperature_of(band, behind)
 
 
-def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady], band: Band, noise: Noise) -> None:
+def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[OccludedBlur], band: Band, noise: Noise) -> None:
     sprite = piece.sprite
     within = sprite.within(light.shape)
     if within is None:
@@ -188,7 +187,7 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
             nothing = np.zeros(sprite.covers.shape)
             seen.append(Seen(piece, None, nothing, nothing, 0.0, (math.nan, math.nan), None))
         return
-    asked = None if sprite.wanted is None else asked_light(sprite, light, band, noise)
+    asked = None if sprite.requested is None else asked_light(sprite, light, band, noise)
     if asked is not None:
         sprite = lit(sprite, asked)
     if sprite.contrast != 1:
@@ -197,7 +196,7 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
         met = target.piece.sprite.meets(sprite)
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.covers[(..., *met[1])])
-    brought = None if sprite.during is None else Unsteady.of(sprite.during, light, within)
+    brought = None if sprite.samples is None else OccludedBlur.of(sprite.samples, light, within)
     alpha, own, replaced = lay(light, sprite)
     for each in moving:
         rows, columns = each.patch
@@ -248,10 +247,10 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]
     emission[inner] = np.maximum(behind + share * (emission[inner] - behind), 0.0)
-    if sprite.during is not None:
+    if sprite.samples is not None:
         lent_light = np.zeros(emission.shape)
         lent_light[inner] = (1 - share) * light[outer]
-        sprite = sprite._replace(during=sprite.during.shining(share, lent_light))
+        sprite = sprite._replace(samples=sprite.samples.relit(share, lent_light))
     own, lent = share * float(sprite.emission.sum()), (1 - share) * float(behind.sum())
     part = lent / (own + lent) if own + lent > 0 else 1.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
@@ -259,7 +258,12 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
 
 
 def _veil(
-    under: Floats, light: Floats, layer: Layer, view_direction: ViewDirection, seen: list[Seen], moving: list[Unsteady]
+    under: Floats,
+    light: Floats,
+    layer: Layer,
+    view_direction: ViewDirection,
+    seen: list[Seen],
+    moving: list[OccludedBlur],
 ) -> None:
     behind = [(target, target.within) for target in seen if target.within is not None]
     patches = [within[1] for _, within in behind] + [each.patch for each in moving]
@@ -273,4 +277,4 @@ def _veil(
     for (target, within), part in zip(behind, passed, strict=False):
         target.hide(layer.name, within[0], part)
     for each, part in zip(moving, passed[len(behind) :], strict=True):
-        each.hide(light, WHOLE, 1 - part)
+        each.hide(light, FULL_PATCH, 1 - part)

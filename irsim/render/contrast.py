@@ -125,7 +125,7 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
 
     None where it asks for nothing, and outside the picture. Darker than without any light it cannot be.
     """
-    wanted = sprite.wanted
+    wanted = sprite.requested
     if wanted is None:
         return None
     met = sprite.within(light.shape)
@@ -157,5 +157,5 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
 
 def lit(sprite: Sprite, light: float) -> Sprite:
     """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
-    during = sprite.during and sprite.during.shining(0.0, light)
-    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None, during=during)
+    samples = sprite.samples and sprite.samples.relit(0.0, light)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, requested=None, samples=samples)

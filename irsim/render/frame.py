@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.backgrounds import Filmed, Layer, Swept
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.sprite import Sprite, averaged
+from irsim.geometry.sprite import Sprite, exposure_mean
 from irsim.motion import angles_deg
 from irsim.render.arrival import arriving
 from irsim.render.composite import Piece, Seen, compose, contrast_k, uncovered
@@ -198,7 +198,7 @@ class Renderer:
             if sprite is not None:
                 course, target = self.courses[number], self.targets[number]
                 arrived = arriving(sprite, pose, target.id)
-                if arrived.wanted is not None and as_given:
+                if arrived.requested is not None and as_given:
                     asked = self._asked(index).get(target.id)
                     arrived = arrived if asked is None else lit(arrived, asked)
                 if target.contrast != 1:
@@ -218,7 +218,7 @@ class Renderer:
         if len(self.exposure) == 1:
             return middles
         instants = [draw(instant) for instant in self.exposure]
-        return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
+        return [exposure_mean(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
     def pose(self, index: int) -> CameraPose:
         """How the camera of frame `index` sees what stands about it."""

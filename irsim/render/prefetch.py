@@ -65,5 +65,5 @@ class Ahead:
 def _pixels(pieces: Iterable[Piece]) -> int:
     """Of all their sprites; those of each instant, too, where the exposure takes time."""
     sprites = [piece.sprite for piece in pieces]
-    meanwhile = sum(sprite.during.alpha.size for sprite in sprites if sprite.during is not None)
+    meanwhile = sum(sprite.samples.alpha.size for sprite in sprites if sprite.samples is not None)
     return sum(sprite.alpha.size for sprite in sprites) + meanwhile

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from irsim.geometry.polygon import pieces
+from irsim.geometry.polygon import cut_edges
 from irsim.types import Floats
 
 _TILT = 0.3719
@@ -81,7 +81,7 @@ def _cut(start: Floats, stop: Floats, one: Ints, other: Ints) -> tuple[Ints, Flo
     one, other, before, after = one[crossed], other[crossed], before[crossed], after[crossed]
     within = (side(start[other], one) < 0) != (side(stop[other], one) < 0)
     place = (before / (before - after))[within]
-    return pieces(len(start), one[within], place)
+    return cut_edges(len(start), one[within], place)
 
 
 def _covers(start: Floats, stop: Floats, count: Ints, one: Ints, other: Ints, edge: Ints, place: Floats) -> Ints:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from irsim.geometry.silhouette import drawn_part
+from irsim.geometry.silhouette import clip_or_corner
 from irsim.targets.base import View
 from irsim.types import Box, Floats
 
@@ -34,4 +34,4 @@ def corners(vertices: Floats, view: View) -> Corners | None:
         return None
     pixels = view.context.geometry.project(points)
     box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-    return Corners(pixels, points[:, 2], box, drawn_part(box, view.context), -view.position @ view.attitude)
+    return Corners(pixels, points[:, 2], box, clip_or_corner(box, view.context), -view.position @ view.attitude)

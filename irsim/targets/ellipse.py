@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from irsim.geometry.context import SceneContext
-from irsim.geometry.polygon import outline
-from irsim.geometry.silhouette import Outline, sprite, within_sight
+from irsim.geometry.polygon import polygon_edges
+from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import Sprite
 from irsim.types import Box, Floats
 
@@ -27,8 +27,8 @@ def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, context
     angles = 2 * np.pi * (np.arange(_CORNERS) + 0.5) / _CORNERS
     corners = middle + _REACH * halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     box = Box.from_edges(*(middle - halves).tolist(), *(middle + halves).tolist())
-    window = within_sight(box, context) if max(box.w, box.h) > max(context.geometry.size) else box
+    window = clip_to_view(box, context) if max(box.w, box.h) > max(context.geometry.size) else box
     if window is None:
         return None
-    edges = (*outline(corners), np.zeros(_CORNERS, dtype=np.int64))
-    return sprite(Outline(edges, np.atleast_1d(glow), box, window, context.psf, range_m))
+    edges = (*polygon_edges(corners), np.zeros(_CORNERS, dtype=np.int64))
+    return draw_sprite(LayeredPolygons(edges, np.atleast_1d(glow), box, window, context.psf, range_m))

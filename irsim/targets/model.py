@@ -15,8 +15,8 @@ from irsim.config.base import suggestion
 from irsim.config.field_annotations import FileName
 from irsim.config.file_digests import unchanged, with_digest
 from irsim.config.quantities import Fraction, Kelvin, Length
-from irsim.geometry.polygon import as_changes, centroids, coverage
-from irsim.geometry.silhouette import Grid, spread
+from irsim.geometry.polygon import as_row_differences, centroids, coverage
+from irsim.geometry.silhouette import Grid, blur_to_pixels
 from irsim.geometry.sprite import Sprite
 from irsim.motion.posture import POSTURES, Posture, PostureName
 from irsim.physics.radiometry import grey_body
@@ -142,7 +142,9 @@ class Model(Shape):
         light = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
         centers = (center, _middle(light[:, 1], grid, center))
-        return spread(grid, as_changes(light), centers, float(whole_area), placed.box, context.psf, range_m)
+        return blur_to_pixels(
+            grid, as_row_differences(light), centers, float(whole_area), placed.box, context.psf, range_m
+        )
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:

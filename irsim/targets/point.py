@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.geometry.context import SceneContext
-from irsim.geometry.sprite import Sprite, Wanted
+from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.physics.optics import reaching
 from irsim.physics.radiometry import slope
 from irsim.targets.base import Shape, View
@@ -69,21 +69,21 @@ class Point(Shape):
         phi = self.area_m2 * context.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
         glow = float(context.glow(self.temperature_k, self.emissivity)) * gain
-        wanted = None
+        requested = None
         if self.contrast_k is not None or self.scr is not None:
-            wanted = Wanted(self.contrast_k, self.scr, gain)
+            requested = RequestedContrast(self.contrast_k, self.scr, gain)
         width = 2 * math.sqrt(phi / math.pi)
         if width <= SMALL_PX:
-            return _point(middle, phi, glow, range_m, wanted, context)
+            return _point(middle, phi, glow, range_m, requested, context)
         disc = ellipse(middle, np.full(2, width / 2), glow, range_m, context)
         if disc is None:
             return None
         side = max(width, context.psf.fwhm_px)
-        return disc._replace(box=Box(*disc.center, side, side), wanted=wanted)
+        return disc._replace(box=Box(*disc.center, side, side), requested=requested)
 
 
 def _point(
-    middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, context: SceneContext
+    middle: Floats, phi: float, glow: float, range_m: float, requested: RequestedContrast | None, context: SceneContext
 ) -> Sprite:
     """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
     x, y = middle.tolist()
@@ -95,7 +95,7 @@ def _point(
     pixels = np.arange(2 * reach + 1)
     cover = spread.share(y0 + pixels - y, x0 + pixels - x)
     alpha, width = phi * cover, context.psf.fwhm_px
-    return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
+    return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, requested)
 
 
 @lru_cache

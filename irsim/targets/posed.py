@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.geometry.silhouette import FINENESS, Outline, drawn_part, spread_table, sprites
+from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprites, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.optics import PSF
 from irsim.targets.base import View
@@ -56,18 +56,18 @@ def posed_sprite(body: Posed) -> Sprite | None:
 def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
     """Draw bodies, each as alone, but together: quicker where nothing is compiled."""
     outlines = [outlined(body) for body in bodies]
-    drawn = iter(sprites([outline for outline in outlines if outline is not None]))
+    drawn = iter(draw_sprites([outline for outline in outlines if outline is not None]))
     return [None if outline is None else next(drawn) for outline in outlines]
 
 
-def outlined(body: Posed) -> Outline | None:
+def outlined(body: Posed) -> LayeredPolygons | None:
     """The outlines of its parts; None where any of it lies behind the camera."""
     rest, motions, scale, view, brightness = body
     found = rims(rest.form, rest.joints, motions, scale, view, rest.glow * brightness)
     if found is None:
         return None
-    window, range_m = drawn_part(found.box, view.context), math.hypot(*view.position.tolist())
-    return Outline(found.edges, found.glow, found.box, window, view.context.psf, range_m, found.middle)
+    window, range_m = clip_or_corner(found.box, view.context), math.hypot(*view.position.tolist())
+    return LayeredPolygons(found.edges, found.glow, found.box, window, view.context.psf, range_m, found.middle)
 
 
 def _compiled_sprite(body: Posed) -> Sprite | None:
@@ -100,4 +100,4 @@ def _compiled_sprite(body: Posed) -> Sprite | None:
 @lru_cache(maxsize=32)
 def _spreads(psf: PSF) -> tuple[tuple[float, kernels.Spread], ...]:
     """A spread at each fineness, and the largest side, px, that it is for."""
-    return tuple((limit, spread_table(psf, fine)) for limit, fine in FINENESS)
+    return tuple((limit, psf_table(psf, fine)) for limit, fine in FINENESS)

@@ -14,8 +14,8 @@ from test_shapes import AWAY, BODIES, context, shape
 
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
-from irsim.geometry.polygon import outline
-from irsim.geometry.silhouette import Outline, sprites
+from irsim.geometry.polygon import polygon_edges
+from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
 from irsim.physics.optics import PSF, GaussianPSF, LensPSF
@@ -32,10 +32,10 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 PLAIN = pytest.MonkeyPatch()
 
 
-def plainly(draw: Sequence[Outline]) -> list[Sprite]:
+def plainly(draw: Sequence[LayeredPolygons]) -> list[Sprite]:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
-        return sprites(draw)
+        return draw_sprites(draw)
 
 
 def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None:
@@ -66,13 +66,13 @@ def polygon(middle: tuple[float, float], radius: float, turn: float, corners: in
     return np.asarray(np.array(middle) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PSF) -> Outline:
-    edges = [outline(points) for points in polygons]
+def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PSF) -> LayeredPolygons:
+    edges = [polygon_edges(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(polygons)), [len(points) for points in polygons])
     low, high = start.min(axis=0), start.max(axis=0)
     box = Box.from_edges(*low.tolist(), *high.tolist())
-    return Outline((start, stop, layer), np.array(glow), box, window, psf, 1000.0)
+    return LayeredPolygons((start, stop, layer), np.array(glow), box, window, psf, 1000.0)
 
 
 WHOLE = st.integers(-2, 8).map(float)
@@ -109,14 +109,14 @@ def test_polygons_that_hide_each_other(
     one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
     with np.errstate(invalid="ignore"):
         (expected,) = plainly([one])
-    same(sprites([one])[0], expected)
+    same(draw_sprites([one])[0], expected)
 
 
 @pytest.mark.parametrize("side", [3.0, 12.0, 60.0, 140.0])
 def test_every_fineness(side: float) -> None:
     points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
     one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianPSF(0.6))
-    same(sprites([one])[0], plainly([one])[0])
+    same(draw_sprites([one])[0], plainly([one])[0])
 
 
 @pytest.mark.parametrize("kind", BODIES)
@@ -188,7 +188,7 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
-    drawn = sprites([one._replace(edges=(start, stop, layer))])
+    drawn = draw_sprites([one._replace(edges=(start, stop, layer))])
     assert len(drawn) == 1
 
 

@@ -11,7 +11,7 @@ import pytest
 from test_compiled_bodies import polygon, solids
 
 from irsim._native import COMPILED
-from irsim.geometry.polygon import outline
+from irsim.geometry.polygon import polygon_edges
 from irsim.targets.mesh import mesh
 
 if COMPILED:
@@ -106,7 +106,7 @@ def test_wrong_spreads_are_refused() -> None:
 
 
 def test_wrong_arrays_are_refused() -> None:
-    start, stop = outline(polygon((4, 4), 3, 0.2, 5))
+    start, stop = polygon_edges(polygon((4, 4), 3, 0.2, 5))
     layer, ones, spread = np.zeros(5, dtype=np.int64), np.ones(1), kernels.spread(np.ones(1), ONE_PIXEL, 1)
     right = [start, stop, layer, ones, 0.0, 0.0, 4, 4, spread, np.empty((3, 4, 4))]
     draw: Callable[..., tuple[float, ...]] = kernels.sprite_light

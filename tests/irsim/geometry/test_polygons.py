@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from irsim.geometry.polygon import as_changes, centroids, changes, coverage, outline
-from irsim.geometry.visible_edges import visible_edges
+from irsim.geometry.polygon import (
+    as_row_differences,
+    centroids,
+    coverage,
+    polygon_edges,
+    row_differences,
+    visible_edges,
+)
 from irsim.targets.mesh import mesh
 from irsim.targets.solids import Solid
 from irsim.types import Floats
@@ -16,7 +22,7 @@ from irsim.types import Floats
 
 def area(points: Floats, size: tuple[int, int]) -> Floats:
     """(3, rows, columns) area and y and x moments of one polygon."""
-    start, stop = outline(points)
+    start, stop = polygon_edges(points)
     return coverage(start, stop, np.ones((len(start), 1)), size)[:, 0]
 
 
@@ -37,10 +43,10 @@ class TestCoverage:
         np.testing.assert_allclose(by_y, [[0, -1 / 12], [-1 / 12, 0]], atol=1e-15)
 
     def test_as_changes_it_is_what_changes_gives(self) -> None:
-        start, stop = outline(np.array([[0.3, 0.2], [7.6, 1.9], [2.1, 5.5]]))
+        start, stop = polygon_edges(np.array([[0.3, 0.2], [7.6, 1.9], [2.1, 5.5]]))
         edges = start, stop, np.stack([np.ones(3), np.full(3, 2.5)], axis=1)
-        (expected,) = changes(*edges, [(6, 8)], np.array([3]))
-        np.testing.assert_allclose(as_changes(coverage(*edges, (6, 8))), expected, atol=1e-14)
+        (expected,) = row_differences(*edges, [(6, 8)], np.array([3]))
+        np.testing.assert_allclose(as_row_differences(coverage(*edges, (6, 8))), expected, atol=1e-14)
 
     @settings(max_examples=100, deadline=None)
     @given(st.integers(0, 2**32 - 1), st.integers(3, 9))
@@ -59,7 +65,7 @@ class TestCoverage:
         place = np.arange(30) + 0.5
         moments = [(cells @ place + by_x.sum(axis=1)).sum(), (place @ cells + by_y.sum(axis=0)).sum()]
         np.testing.assert_allclose(moments, [((v + np.roll(v, -1)) * cross).sum() / 6 for v in (x, y)], rtol=1e-11)
-        [[integral]], [[centre]] = centroids(*outline(points), np.ones((corners, 1)), np.array([corners]))
+        [[integral]], [[centre]] = centroids(*polygon_edges(points), np.ones((corners, 1)), np.array([corners]))
         np.testing.assert_allclose([integral, *(integral * centre)], [cells.sum(), *moments], rtol=1e-11)
 
     def test_a_window_shows_what_the_whole_grid_has_there(self) -> None:
@@ -74,7 +80,7 @@ class TestVisible:
     def layers(squares: list[tuple[float, float, float]], glow: list[float]) -> tuple[Floats, Floats]:
         """(opacity, glow) in cells of squares (x, y, side), the nearest first."""
         corners = [np.array([[x, y], [x + s, y], [x + s, y + s], [x, y + s]]) for x, y, s in squares]
-        edges = [outline(np.array(corner)) for corner in corners]
+        edges = [polygon_edges(np.array(corner)) for corner in corners]
         start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
         layer = np.repeat(np.arange(len(squares)), 4)
         start, stop, weights, _ = visible_edges(start, stop, layer, np.array(glow))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.geometry.sprite import During, Sprite
+from irsim.geometry.sprite import ExposureSamples, Sprite
 from irsim.render.composite import Piece
 from irsim.render.frame import Renderer
 from irsim.render.prefetch import MOST_PX, TOGETHER, Ahead
@@ -18,9 +18,9 @@ from irsim.types import Box
 def piece(index: int, side: int = 4, instants: int = 0) -> Piece:
     field = np.full((side, side), float(index))
     still = np.zeros((instants, side, side))
-    during = During(still, still, still, whole=True) if instants else None
+    samples = ExposureSamples(still, still, still, whole=True) if instants else None
     box = Box.from_pixels(0, 0, side, side)
-    return Piece("it", Sprite(0, 0, field, field, field, (0, 0), (0, 0), box, 1e3, 16.0, during=during), tracked=True)
+    return Piece("it", Sprite(0, 0, field, field, field, (0, 0), (0, 0), box, 1e3, 16.0, samples=samples), tracked=True)
 
 
 class Drawer:

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 from scene_figures import around
 
-from irsim.geometry.sprite import Sprite, Wanted
+from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.physics.radiometry import radiance, slope, temperature
 from irsim.render.contrast import GUARD_PX, RING_PX, asked_light, scr
 from irsim.render.frame import Renderer
@@ -137,7 +137,7 @@ class TestScr:
             box = Box(70 - RING_PX - side / 2, 70 - GUARD_PX - side / 2, side, side)
             x0, y0, alpha = int(box.cx) - 2, int(box.cy) - 2, np.full((6, 6), 0.5)
             center = (box.cx, box.cy)
-            wanted = Wanted(scr=3.0)
+            wanted = RequestedContrast(scr=3.0)
             sprite = Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, wanted)
             own = asked_light(sprite, light, "mwir")
             assert own is not None
