@@ -121,7 +121,7 @@ class Levels:
         layers = self._layers(frame, region)
         if layers is None or any(
             piece.sprite.requested is not None for piece in near
-        ):  # that depends on more around it
+        ):  # needs its surroundings
             return self._whole(frame, pieces)[slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))

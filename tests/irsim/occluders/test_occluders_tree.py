@@ -15,8 +15,8 @@ from irsim.geometry.silhouette import Grid
 from irsim.geometry.sprite import Sprite
 from irsim.lint import doubts
 from irsim.occluders import OCCLUDERS
-from irsim.occluders.base import given
-from irsim.occluders.billboard import Billboard
+from irsim.occluders.base import required
+from irsim.occluders.crown import Billboard
 from irsim.occluders.tree import Tree
 from irsim.physics.radiometry import temperature
 from irsim.scenario.loader import loads
@@ -27,8 +27,8 @@ SEEDS = range(6)
 
 
 def tree(**keys: Any) -> Tree:
-    given = {"foot_px": (160.0, 220.0), "height_px": 180.0, "crown_px": (120.0, 130.0), "range_m": 90.0, "id": "oak"}
-    value = OCCLUDERS.parse({"kind": "tree", **given, **keys})
+    required = {"foot_px": (160.0, 220.0), "height_px": 180.0, "crown_px": (120.0, 130.0), "range_m": 90.0, "id": "oak"}
+    value = OCCLUDERS.parse({"kind": "tree", **required, **keys})
     assert isinstance(value, Tree)
     return value
 
@@ -248,7 +248,7 @@ def test_crowns_that_were_asked_for_and_have_no_room_where_it_stands_are_told() 
     asked = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9), tiers=6)
     below = asked.over(Box(200.0, 60.0, 16.0, 12.0), 1.0, STAGE)
     assert asked.short(below) is None
-    assert below.extent(STAGE).bottom <= given(below.foot_px)[1] + 1e-6
+    assert below.extent(STAGE).bottom <= required(below.foot_px)[1] + 1e-6
     higher = below.rooted(130.0)
     assert higher.extent(STAGE).bottom <= 130 + 1e-6
     lack = asked.short(higher)
