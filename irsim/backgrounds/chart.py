@@ -13,8 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.geometry.projection import blocked_matmul
-from irsim.geometry.projection import Geometry
+from irsim.geometry.projection import Geometry, blocked_matmul
 from irsim.types import Floats
 
 NODES = 12

@@ -53,7 +53,7 @@ class Renderer:
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]
-        self.classes = [target.cls or target.shape.stands_for for target in self.targets]
+        self.classes = [target.cls or target.shape.default_class for target in self.targets]
         motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
         self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 

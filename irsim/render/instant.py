@@ -18,7 +18,7 @@ from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion import CameraTrajectory
 from irsim.scenario.model import Scenario
-from irsim.targets import View, draw_all
+from irsim.targets import View, draw_shapes
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
@@ -97,7 +97,7 @@ class Instant:
             course = self.courses[number]
             view, shift = course.view(index, pose), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _moved(view, shift)))
-        return draw_all(views)
+        return draw_shapes(views)
 
     def looks_as(self, other: Instant, index: int) -> bool:
         """Does the camera look from the same place in the same way as in another instant of frame `index`?"""

@@ -119,9 +119,7 @@ class Levels:
         left, top, columns, rows = region
         near = [piece for piece in pieces if piece.sprite.within((rows, columns), (left, top)) is not None]
         layers = self._layers(frame, region)
-        if layers is None or any(
-            piece.sprite.requested is not None for piece in near
-        ):  # needs its surroundings
+        if layers is None or any(piece.sprite.requested is not None for piece in near):  # needs its surroundings
             return self._whole(frame, pieces)[slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))

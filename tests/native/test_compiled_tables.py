@@ -12,7 +12,7 @@ from test_compiled_bodies import polygon, solids
 
 from irsim._native import COMPILED
 from irsim.geometry.polygon import polygon_edges
-from irsim.targets.mesh import mesh
+from irsim.targets.polyhedra import build_polyhedra
 
 if COMPILED:
     from irsim._native import kernels
@@ -22,11 +22,11 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 
 def tables() -> list[Any]:
     """Of a body of two parts, the second on a joint."""
-    form = mesh(solids(2, 3), 1.0)
-    parts = form.parts
+    body = build_polyhedra(solids(2, 3), 1.0)
+    topology = body.topology
     return [
-        *(parts.firsts, parts.corner, parts.edges, parts.heat),
-        *(form.vertices, form.normals, form.offsets, form.crossing, form.thin, np.array([-1, 0])),
+        *(topology.firsts, topology.corner, topology.edges, topology.material),
+        *(body.vertices, body.normals, body.offsets, body.penetration, body.thin, np.array([-1, 0])),
     ]
 
 

@@ -15,8 +15,8 @@ from irsim.geometry.polygon import (
     row_differences,
     visible_edges,
 )
-from irsim.targets.mesh import mesh
-from irsim.targets.solids import Solid
+from irsim.targets.parts import Solid
+from irsim.targets.polyhedra import build_polyhedra
 from irsim.types import Floats
 
 
@@ -126,19 +126,19 @@ class TestVisible:
 class TestSolids:
     def test_a_cube_has_its_faces_and_edges(self) -> None:
         corners = tuple((x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0))
-        cube = mesh((Solid(corners),), 2.0)
+        cube = build_polyhedra((Solid(corners),), 2.0)
         assert (len(cube.vertices), len(cube.normals), len(cube.parts.tail)) == (8, 6, 12)
         np.testing.assert_allclose(sorted(cube.offsets), [0, 0, 0, 2, 2, 2], atol=1e-12)
 
     def test_a_flat_solid_is_refused(self) -> None:
         with pytest.raises(ValueError, match="no volume"):
-            mesh((Solid(((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0))),), 1.0)
+            build_polyhedra((Solid(((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0))),), 1.0)
 
     def test_faces_agree_with_qhull(self) -> None:
         from scipy.spatial import ConvexHull
 
         points = np.random.default_rng(3).normal(size=(20, 3))
-        ours = mesh((Solid(tuple(map(tuple, points.tolist()))),), 1.0)
+        ours = build_polyhedra((Solid(tuple(map(tuple, points.tolist()))),), 1.0)
         theirs = ConvexHull(np.round(points, 9)).equations
         mine = np.column_stack([ours.normals, -ours.offsets])
         np.testing.assert_allclose(mine[np.lexsort(mine.T)], theirs[np.lexsort(theirs.T)], atol=1e-9)
@@ -150,7 +150,7 @@ class TestSolids:
             )
 
         # A small lid at the far end of a long deck, seen from above the near end: its middle is farther.
-        both = mesh((box((0, 0, 0), (10, 1, 1), "deck"), box((9, 0, -0.1), (10, 1, 0), "lid")), 1.0)
+        both = build_polyhedra((box((0, 0, 0), (10, 1, 1), "deck"), box((9, 0, -0.1), (10, 1, 0), "lid")), 1.0)
         pixels = both.vertices[:, :2]
         assert both.hiding_order(np.array([-5.0, 0.5, -5.0]), pixels).tolist() == [1, 0]
         assert both.hiding_order(np.array([-5.0, 0.5, 5.0]), pixels).tolist() == [0, 1]
@@ -166,7 +166,7 @@ class TestSolids:
             Solid(tuple((x, y, z) for x in xs for y in ys for z in zs), f"{number}")
             for number, (xs, ys, zs) in enumerate(ends.transpose(1, 2, 0).tolist())
         ]
-        boxes = mesh(tuple(solids), 1.0)
+        boxes = build_polyhedra(tuple(solids), 1.0)
         eye = draw.uniform(-1, 1, 3)
         eye = 1.5 + 8 * eye / np.linalg.norm(eye)
         toward = (1.5 - eye) / np.linalg.norm(1.5 - eye)

@@ -10,7 +10,7 @@ import pytest
 from irsim import loads
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
-from irsim.targets.flare import Flare
+from irsim.targets.point import Flare
 
 HEAD = """
 frames: 150

@@ -17,7 +17,7 @@ from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
 from irsim.physics.radiometry import radiance
-from irsim.targets import SHAPES, Shape, View, draw_all
+from irsim.targets import SHAPES, Shape, View, draw_shapes
 from irsim.targets.body import Body
 from irsim.types import Floats
 
@@ -67,7 +67,7 @@ def test_drawn_together_each_is_what_it_is_alone() -> None:
         place = where.geometry.place(rng.uniform(20, 100, 2), 2000.0)
         things.append((shape(kind), View(place, AWAY @ euler(rng.uniform(-180, 180, 3)), where, 0.3)))
     things.append((things[1][0], View(np.array([0.0, 0.0, -10.0]), np.eye(3), where)))
-    *together, behind = draw_all(things)
+    *together, behind = draw_shapes(things)
     assert behind is None
     for (value, view), sprite in zip(things, together, strict=False):
         alone = value.draw(view)

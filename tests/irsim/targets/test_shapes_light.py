@@ -14,9 +14,9 @@ from irsim.motion.attitude import euler
 from irsim.physics.radiometry import radiance
 from irsim.targets import View
 from irsim.targets.body import Body
-from irsim.targets.mesh import mesh
-from irsim.targets.solids import Solid, block
-from irsim.targets.split_intersections import parted
+from irsim.targets.parts import Solid, block
+from irsim.targets.polyhedra import build_polyhedra
+from irsim.targets.visibility import split_intersections
 from irsim.types import Floats
 
 NEARING = 0.01
@@ -103,28 +103,33 @@ class TestParted:
 
     def test_what_sinks_into_a_face_ends_there(self) -> None:
         sunk = block((0.2, 0.2, -0.5), (0.6, 0.8, 0.5), "hot")
-        cold, hot = sorted(parted((self.COLD, sunk)), key=lambda solid: solid.heat)
+        cold, hot = sorted(split_intersections((self.COLD, sunk)), key=lambda solid: solid.heat)
         assert self.corners(cold) == self.corners(self.COLD)
         assert self.corners(hot) == self.corners(block((0.2, 0.2, -0.5), (0.6, 0.8, 0.0)))
 
     def test_what_runs_through_becomes_two(self) -> None:
         through = block((0.2, 0.2, -0.5), (0.6, 0.8, 1.5), "hot")
-        pieces = [self.corners(solid) for solid in parted((self.COLD, through)) if solid.heat == "hot"]
+        pieces = [self.corners(solid) for solid in split_intersections((self.COLD, through)) if solid.heat == "hot"]
         wanted = [self.corners(block((0.2, 0.2, low), (0.6, 0.8, low + 0.5))) for low in (-0.5, 1.0)]
         assert sorted(map(sorted, pieces)) == sorted(map(sorted, wanted))
 
     @pytest.mark.parametrize("other", [block((0.2, 0.2, -0.5), (0.6, 0.8, 0.5), "cold"), block((2, 0, 0), (3, 1, 1))])
     def test_what_shines_alike_or_lies_apart_stays(self, other: Solid) -> None:
-        assert [self.corners(each) for each in parted((self.COLD, other))] == [
+        assert [self.corners(each) for each in split_intersections((self.COLD, other))] == [
             self.corners(each) for each in (self.COLD, other)
         ]
 
     def test_what_moves_otherwise_stays(self) -> None:
         arm = Solid(block((0.2, 0.2, -0.5), (0.6, 0.8, 0.5)).points, "hot", "joint")
-        assert [self.corners(each) for each in parted((self.COLD, arm))] == [self.corners(self.COLD), self.corners(arm)]
+        assert [self.corners(each) for each in split_intersections((self.COLD, arm))] == [
+            self.corners(self.COLD),
+            self.corners(arm),
+        ]
 
     @pytest.mark.parametrize("kind", BODIES)
     def test_a_body_has_hardly_more_parts_for_it(self, kind: str) -> None:
-        whole, cut = (mesh(solids, 1.0).parts for solids in (body(kind).solids, parted(body(kind).solids)))
+        whole, cut = (
+            build_polyhedra(solids, 1.0).parts for solids in (body(kind).solids, split_intersections(body(kind).solids))
+        )
         assert cut.count <= whole.count + 5
         assert len(cut.tail) < 1.4 * len(whole.tail)

@@ -20,8 +20,8 @@ from irsim.physics.radiometry import radiance
 from irsim.scenario.loader import loads
 from irsim.targets import View
 from irsim.targets.body import Body
-from irsim.targets.meshfile import MOST_FACES, MeshError, read_mesh
-from irsim.targets.model import Model
+from irsim.targets.mesh import MeshShape
+from irsim.targets.meshfile import MeshError, read_mesh
 from irsim.types import Floats
 
 CUBE = """v 0 0 0
@@ -61,7 +61,7 @@ def pair(kind: str, tmp_path: Path, angles: Any) -> tuple[Sprite, Sprite]:
     path = write_obj(tmp_path / "body.obj", value)
     heats = {solid.heat: getattr(value, solid.heat) for solid in value.solids}
     value = body(kind, length_m=10.0, **({"windows_emissivity": 0.95} if "windows_k" in heats else {}))
-    model = Model(file=str(path), length_m=10.0 * longest, materials_k=heats)
+    model = MeshShape(file=str(path), length_m=10.0 * longest, materials_k=heats)
     turn = AWAY @ euler(np.array(angles))
     place = context().geometry.place(np.array([79.5, 59.5]), 400.0)
     own = value.draw(View(place, turn, context()))
@@ -117,8 +117,8 @@ def test_a_far_mesh_of_unlike_temperatures_keeps_its_light(angles: tuple[float, 
     np.testing.assert_allclose(lights[:4], lights[0], rtol=0.01)
 
 
-def ball(tmp_path: Path, rings: int, **keys: Any) -> Model:
-    return Model(file=str(write_stl(tmp_path / "ball.stl", sphere(rings))), length_m=10.0, **keys)
+def ball(tmp_path: Path, rings: int, **keys: Any) -> MeshShape:
+    return MeshShape(file=str(write_stl(tmp_path / "ball.stl", sphere(rings))), length_m=10.0, **keys)
 
 
 def test_a_sphere_has_the_area_of_a_disc(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_the_nearer_face_hides_the_farther_one(tmp_path: Path) -> None:
     far = [_later(line) if line[0] == "f" else "v " + " ".join(map(str, _large(line))) for line in CUBE.splitlines()]
     path = tmp_path / "two.obj"
     path.write_text("\n".join(["usemtl cold", *near, "usemtl hot", *far]) + "\n")
-    model = Model(file=str(path), length_m=5.0, materials_k={"cold": 250.0, "hot": 400.0}, emissivity=1.0)
+    model = MeshShape(file=str(path), length_m=5.0, materials_k={"cold": 250.0, "hot": 400.0}, emissivity=1.0)
     sprite = seen(model, (0, 0, 0), range_m=5000.0, psf_px=0.0)  # flies away: its low x are nearest
     glow = [float(radiance("mwir", kelvin)) for kelvin in (250.0, 400.0)]
     side = 3.0 / (5000.0 * 5e-4)
@@ -167,7 +167,7 @@ def _later(line: str) -> str:
 
 
 def test_a_mesh_follows_a_hundredth_of_a_pixel(tmp_path: Path) -> None:
-    model = Model(
+    model = MeshShape(
         file=str(write_obj(tmp_path / "jet.obj", body("fighter"))), length_m=15.0, materials_k={"engine_k": 500}
     )
     for x in np.arange(60.0, 61.0, 0.13):
@@ -199,7 +199,7 @@ def test_polygons_and_inside_out_files_are_read(tmp_path: Path) -> None:
     turned.write_text("\n".join(" ".join([word, *(reversed(rest) if word == "f" else rest)]) for word, *rest in lines))
     # Its nearest face, 20 m wide, lies 990 m away, where a pixel of 0.5 mrad sees 0.495 m.
     for file in (path, turned):
-        sprite = seen(Model(file=str(file), length_m=20.0), range_m=1000.0)
+        sprite = seen(MeshShape(file=str(file), length_m=20.0), range_m=1000.0)
         assert sprite.cover.sum() == pytest.approx((20.0 / ((1000.0 - 10.0) * 5e-4)) ** 2, rel=1e-4)
 
 
@@ -298,6 +298,6 @@ def test_a_scenario_names_the_place(tmp_path: Path) -> None:
         loads(TARGET)
     path = write_obj(tmp_path / "jet.obj", body("fighter"))
     with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):
-        Model(file=str(path), length_m=3.0, materials_k={"engine": 500.0})
+        MeshShape(file=str(path), length_m=3.0, materials_k={"engine": 500.0})
     with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):
-        Model(file=str(path), length_m=3.0, emissivities={"engine": 0.5})
+        MeshShape(file=str(path), length_m=3.0, emissivities={"engine": 0.5})

@@ -17,7 +17,7 @@ from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.targets import SHAPES, View
 from irsim.targets.body import Body
-from irsim.targets.joints import hinge
+from irsim.targets.parts import hinge
 from irsim.types import Floats
 
 
