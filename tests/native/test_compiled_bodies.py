@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from test_shapes import AWAY, BODIES, context, shape
+from target_views import AWAY, BODIES, context, shape
 
 from irsim._native import COMPILED
 from irsim.geometry import silhouette

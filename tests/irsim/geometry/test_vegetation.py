@@ -1,4 +1,4 @@
-"""Crowns of trees: their outline, their gaps, their sides."""
+"""Vegetation: outline, gaps, shading and wood of crowns."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ KINDS: dict[str, Callable[[float, float, np.random.Generator], Crown]] = {
 }
 HIGH = 200.0
 WIDE = {"broadleaf": 150.0, "bush": 350.0, "conifer": 80.0}
-SEEDS = range(8)
+SEEDS = range(6)
 
 
 def grown(kind: str, leaves: float, seed: int) -> tuple[Mask, Floats, Crown]:
-    """Where leaves are, how warm they are, and the crown."""
+    """Return the mask of leaves, their warmth, and the crown."""
     draw = stream(seed, "tree")
     crown = KINDS[kind](HIGH, WIDE[kind], draw)
     return *foliage(leaves).grown(crown, draw), crown
@@ -43,7 +43,7 @@ def foliage(leaves: float) -> Foliage:
 
 
 def dimension(solid: Mask) -> float:
-    """Box-counting dimension of an outline between boxes of 2 and 16 px."""
+    """Return the box-counting dimension of an outline between boxes of 2 and 16 px."""
     inner = solid[1:-1, 1:-1] & solid[:-2, 1:-1] & solid[2:, 1:-1] & solid[1:-1, :-2] & solid[1:-1, 2:]
     edge = solid[1:-1, 1:-1] & ~inner
     sides = np.array([2, 4, 8, 16])
@@ -55,20 +55,20 @@ def dimension(solid: Mask) -> float:
     return float(-np.polyfit(np.log(sides), np.log(counts), 1)[0])
 
 
-def test_the_dimension_of_a_disc_is_that_of_a_line() -> None:
+def test_a_disc_has_an_outline_of_dimension_one() -> None:
     y, x = np.mgrid[-120:121, -120:121]
     assert dimension(x**2 + y**2 < 100**2) == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_outline_is_ragged_at_all_scales(kind: str) -> None:
-    """That of a smooth shape has the dimension 1; a plane that is filled, 2."""
+    """A smooth outline has dimension 1, a filled plane 2."""
     found = [dimension(grown(kind, 1.0, seed)[0]) for seed in SEEDS]
     assert 1.15 < float(np.median(found)) < 1.7
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_crown_is_about_as_high_and_as_wide_as_it_is_asked_to_be(kind: str) -> None:
+def test_a_crown_has_about_its_nominal_size(kind: str) -> None:
     extents = []
     for seed in SEEDS:
         solid = grown(kind, 1.0, seed)[0]
@@ -87,7 +87,7 @@ def test_a_conifer_narrows_upwards() -> None:
 
 
 def test_gaps_lie_towards_the_edge() -> None:
-    """Where leaves are few, the middle of a crown hides more of what is behind it."""
+    """With few leaves, the middle of a crown hides more than its rim."""
     for seed in SEEDS:
         leafy, _, crown = grown("broadleaf", 1.0, seed)
         bare, _, _ = grown("broadleaf", 0.6, seed)
@@ -98,7 +98,7 @@ def test_gaps_lie_towards_the_edge() -> None:
         assert not (bare & ~leafy).any()
 
 
-def test_the_side_to_the_light_is_warmer() -> None:
+def test_the_lit_side_is_warmer() -> None:
     """Up and to the left, of every kind."""
     for kind in ("broadleaf", "conifer"):
         warmer = []
@@ -110,8 +110,8 @@ def test_the_side_to_the_light_is_warmer() -> None:
 
 
 @pytest.mark.parametrize("wide", [60.0, 150.0, 300.0])
-def test_a_broadleaf_crown_is_one_piece_however_slim(wide: float) -> None:
-    """But for single clumps of leaves at its rim."""
+def test_a_broadleaf_crown_is_connected(wide: float) -> None:
+    """Except for single clumps of leaves at its rim."""
     for seed in SEEDS:
         draw = stream(seed, "tree")
         solid, _ = foliage(1.0).grown(broadleaf(HIGH, wide, draw), draw)
@@ -119,7 +119,7 @@ def test_a_broadleaf_crown_is_one_piece_however_slim(wide: float) -> None:
         assert figures[1:, cv2.CC_STAT_AREA].max() > 0.97 * solid.sum()
 
 
-def test_wood_grows_up_from_the_foot_and_stays_within_the_crown() -> None:
+def test_wood_grows_within_the_crown() -> None:
     for seed in SEEDS:
         trunk, *boughs = wood(HIGH, WIDE["broadleaf"], 9.0, stream(seed, "wood"))
         low, high = trunk[[0, 3]], trunk[[1, 2]]
@@ -135,7 +135,7 @@ def test_wood_grows_up_from_the_foot_and_stays_within_the_crown() -> None:
             assert points[[1, 2], 1].mean() < points[[0, 3], 1].mean()  # upwards
 
 
-def test_trees_that_no_pixel_can_tell_apart_are_not_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unresolved_trees_are_not_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """A thousand kilometres away half a metre is a thousandth of a pixel."""
     drawn = []
     monkeypatch.setattr(Trees, "_tree", lambda *arguments: drawn.append(arguments))
