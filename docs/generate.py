@@ -36,7 +36,7 @@ from irsim.config.quantities import LARGEST
 from irsim.config.schema import Slot, plain
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.motion import PATHS, POINTINGS
+from irsim.motion import PATHS, CAMERA_MOTIONS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.optics import Lens
@@ -62,7 +62,7 @@ FAMILIES: tuple[Family, ...] = (
     FLICKERS,
     PATHS,
     OCCLUDERS,
-    POINTINGS,
+    CAMERA_MOTIONS,
     DETECTORS,
     NOISES,
     FAULTS,

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Kelvin, Length, NotNegative
-from irsim.motion.posture import AEROPLANE, HELICOPTER, MULTIROTOR, Posture
+from irsim.motion.attitude import AEROPLANE, HELICOPTER, MULTIROTOR, Posture
 from irsim.targets.base import Angles
 from irsim.targets.body import Body
 from irsim.targets.parts import (

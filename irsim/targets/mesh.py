@@ -19,7 +19,7 @@ from irsim.config.quantities import Fraction, Kelvin, Length
 from irsim.geometry.polygon import as_row_differences, centroids, coverage
 from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_or_corner
 from irsim.geometry.sprite import Sprite
-from irsim.motion.posture import POSTURES, Posture, PostureName
+from irsim.motion.attitude import POSTURES, Posture, PostureName
 from irsim.physics.radiometry import grey_body
 from irsim.targets.base import Shape, View
 from irsim.targets.meshfile import MAX_CACHED, Triangles, read_mesh
