@@ -23,7 +23,7 @@ from irsim.scenario.model import Scenario
 from irsim.targets import View
 from irsim.targets.flicker import FLICKERS, Flicker, Flutter
 from irsim.targets.point import Flare, Point
-from irsim.types import Box
+from irsim.types import Box, Floats
 
 OFF_AXIS = math.cos(math.atan(IFOV * math.hypot(30.3 - 79.5, 40.8 - 59.5)))
 """Cosine of the angle between the optical axis and the pixel (30.3, 40.8)."""
@@ -239,7 +239,7 @@ class TestRequestedScr:
     def test_drawing_and_truth_use_the_same_ring(self, dtype: type) -> None:
         """Also for boxes whose ring ends on a pixel's middle but for rounding."""
         generator = np.random.default_rng(3)
-        light = generator.uniform(1, 9, (100, 100)).astype(dtype)
+        light: Floats = generator.uniform(1, 9, (100, 100)).astype(dtype)
         for side in generator.uniform(1, 4, 50).tolist():
             box = Box(70 - RING_PX - side / 2, 70 - GUARD_PX - side / 2, side, side)
             x0, y0, alpha = int(box.cx) - 2, int(box.cy) - 2, np.full((6, 6), 0.5)
