@@ -231,5 +231,5 @@ def _modulated(u: Floats, v: Floats, depth: Floats, billows: float) -> Floats:
 def _periodic_fields(seed: int, name: str) -> Floats:
     """Return periodic fields (side, side, 3) of mean 0 and variance 1."""
     slopes = {"pushed": _EDGE_SLOPE, "thick": _DEPTH_SLOPE, "warm": _DEPTH_SLOPE}
-    parts = (power_law((_SIDE, _SIDE), slope, _TEXELS, 1.0, seed, name, what) for what, slope in slopes.items())
+    parts = (power_law((_SIDE, _SIDE), slope, _TEXELS, 1.0, seed, name, field) for field, slope in slopes.items())
     return np.stack(list(parts), axis=-1)

@@ -174,7 +174,7 @@ _TANK_TURRET = Solid(
 )
 
 
-# Six road wheels a side, sprocket and idler higher, on the outside of the track: what meets it could not hide it.
+# Six road wheels a side, sprocket and idler higher, clear of the track: touching parts have no certain depth order.
 _TANK_WHEELS = tuple(
     wheel((x, 0.262, z), radius, 0.02, "wheels_k")
     for x, z, radius in (
@@ -227,7 +227,7 @@ class Tank(Body):
     """Temperature of the road wheels, whose rubber is kneaded, kelvin."""
 
 
-# What is above the water of a patrol boat of 25 m, the water line at z = 0.
+# The part above water of a patrol boat of 25 m, with the water line at z = 0.
 _BOAT_WINDOWS = block((0.05, 0.088, -0.2), (0.2, 0.094, -0.165), "windows_k")
 
 

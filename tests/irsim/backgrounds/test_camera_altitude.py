@@ -1,4 +1,4 @@
-"""One height of the camera above the sea, for all the air of a scene."""
+"""Altitude of the camera: one value for all atmosphere of a scene."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def scene(background: dict[str, Any], **more: Any) -> Scenario:
         ({**SEA, "camera_height_m": 15.0}, {"altitude_m": 500.0}, 15.0),
     ],
 )
-def test_a_camera_is_as_high_as_its_background_has_it(
+def test_the_background_sets_the_altitude(
     background: dict[str, Any], given: dict[str, float], altitude_m: float
 ) -> None:
-    """Said where a height that is written is another."""
+    """With a warning if another altitude is given."""
     scenario = scene(background, atmosphere={**AIR, **given})
     assert scenario.context.air.altitude_m == altitude_m
     said = [notice for notice in doubts(scenario) if notice.at == ("atmosphere", "altitude_m")]
@@ -71,8 +71,8 @@ def test_a_camera_above_the_air_is_refused_with_an_atmosphere(background: dict[s
     assert scene(background, atmosphere={}).context.air.is_clear
 
 
-def test_ground_above_the_level_is_as_far_as_the_farthest_from_any_height() -> None:
-    """100 km, or the round Earth's horizon, sqrt(2 r h + h^2), from where it is farther."""
+def test_ground_above_the_horizon_is_as_far_as_it() -> None:
+    """At 100 km, or at the Earth's horizon, sqrt(2 r h + h^2), if that is farther."""
     for height_m in (*np.arange(1.0, 200.0), 780.0, 800.0, 3000.0, 20_000.0, 400_000.0):
         farthest_m = max(math.sqrt(2 * 6.371e6 * height_m + height_m**2), 100e3)
         along, elevation = ground_path(height_m, np.array([0.9 * height_m / farthest_m, 0.0, -0.3]))
@@ -81,8 +81,8 @@ def test_ground_above_the_level_is_as_far_as_the_farthest_from_any_height() -> N
 
 
 @pytest.mark.parametrize("background", [{**GROUND, "height_m": 3000.0}, {**LANDSCAPE, "camera_height_m": 3000.0}])
-def test_ground_and_a_target_on_it_are_seen_through_one_air(background: dict[str, Any]) -> None:
-    """A black plate as warm as the ground, as far away as it, is not to be told from it."""
+def test_ground_and_target_share_one_atmosphere(background: dict[str, Any]) -> None:
+    """A black plate at the temperature and range of the ground is indistinguishable from it."""
     screen = {"kind": "bar", "center_px": (32.0, 24.0), "size_px": (9.0, 9.0), "range_m": 3000 / math.sin(math.pi / 6)}
     plate = {**screen, "temperature_k": 320.0, "emissivity": 1.0}
     light = Renderer(scene(background, occluders=[plate])).scene(0)[0]

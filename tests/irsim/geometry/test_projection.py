@@ -55,7 +55,7 @@ def test_pixels_of_points(point: tuple[float, ...], pixel: tuple[float, ...]) ->
         ((0.001, 0, 0), (0, 0, 1), (-2, 0)),
         ((0, 0.001, 0), (0, 0, 1), (0, 2)),
         ((0, 0, 0.1), (0, 0, 1), (0, 0)),
-        # Rolled clockwise by 90 degrees, the camera sees above the axis what was right of it.
+        # Rolled clockwise by 90 degrees, the camera sees a point right of the axis above it.
         ((0, 0, np.pi / 2), (0.01, 0, 1), (0, -20)),
     ],
     ids=["right", "up", "roll", "roll off the axis"],

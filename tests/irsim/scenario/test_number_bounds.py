@@ -1,4 +1,4 @@
-"""Every number of a scenario has bounds, within which nothing overflows."""
+"""Every number of a scenario has bounds, and nothing overflows within them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ occluders:
   - {kind: bar, id: pole, center_px: [40, 20], size_px: [9, 40], range_m: 300}
 """
 
-CHECKED_APART = {"camera.band"}
-"""Limits of bands are checked as a pair, against the tables of radiometry."""
+CHECKED_TOGETHER = {"camera.band"}
+"""Limits of a band are checked as a pair, against the tables of radiometry."""
 
 
 def unbounded(slot: Slot, place: str, seen: set[type[Part]]) -> Iterator[str]:
-    """Places of numbers without a lower and an upper bound."""
+    """Yield the places of numbers without a lower or an upper bound."""
     if len(slot.choices) > 1:
         for choice in slot.choices:
             yield from unbounded(choice, place, seen)
@@ -62,7 +62,7 @@ def unbounded_in(part: type[Part], place: str, seen: set[type[Part]]) -> Iterato
 
 
 def test_every_number_of_a_scenario_is_bounded() -> None:
-    assert set(unbounded_in(Scenario, "", set())) == CHECKED_APART
+    assert set(unbounded_in(Scenario, "", set())) == CHECKED_TOGETHER
 
 
 DRONE = "targets.drone"
@@ -84,7 +84,7 @@ FAR_OUT = [
 
 
 @pytest.mark.parametrize("override", FAR_OUT)
-def test_what_no_scene_has_is_refused_with_what_is_allowed(override: str) -> None:
+def test_implausible_values_are_refused(override: str) -> None:
     with pytest.raises(InputError, match="is out of range; allowed: a number, from "):
         loads(TEXT, overrides=[override])
 
@@ -112,7 +112,7 @@ AT_THE_EDGE = [
 
 
 @pytest.mark.parametrize("override", AT_THE_EDGE)
-def test_what_is_allowed_renders_without_a_warning(override: str) -> None:
+def test_extreme_values_render_without_a_warning(override: str) -> None:
     scenario = loads(TEXT, overrides=[override])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
