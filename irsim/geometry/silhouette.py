@@ -155,13 +155,7 @@ class Grid(NamedTuple):
 
 
 def blur_to_pixels(
-    grid: Grid,
-    fields: Floats,
-    centers: tuple[Floats, Floats],
-    whole_area: float,
-    box: Box,
-    psf: PSF,
-    range_m: float,
+    grid: Grid, fields: Floats, centers: tuple[Floats, Floats], whole_area: float, box: Box, psf: PSF, range_m: float
 ) -> Sprite:
     """Return the sprite of (opacity, glow) in the cells of a grid, blurred and binned to pixels.
 
