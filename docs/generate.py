@@ -254,7 +254,7 @@ def centre_offsets() -> Iterator[str]:
     worst = []
     for kind in bodies():
         shape = typical(kind)
-        sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.poses]
+        sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.picture_poses]
         across = max(abs(sprite.center[0] - sprite.box.cx) / sprite.box.w for sprite in sprites)
         down = max(abs(sprite.center[1] - sprite.box.cy) / sprite.box.h for sprite in sprites)
         both = max(math.dist(sprite.center, (sprite.box.cx, sprite.box.cy)) / sprite.box.diagonal for sprite in sprites)

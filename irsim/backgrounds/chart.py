@@ -13,8 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.geometry.product import product
-from irsim.geometry.projection import Geometry
+from irsim.geometry.projection import Geometry, blocked_matmul
 from irsim.types import Floats
 
 NODES = 12
@@ -110,7 +109,7 @@ class Chart:
         """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes; of
         `every` so many rows and columns one."""
         across, along = (_basis(length, self.margin)[::every] for length in self.geometry.size)
-        return product(along, product(nodes.astype(np.float32), across.T))
+        return blocked_matmul(along, blocked_matmul(nodes.astype(np.float32), across.T))
 
     def elevation_rad(self, v: Floats) -> Floats:
         """Elevation of a map coordinate v."""

@@ -16,7 +16,7 @@ from irsim.backgrounds.patches import Painted, Shape
 from irsim.backgrounds.plane import VANISHING_PX
 from irsim.config.base import Part
 from irsim.config.quantities import Fraction, KelvinSpread, Rising
-from irsim.geometry.powerlaw import power_law
+from irsim.geometry.random_fields import power_law
 from irsim.geometry.vegetation import LIGHT
 from irsim.rng import stream
 from irsim.types import Floats

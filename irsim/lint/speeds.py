@@ -21,7 +21,7 @@ def too_fast(scenario: Scenario) -> Iterator[Notice]:
     rate_hz = scenario.camera.rate_hz
     first_ones = np.arange(float(min(scenario.frames, LOOKED)))
     for index, target in enumerate(scenario.targets):
-        fastest_m_s, frames = target.shape.fastest_m_s, existing(target, first_ones)
+        fastest_m_s, frames = target.shape.max_speed_m_s, existing(target, first_ones)
         if fastest_m_s is None or len(frames) < 2:
             continue
         in_metres = isinstance(target.path, MetrePath | CrossesM)

@@ -94,7 +94,7 @@ class _Scene:
             return None
         pose = self.renderer.pose(frame)
         sprite = course.target.shape.draw(course.view(frame, pose))
-        if sprite is None or sprite.wanted is None:
+        if sprite is None or sprite.requested is None:
             return None
         steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
         return NamedSprite(name, steady, True, course.first_m(frame, pose))

@@ -15,6 +15,7 @@ from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
 from irsim.geometry.occluded_blur import WHOLE, Unsteady
 from irsim.geometry.sprite import AREA_ROUNDING, Sprite, overlap
+from irsim.geometry.sprite import FULL_PATCH, OccludedBlur, Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, scr, with_radiance
 from irsim.types import Band, Floats, Slices
@@ -261,10 +262,10 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]
     emission[inner] = np.maximum(behind + share * (emission[inner] - behind), 0.0)
-    if sprite.during is not None:
+    if sprite.samples is not None:
         lent_light = np.zeros(emission.shape)
         lent_light[inner] = (1 - share) * light[outer]
-        sprite = sprite._replace(during=sprite.during.shining(share, lent_light))
+        sprite = sprite._replace(samples=sprite.samples.relit(share, lent_light))
     own, lent = share * float(sprite.emission.sum()), (1 - share) * float(behind.sum())
     part = lent / (own + lent) if own + lent > 0 else 1.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center

@@ -125,7 +125,7 @@ def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRa
 
     None where nothing is requested, and outside the picture.
     """
-    wanted = sprite.wanted
+    wanted = sprite.requested
     if wanted is None:
         return None
     met = sprite.within(light.shape)

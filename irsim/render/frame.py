@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.backgrounds import Filmed, Layer, Swept
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.sprite import Sprite, averaged
+from irsim.geometry.sprite import Sprite, exposure_mean
 from irsim.motion import angles_deg
 from irsim.render.composite import DrawnTarget, NamedSprite, compose, contrast_k, uncovered
 from irsim.render.contrast import NoiseRadiance, no_noise, with_radiance
@@ -53,7 +53,7 @@ class Renderer:
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]
-        self.classes = [target.cls or target.shape.stands_for for target in self.targets]
+        self.classes = [target.cls or target.shape.default_class for target in self.targets]
         motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
         self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 
@@ -201,7 +201,7 @@ class Renderer:
         if len(self.exposure) == 1:
             return middles
         instants = [draw(instant) for instant in self.exposure]
-        return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
+        return [exposure_mean(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
     def pose(self, index: int) -> CameraPose:
         """Return the camera's pose in frame `index`."""

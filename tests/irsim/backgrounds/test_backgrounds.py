@@ -14,8 +14,8 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
 from irsim.geometry.context import SceneContext
-from irsim.geometry.powerlaw import power_law
 from irsim.geometry.projection import Geometry
+from irsim.geometry.random_fields import power_law
 from irsim.physics.radiometry import radiance, temperature
 
 ROUNDED = cv2.__version__.startswith("4.")

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
-from irsim.geometry.silhouette import Grid, spread
+from irsim.geometry.silhouette import Grid, blur_to_pixels
 from irsim.physics.optics import GaussianPSF, Lens, LensPSF
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
@@ -95,7 +95,7 @@ def test_a_small_square_is_spread_as_the_point_s_integral(psf: Any, fine: int) -
     fields[2, 0, row, column] = moment
     both = np.concatenate([fields, fields], axis=1)
     center = np.zeros(2)
-    drawn = spread(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
+    drawn = blur_to_pixels(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
     nodes, weights = np.polynomial.legendre.leggauss(12)
     x0, y0 = ((cell + 0.5) / fine - 0.5 for cell in (column, row))
     rows, columns = (np.arange(-psf.reach_px, size + psf.reach_px) for size in (4, 5))

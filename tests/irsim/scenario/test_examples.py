@@ -10,7 +10,7 @@ import pytest
 
 import irsim
 from irsim.measure.jumps import jumps
-from irsim.occluders.standing import Building
+from irsim.occluders.solid import Building
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import examples

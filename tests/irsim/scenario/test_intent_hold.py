@@ -9,7 +9,7 @@ import pytest
 from test_intent import UPRIGHT, scene, visible
 
 from irsim import InputError, Scenario, load, loads
-from irsim.occluders.standing import Building, Pole
+from irsim.occluders.solid import Building, Pole
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import warnings
