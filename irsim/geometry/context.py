@@ -48,7 +48,6 @@ class SceneContext:
     lens      point spread function if it is no Gaussian
     ambient   radiance of the surroundings, W/m2/sr, unless the atmosphere defines it
     leaves_k  temperature of leaves at the background's hour, K; None if the background defines no hour
-    shelf     results shared with other processes that render the same scene
     """
 
     seed: int

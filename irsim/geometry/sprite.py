@@ -10,6 +10,9 @@ import numpy as np
 
 from irsim.types import Box, Floats, Slices
 
+AREA_ROUNDING = 1e-9
+"""Share of a sprite's area that rounding in sums of its pixels does not exceed."""
+
 FULL_PATCH = slice(None), slice(None)
 """Slices of a whole patch."""
 

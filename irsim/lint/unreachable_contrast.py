@@ -96,5 +96,5 @@ class _Scene:
         sprite = course.target.shape.draw(course.view(frame, pose))
         if sprite is None or sprite.requested is None:
             return None
-        steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
+        steady = sprite._replace(requested=replace(sprite.requested, gain=1.0))
         return NamedSprite(name, steady, True, course.first_m(frame, pose))

@@ -14,8 +14,7 @@ import numpy as np
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
 from irsim.geometry.occluded_blur import WHOLE, Unsteady
-from irsim.geometry.sprite import AREA_ROUNDING, Sprite, overlap
-from irsim.geometry.sprite import FULL_PATCH, OccludedBlur, Sprite, overlap
+from irsim.geometry.sprite import AREA_ROUNDING, OccludedBlur, Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, scr, with_radiance
 from irsim.types import Band, Floats, Slices
@@ -198,7 +197,7 @@ def _draw(
             nothing = np.zeros(sprite.covers.shape)
             targets.append(DrawnTarget(piece, None, nothing, nothing, 0.0, (math.nan, math.nan), None))
         return
-    requested = None if sprite.wanted is None else requested_radiance(sprite, light, band, noise)
+    requested = None if sprite.requested is None else requested_radiance(sprite, light, band, noise)
     if requested is not None:
         sprite = with_radiance(sprite, requested)
     if sprite.contrast != 1:
@@ -207,7 +206,7 @@ def _draw(
         met = target.piece.sprite.meets(sprite)
         if met is not None:
             target.occlude(piece.name, met[0], 1 - sprite.covers[(..., *met[1])])
-    blur = None if sprite.during is None else Unsteady.of(sprite.during, light, within)
+    blur = None if sprite.samples is None else OccludedBlur.of(sprite.samples, light, within)
     alpha, own, replaced = draw_over(light, sprite)
     for each in moving:
         rows, columns = each.patch

@@ -157,5 +157,5 @@ def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRa
 
 def with_radiance(sprite: Sprite, light: float) -> Sprite:
     """Return a sprite of uniform radiance, W/m2/sr, with no requested contrast or SCR."""
-    during = sprite.during and sprite.during.shining(0.0, light)
-    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None, during=during)
+    samples = sprite.samples and sprite.samples.relit(0.0, light)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, requested=None, samples=samples)

@@ -19,7 +19,7 @@ from irsim.geometry.sprite import Sprite
 from irsim.motion import CameraTrajectory
 from irsim.render.composite import NamedSprite
 from irsim.scenario.model import Scenario
-from irsim.targets import View, draw_all
+from irsim.targets import View, draw_shapes
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
@@ -107,7 +107,7 @@ class Instant:
             course = self.courses[number]
             view, shift = course.view(index, pose), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _shifted(view, shift)))
-        return draw_all(views)
+        return draw_shapes(views)
 
     def looks_as(self, other: Instant, index: int) -> bool:
         """Return whether the camera's place, rotation and zoom are those of another instant of frame `index`."""
@@ -149,8 +149,8 @@ def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) 
     share = float(added.sum() / total) if total > 0 else 0.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
     center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
-    during = sprite.during and sprite.during.shining(tau, light)
-    return sprite._replace(emission=arrived, signal_center=center, during=during)
+    samples = sprite.samples and sprite.samples.relit(tau, light)
+    return sprite._replace(emission=arrived, signal_center=center, samples=samples)
 
 
 def _elevation_rad(sprite: Sprite, pose: CameraPose) -> float:
@@ -210,5 +210,5 @@ class Prefetch:
 def _pixels(pieces: Iterable[NamedSprite]) -> int:
     """Return the pixels of all sprites, those of each instant of the exposure included."""
     sprites = [piece.sprite for piece in pieces]
-    during = sum(sprite.during.alpha.size for sprite in sprites if sprite.during is not None)
-    return sum(sprite.alpha.size for sprite in sprites) + during
+    samples = sum(sprite.samples.alpha.size for sprite in sprites if sprite.samples is not None)
+    return sum(sprite.alpha.size for sprite in sprites) + samples

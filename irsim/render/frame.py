@@ -181,7 +181,7 @@ class Renderer:
             if sprite is not None:
                 course, target = self.courses[number], self.targets[number]
                 arrived = apply_atmosphere(sprite, pose, target.id)
-                if arrived.wanted is not None and as_given:
+                if arrived.requested is not None and as_given:
                     requested = self._requested(index).get(target.id)
                     arrived = arrived if requested is None else with_radiance(arrived, requested)
                 if target.contrast != 1:

@@ -221,7 +221,9 @@ class MeanCounts:
         left, top, columns, rows = region
         near = [piece for piece in pieces if piece.sprite.within((rows, columns), (left, top)) is not None]
         layers = self._layers(frame, region)
-        if layers is None or any(piece.sprite.wanted is not None for piece in near):  # which depends on the ring around
+        if layers is None or any(
+            piece.sprite.requested is not None for piece in near
+        ):  # which depends on the ring around
             return self._whole(frame, pieces)[_slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))
