@@ -9,8 +9,8 @@ from html import escape
 import cv2
 import numpy as np
 
+from irsim.errors import counted
 from irsim.types import Box, Image, Source
-from irsim.wording import counted
 
 PICTURE_PX = 320
 """A picture in a card is shown no wider than this, px."""

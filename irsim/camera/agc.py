@@ -14,7 +14,7 @@ from pydantic import Field
 
 from irsim._native import COMPILED, kernels
 from irsim.config.base import Kind
-from irsim.lookup import lookup
+from irsim.rng import lookup
 from irsim.types import Floats, Image
 
 Picture = npt.NDArray[np.uint8]

@@ -29,7 +29,7 @@ from irsim.camera.motion_blur import SHARP, Smear
 from irsim.camera.presets import PRESETS, Preset
 from irsim.camera.vignetting import Falloff, VignettingMap
 from irsim.config.base import Part, Several, Switches
-from irsim.config.field_annotations import Items, Plausible
+from irsim.config.fields import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
 from irsim.motion import POINTINGS, Pointing

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.config.base import Family, NamedKind, Several
 from irsim.config.quantities import Fraction, Index
-from irsim.rng import bits
+from irsim.rng import bit_generator
 from irsim.types import Bools
 
 BLOCK = 1024
@@ -75,5 +75,5 @@ def arrivals(faults: Sequence[Fault], count: int, seed: int) -> Sequence[int]:
 
 def _chances(count: int, seed: int, name: str) -> npt.NDArray[np.float64]:
     """(count,) independent numbers, even between 0 and 1: those of a frame are the same for any count."""
-    words = [bits(seed, "fault", name, block).random_raw(BLOCK) for block in range(-(-count // BLOCK))]
+    words = [bit_generator(seed, "fault", name, block).random_raw(BLOCK) for block in range(-(-count // BLOCK))]
     return np.ldexp((np.concatenate(words)[:count] >> np.uint64(11)).astype(np.float64), -53)

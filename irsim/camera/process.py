@@ -13,7 +13,7 @@ from irsim._native import COMPILED, kernels
 from irsim.camera.bridge import Bridge
 from irsim.camera.int16_image import Words, words
 from irsim.camera.scratch import scratch
-from irsim.rng import Address, begun, normals
+from irsim.rng import Address, kernel_arguments, normals
 from irsim.types import Floats
 
 FORGOTTEN = 100.0
@@ -79,7 +79,7 @@ def bridged(decay: float, before: State, after: State, seed: int, *address: Addr
     weight, spread = _midway(decay)
     if COMPILED:
         state = np.empty(before.shape, np.int16)
-        kernels.bridge(*begun(seed, *address), before, after, weight, spread / STATE_UNIT, state)
+        kernels.bridge(*kernel_arguments(seed, *address), before, after, weight, spread / STATE_UNIT, state)
         state.flags.writeable = False
         return state
     mean = np.add(before, after, dtype=np.float32) * np.float32(weight)

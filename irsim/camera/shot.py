@@ -13,7 +13,7 @@ from irsim.camera.response import Response
 from irsim.camera.scratch import scratch
 from irsim.camera.temporal_sigma import grain_address
 from irsim.camera.variance import Variance
-from irsim.rng import begun, bits, normals
+from irsim.rng import bit_generator, kernel_arguments, normals
 from irsim.types import Floats
 
 EXACT_E = 200.0
@@ -37,7 +37,7 @@ class Shot(Noise):
     def count(self, signal: Floats, response: Response, frame_context: FrameContext, sigma: float) -> None:
         variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
-            found = kernels.add_shot(*begun(*grain_address(frame_context)), signal, variance, well, EXACT_E)
+            found = kernels.add_shot(*kernel_arguments(*grain_address(frame_context)), signal, variance, well, EXACT_E)
             if not found:
                 return
             pairs = np.frombuffer(found)
@@ -51,7 +51,9 @@ class Shot(Noise):
             shaken = np.where((signal >= well) | (signal < EXACT_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(shaken + np.float32(variance)), drawn, signal)
         if dark.size:
-            words = bits(frame_context.seed, "noise", self.name, "uniform", frame_context.index).random_raw(signal.size)
+            words = bit_generator(frame_context.seed, "noise", self.name, "uniform", frame_context.index).random_raw(
+                signal.size
+            )
             uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
             signal.reshape(-1)[dark] += poisson(np.maximum(held, 0), uniform).astype(np.float32) - held
 

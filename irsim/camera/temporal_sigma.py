@@ -7,7 +7,7 @@ import cv2
 from irsim._native import COMPILED, kernels
 from irsim.camera.noise_base import FrameContext
 from irsim.camera.scratch import scratch
-from irsim.rng import Address, begun, normals
+from irsim.rng import Address, kernel_arguments, normals
 from irsim.types import Floats
 
 
@@ -20,7 +20,7 @@ def grain_address(frame_context: FrameContext) -> tuple[int, *tuple[Address, ...
 def add_grain(signal: Floats, sigma: float, frame_context: FrameContext) -> None:
     """signal += sigma times the unit normals of a frame's grain, in place; (rows, cols) float32, C-contiguous."""
     if COMPILED:
-        kernels.add_normals(*begun(*grain_address(frame_context)), signal, sigma)
+        kernels.add_normals(*kernel_arguments(*grain_address(frame_context)), signal, sigma)
         return
     drawn = normals(signal.shape, *grain_address(frame_context), out=scratch(signal.shape, "drawn"))
     cv2.scaleAdd(drawn, sigma, signal, dst=signal)

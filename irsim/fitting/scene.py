@@ -13,6 +13,7 @@ import numpy as np
 
 from irsim.camera.detectors import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
+from irsim.errors import counted
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
@@ -20,7 +21,6 @@ from irsim.measure import EIGHT_BITS, Figures, Measured, perhaps_pictures
 from irsim.physics.radiometry import radiance, slope, temperature
 from irsim.physics.scale import Scale
 from irsim.types import Band, Curve, Source
-from irsim.wording import counted
 
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3

@@ -41,8 +41,8 @@ class Flaws:
     dead_level              at which dead pixels stand, in the median
     hot_height              of hot pixels above what is around them, in the mean
     jump                    of blinking pixels, in the mean, either way: of all, by an exponential law, which is how
-                            `irsim.camera.detectors` draws them, or of those that are seen, where they are few or do not follow
-                            that law
+                            `irsim.camera.detectors` draws them, or of those that are seen, where they are few or do
+                            not follow that law
     on_frames, off_frames   mean time away from their own level, and on it. Where nobody can tell which is their own, it
                             is taken to be that on which they are longer, and the interval of either holds both
     """

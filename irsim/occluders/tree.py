@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
+from irsim.errors import counted
 from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import as_changes, coverage, outline
 from irsim.geometry.pose import CameraPose
@@ -24,7 +25,6 @@ from irsim.occluders.crown import BARK, CORE, THICK, Form, Heat, form_of, gaples
 from irsim.occluders.standing import foot
 from irsim.rng import stream
 from irsim.types import Box, Floats, arrays_frozen
-from irsim.wording import counted
 
 CORNER = math.radians(60.0)
 """Seen from the crown's middle, what its core is placed over has its corners this far from upright."""

@@ -24,12 +24,10 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
-from irsim.config.file_digests import Stamp, stamp
-from irsim.config.files import check_input
-from irsim.errors import InputError
+from irsim.config.paths import Stamp, check_input, stamp
+from irsim.errors import InputError, counted
 from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
-from irsim.wording import counted
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
 _DATA_END = struct.Struct("<BQI")  # opcode, length, CRC of all before it

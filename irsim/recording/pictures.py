@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from irsim.config.files import check_input
+from irsim.config.paths import check_input
 from irsim.errors import InputError
 from irsim.recording import arrays
 from irsim.recording.tiff import SUFFIXES, page_sizes, read_pages

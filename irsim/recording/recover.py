@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 
-from irsim.config.files import check_output, path_of
+from irsim.config.paths import path_of
+from irsim.errors import counted
 from irsim.recording.container import check_mcap
 from irsim.recording.damage import BROKEN
 from irsim.recording.header import Header
 from irsim.recording.image import decode_image
+from irsim.recording.output import check_output
 from irsim.recording.salvage import Salvage, nothing_left
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
 from irsim.recording.write import writing
 from irsim.types import Frame, Truth
-from irsim.wording import counted
 
 
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:

@@ -12,8 +12,7 @@ from typing import Any
 import cv2
 from cv2.utils import logging
 
-from irsim.errors import InputError
-from irsim.wording import counted
+from irsim.errors import InputError, counted
 
 SUFFIXES = (".tif", ".tiff")
 _LAYOUTS = {42: ("I", 4, "H", 12), 43: ("Q", 8, "Q", 20)}

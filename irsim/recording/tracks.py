@@ -11,17 +11,17 @@ from typing import Any
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from pydantic import Field
 
-from irsim.config.files import path_of, replacing
+from irsim.config.paths import path_of
 from irsim.config.quantities import AboveZero
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
 from irsim.recording.header import Sealed
+from irsim.recording.output import atomic_file
 from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point, text
 from irsim.recording.times import from_ns, to_ns
 from irsim.types import Box
-from irsim.wording import counted
 
 _STATES_PER_CHUNK = 512
 
@@ -76,7 +76,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
     """Write a track recording and return its path. InputError where the file cannot be written."""
     path = path_of(path)
     states = tuple(states)
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         writer = ChunkWriter(file)
         writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).seal())
         boxes, track = _topics(header.tracker)

@@ -12,11 +12,11 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.names import no_such
-from irsim.errors import InputError, as_whole, frame_number
+from irsim.config.base import no_such
+from irsim.errors import InputError, as_int, frame_number
 from irsim.render.frame import Renderer
 from irsim.render.levels import Levels, Region, slices
-from irsim.scenario.model import Scenario, expect_scenario, given_names
+from irsim.scenario.model import Scenario, expect_names, expect_scenario
 
 Exact = npt.NDArray[np.float64]
 
@@ -38,7 +38,7 @@ class Moments:
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
         """without   names of parts that are switched off beside those of the scenario; InputError for others."""
         expect_scenario("Moments", scenario)
-        off = given_names(without)
+        off = expect_names(without)
         known = [name for name, _ in scenario.names()]
         for name in off:
             if name not in known:
@@ -104,7 +104,7 @@ class Moments:
         if region is None:
             return None
         try:
-            left, top, columns, rows = map(as_whole, region)
+            left, top, columns, rows = map(as_int, region)
         except (TypeError, ValueError):
             raise InputError(
                 f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from typing import Any, Generic, TypeVar
 
-from irsim.errors import how_it_ended
+from irsim.errors import exit_status_text
 from irsim.render.interrupts import process
 
 END_S = 10.0
@@ -32,7 +32,7 @@ class WorkerDiedError(Exception):
     """It answers no more; its text says how it ended."""
 
     def __init__(self, status: int | None) -> None:
-        super().__init__(how_it_ended(status))
+        super().__init__(exit_status_text(status))
         self.told = status == 1
         """Whether it has said why on standard error, as Python does."""
 

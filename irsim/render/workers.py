@@ -13,7 +13,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from irsim.errors import IrsimError, whole
+from irsim.errors import IrsimError, whole_number
 from irsim.render.balance import Balance
 from irsim.render.division import DIVIDED, LONG, WHOLE, Contest, Picture, Trial, Way
 from irsim.render.frame import Renderer
@@ -83,7 +83,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
 
     IrsimError where a worker dies; InputError for jobs that are no whole number from 1 on.
     """
-    jobs = min(whole("jobs", jobs, 1), len(wanted))
+    jobs = min(whole_number("jobs", jobs, 1), len(wanted))
     if jobs <= 1:
         yield from (Rendered(os.getpid(), *renderer.frame(index)) for index in wanted)
         return

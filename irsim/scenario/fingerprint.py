@@ -1,4 +1,4 @@
-"""The code that decides a scene's pixels and truth, as a digest: results of other code are other results."""
+"""Digest of the code that decides a scene's pixels and truth: it identifies results."""
 
 from __future__ import annotations
 
@@ -11,26 +11,25 @@ from typing import Any
 
 from irsim._native import COMPILED
 from irsim.config.base import Kind, Part
-from irsim.config.field_annotations import Located
-from irsim.config.file_digests import DIGEST, FILE
+from irsim.config.fields import Located
+from irsim.config.paths import DIGEST, FILE
 
 NOT_PIXELS = (
-    # read and check scenarios, and word what is wrong
-    *("lint", "errors.py", "wording.py", "scenario/loader.py", "scenario/ranges.py", "scenario/severity.py"),
-    *("scenario/catalog.py", "scenario/validation.py", "config/diagnostics.py", "config/overrides.py"),
-    *("config/schema.py", "config/relative_paths.py", "config/tree.py", "config/wrong_encoding.py"),
-    *("config/yaml_file.py", "config/yaml_tabs.py"),
+    # read and check scenarios, and word error messages
+    *("lint", "errors.py", "scenario/loader.py", "scenario/severity.py", "scenario/catalog.py"),
+    *("scenario/validation.py", "config/diagnostics.py", "config/overrides.py", "config/schema.py"),
+    *("config/relative_paths.py", "config/serialization.py", "config/yaml_text.py"),
     # share frames out among processes: each is the same as drawn alone (see below)
-    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py", "signals.py"),
+    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py"),
     *("render/shared_memory.py", "render/worker.py"),
     # say what a scene may be instead, make some up, and hold tracks to rules
-    *("scenario/authoring.py", "scenario/expectation.py", "scenario/space.py", "scenario/variation.py", "strategies"),
+    *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
     # show, write and measure what is rendered
     *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
     *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
-    *("recording/pictures.py", "recording/tiff.py", "stated.py"),
+    *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),
     # commands, and ways in
-    *("__main__.py", "cli", "lazy.py", "render/sources.py"),
+    *("__main__.py", "cli", "render/sources.py"),
 )
 """Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same.
 
@@ -42,9 +41,9 @@ What processes work out for each other, the shelf, stands in the frame's own way
 
 
 def scene_code(scene: Part) -> str:
-    """Hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
+    """Return a hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
 
-    The version alone would not do: in a checkout, and in a user's module, code changes without it.
+    The version alone is not enough: in a checkout, and in a user's module, code changes without it.
     """
     digest = hashlib.blake2b(rendering_code().encode(), digest_size=16)
     for kind in sorted(set(_foreign_kinds(scene)), key=lambda kind: kind.kind):
@@ -53,8 +52,8 @@ def scene_code(scene: Part) -> str:
 
 
 def without_names(part: object, value: Any) -> Any:
-    """A part's plain value less the names of files whose digest stands beside them: what is in a file counts, not where
-    it lies nor how its name is spelt."""
+    """Return a part's plain value without the names of files whose digest stands beside them: contents count, not
+    names."""
     if isinstance(part, tuple | list):
         return [without_names(*pair) for pair in zip(part, value, strict=True)]
     if not isinstance(part, Part):
@@ -64,14 +63,14 @@ def without_names(part: object, value: Any) -> Any:
 
 
 def _is_named(part: Part) -> bool:
-    """Is its key `file` the name of one?"""
+    """Return whether its key `file` names a file."""
     field = type(part).model_fields.get(FILE)
-    return field is not None and any(isinstance(mark, Located) for mark in field.metadata)
+    return field is not None and any(isinstance(item, Located) for item in field.metadata)
 
 
 @lru_cache
 def rendering_code() -> str:
-    """Hex digest of irsim's own code, but for the rooms that no pixel depends on; and of whether loops are compiled."""
+    """Return a hex digest of irsim's code without `NOT_PIXELS`, and of whether kernels are compiled."""
     here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
@@ -82,7 +81,7 @@ def rendering_code() -> str:
 
 
 def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
-    """The classes of the user's own kinds in a tree of parts, and those that they derive from."""
+    """Yield the classes of the user's own kinds in a tree of parts and their base classes."""
     if isinstance(value, Kind):
         yield from (
             each for each in type(value).__mro__ if issubclass(each, Kind) and each.__module__.split(".")[0] != "irsim"
@@ -96,7 +95,7 @@ def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
 
 
 def _source(kind: type[Kind]) -> bytes:
-    """The file of a class; nothing where it has none (typed into a prompt)."""
+    """Return the source file of a class; empty where it has none (typed into a prompt)."""
     try:
         return Path(inspect.getsourcefile(kind) or "").read_bytes()
     except (TypeError, OSError):

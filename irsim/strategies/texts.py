@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from irsim.config.yaml_file import write
+from irsim.config.yaml_text import write_yaml
 from irsim.strategies.whole import documents
 
 Place = tuple[str | int, ...]
@@ -24,7 +24,7 @@ def invalid_texts(draw: st.DrawFn) -> tuple[str, str]:
 @st.composite
 def mutated_texts(draw: st.DrawFn) -> str:
     """A scenario's text with a few pieces cut out, moved or put in; it may still be one."""
-    text = write(draw(documents()))
+    text = write_yaml(draw(documents()))
     for _ in range(draw(st.integers(1, 4))):
         start = draw(st.integers(0, len(text)))
         stop = min(start + draw(st.integers(0, 12)), len(text))
@@ -89,7 +89,7 @@ def _is_number(value: Any) -> bool:
 
 def _unknown_key(draw: st.DrawFn, tree: Any) -> str:
     place = _choose(draw, tree, lambda value: isinstance(value, dict))
-    return write(_with(tree, place, {**_at(tree, place), draw(st.sampled_from(_STRANGE_KEYS)): 1}))
+    return write_yaml(_with(tree, place, {**_at(tree, place), draw(st.sampled_from(_STRANGE_KEYS)): 1}))
 
 
 _STRANGE_KEYS = ("nosuchkey", "Seed", "", " ", "0", "framess", "__class__", "ключ")
@@ -98,12 +98,12 @@ _STRANGE_KEYS = ("nosuchkey", "Seed", "", " ", "0", "framess", "__class__", "к�
 def _unusable_number(draw: st.DrawFn, tree: Any) -> str:
     place = _choose(draw, tree, _is_number)
     bad = draw(st.sampled_from([1e30, -1e30, float("inf"), float("nan"), 10**400]))
-    return write(_with(tree, place, bad))
+    return write_yaml(_with(tree, place, bad))
 
 
 def _wrong_type(draw: st.DrawFn, tree: Any) -> str:
     place = _choose(draw, tree, lambda value: _is_number(value) or isinstance(value, dict))
-    return write(_with(tree, place, draw(st.sampled_from(["many", "12 px", True, ["a"], "2026-01-01"]))))
+    return write_yaml(_with(tree, place, draw(st.sampled_from(["many", "12 px", True, ["a"], "2026-01-01"]))))
 
 
 def _unknown_kind(draw: st.DrawFn, tree: Any) -> str:
@@ -111,30 +111,30 @@ def _unknown_kind(draw: st.DrawFn, tree: Any) -> str:
     word: Any = draw(
         st.sampled_from(["nosuch", "", "Sky", "os:system", "no.such:Kind", "irsim.types:Box", 3, None, []])
     )
-    return write(_with(tree, (*place, "kind"), word))
+    return write_yaml(_with(tree, (*place, "kind"), word))
 
 
 def _missing_key(draw: st.DrawFn, tree: Any) -> str:
     place = _choose(draw, tree, lambda value: isinstance(value, dict) and bool(value.keys() & {"kind", "shape"}))
     part = _at(tree, place)
-    return write(_with(tree, place, {key: value for key, value in part.items() if key not in ("kind", "shape")}))
+    return write_yaml(_with(tree, place, {key: value for key, value in part.items() if key not in ("kind", "shape")}))
 
 
 def _unknown_id(draw: st.DrawFn, tree: Any) -> str:
-    return write({**tree, "follow": draw(st.sampled_from(["nobody", "targets", "Target", "target "]))})
+    return write_yaml({**tree, "follow": draw(st.sampled_from(["nobody", "targets", "Target", "target "]))})
 
 
 def _two_of_one_id(draw: st.DrawFn, tree: Any) -> str:
-    return write({**tree, "targets": [*tree["targets"], tree["targets"][0]]})
+    return write_yaml({**tree, "targets": [*tree["targets"], tree["targets"][0]]})
 
 
 def _repeated_key(draw: st.DrawFn, tree: Any) -> str:
     key = draw(st.sampled_from(list(tree)))
-    return f"{write(tree)}\n{key}: {draw(st.integers(0, 9))}\n"
+    return f"{write_yaml(tree)}\n{key}: {draw(st.integers(0, 9))}\n"
 
 
 def _not_yaml(draw: st.DrawFn, tree: Any) -> str:
-    lines = write(tree).splitlines()
+    lines = write_yaml(tree).splitlines()
     where = draw(st.integers(0, len(lines)))
     return "\n".join([*lines[:where], draw(st.sampled_from(_UNREADABLE)), *lines[where:]])
 
@@ -155,7 +155,9 @@ _UNREADABLE = (
 
 def _no_mapping(draw: st.DrawFn, tree: Any) -> str:
     return draw(
-        st.sampled_from(["", "# nothing\n", "[]", "3", "scenario", "null", "- seed: 1", "---\n---\n", write([tree])])
+        st.sampled_from(
+            ["", "# nothing\n", "[]", "3", "scenario", "null", "- seed: 1", "---\n---\n", write_yaml([tree])]
+        )
     )
 
 

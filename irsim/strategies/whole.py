@@ -8,7 +8,7 @@ from typing import Any
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from irsim.config.yaml_file import write
+from irsim.config.yaml_text import write_yaml
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
 from irsim.strategies import parts
@@ -72,4 +72,4 @@ def documents(
 
 def scenarios(**kwargs: Any) -> SearchStrategy[Scenario]:
     """The scenarios of `documents`, whose arguments it takes."""
-    return documents(**kwargs).map(write).map(loads)
+    return documents(**kwargs).map(write_yaml).map(loads)

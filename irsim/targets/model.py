@@ -12,9 +12,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.base import suggestion
-from irsim.config.field_annotations import FileName
-from irsim.config.file_digests import unchanged, with_digest
-from irsim.config.quantities import Fraction, Kelvin, Length
+from irsim.config.paths import check_unchanged, with_digest
+from irsim.config.quantities import FileName, Fraction, Kelvin, Length
 from irsim.geometry.polygon import as_changes, centroids, coverage
 from irsim.geometry.silhouette import Grid, spread
 from irsim.geometry.sprite import Sprite
@@ -103,7 +102,7 @@ class Model(Shape):
     def mesh(self) -> Triangles:
         """What is in its file. InputError where that has changed since the scene was read."""
         mesh = read_mesh(self.file)
-        unchanged(self.file, self.digest, mesh.digest)
+        check_unchanged(self.file, self.digest, mesh.digest)
         return mesh
 
     @property

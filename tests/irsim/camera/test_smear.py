@@ -165,8 +165,8 @@ def test_beads_are_warned_of(path: dict[str, Any], motion: Any, who: str) -> Non
         return [notice for notice in notices if notice.at == ("camera", "smear", "steps")]
 
     (told,) = warned()
-    assert told.what.endswith("a streak takes steps: 7")
+    assert told.message.endswith("a streak takes steps: 7")
     if who == "one":
-        assert "frame 1 one moves by 2.0 px" in told.what
+        assert "frame 1 one moves by 2.0 px" in told.message
     assert warned(smear={"steps": 7}) == []
     assert warned(without=["smear"]) == []

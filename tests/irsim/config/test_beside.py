@@ -9,7 +9,7 @@ from mesh_files import BOX
 
 import irsim
 from irsim.errors import InputError
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 
 SCENE = """\
 frames: 2

@@ -18,9 +18,9 @@ from mesh_files import BOX, GIVEN
 
 import irsim
 from irsim.config.base import Part
-from irsim.config.field_annotations import FileName
-from irsim.config.overrides import override
-from irsim.config.yaml_file import Document
+from irsim.config.overrides import apply_override
+from irsim.config.quantities import FileName
+from irsim.config.yaml_text import Document
 from irsim.errors import InputError
 from irsim.recording import open_recording
 from irsim.scenario.fingerprint import without_names
@@ -213,8 +213,8 @@ def test_the_name_of_a_file_without_a_digest_stays_in_the_hash() -> None:
 
 def test_a_digest_stays_where_another_file_than_its_own_is_changed() -> None:
     document = Document("text", {"file": "a", "other": "b", "digest": "c"}, {}, {})
-    assert override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
-    assert override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
+    assert apply_override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
+    assert apply_override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
 
 
 def test_a_digest_that_is_given_holds_whatever_the_order(project: Path) -> None:

@@ -14,14 +14,15 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli.app import app
-from irsim.config.files import check_output, is_there, replacing, replacing_text
+from irsim.config.paths import is_there
 from irsim.errors import InputError
+from irsim.recording.output import atomic_file, atomic_text, check_output
 
 
 def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
     path = tmp_path / "out.bin"
     path.write_bytes(b"old")
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         file.write(b"new")
         assert path.read_bytes() == b"old"
     assert path.read_bytes() == b"new"
@@ -32,7 +33,7 @@ def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
 def test_a_failure_leaves_what_was_there(tmp_path: Path, failure: type[BaseException]) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old")
-    with pytest.raises(failure), replacing_text(path) as file:  # noqa: PT012 - entering it is a part of the test
+    with pytest.raises(failure), atomic_text(path) as file:  # noqa: PT012 - entering it is a part of the test
         file.write("new")
         raise failure
     assert path.read_text() == "old"
@@ -43,7 +44,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     (tmp_path / "real.txt").write_text("old")
     link = tmp_path / "link.txt"
     link.symlink_to("real.txt")
-    with replacing_text(link) as file:
+    with atomic_text(link) as file:
         file.write("new")
     assert link.is_symlink()
     assert (tmp_path / "real.txt").read_text() == "new"
@@ -59,7 +60,7 @@ def test_a_read_only_file_system_is_told_of_the_output(tmp_path: Path, monkeypat
     monkeypatch.setattr(Path, "unlink", refuse)
     with (
         pytest.raises(InputError, match=r"out\.bin: cannot be written: Read-only file system$"),
-        replacing(tmp_path / "out.bin"),
+        atomic_file(tmp_path / "out.bin"),
     ):
         pass
 
@@ -91,7 +92,7 @@ def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
 
 
 def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irsim.config.files.LONGEST_PIPED", 1 << 20)
+    monkeypatch.setattr("irsim.config.paths.LONGEST_PIPED", 1 << 20)
     with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
         assert endless.stdout is not None
         try:
@@ -121,7 +122,7 @@ def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
 WRITES = """
 import sys, time
 from pathlib import Path
-from irsim.config.files import replacing
+from irsim.recording.output import atomic_file
 
 with replacing(Path(sys.argv[1]), tidy=True) as file:
     file.write(b"half")
@@ -148,7 +149,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(
             for name in others:
                 (tmp_path / name).touch()
             assert (tmp_path / f".out.mcap.{killed.pid}.tmp").exists()
-            with replacing(path, tidy=True) as file:
+            with atomic_file(path, tidy=True) as file:
                 file.write(b"whole")
             assert set(os.listdir(tmp_path)) == {"out.mcap", *others}
         finally:
@@ -160,10 +161,10 @@ def test_what_another_machine_may_be_writing_is_left_alone(tmp_path: Path) -> No
     path, gone = tmp_path / "out.mcap", tmp_path / ".out.mcap.4194999.tmp"
     with gone.open("wb") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        with replacing(path, tidy=True):
+        with atomic_file(path, tidy=True):
             pass
         assert gone.exists()
-    with replacing(path, tidy=True):
+    with atomic_file(path, tidy=True):
         pass
     assert os.listdir(tmp_path) == ["out.mcap"]
 

@@ -15,7 +15,8 @@ from irsim.camera.detectors import DETECTORS, NOISES
 from irsim.camera.displays import AGCS
 from irsim.camera.frame_loss import FAULTS
 from irsim.config.base import Part
-from irsim.config.schema import Slot, brief, plain
+from irsim.config.schema import Slot
+from irsim.config.serialization import brief_value, plain_value
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.recording import record
@@ -89,7 +90,7 @@ def is_word(part: type[Part], key: str) -> bool:
 def candidates(part: type[Part], key: str) -> list[dict[str, Any]]:
     """What a text may say of a key: nothing, its plain default, each word that it may be, one item of a list."""
     field = part.model_fields[key]
-    found: list[Any] = [] if field.is_required() else [plain(field.get_default())]
+    found: list[Any] = [] if field.is_required() else [plain_value(field.get_default())]
     slot = Slot.of(field.annotation, field.metadata)
     if is_word(part, key):
         found += get_args(slot.annotation)
@@ -118,7 +119,7 @@ def test_a_short_text_of_a_part_that_fills_keys_says_the_same(part: type[Part], 
             except ValueError:
                 continue
             told += 1
-            short = brief(value)
+            short = brief_value(value)
             short.pop("kind", None)
             assert part.model_validate(short) == value, text
     assert told > 20
@@ -145,7 +146,7 @@ def test_a_recording_says_its_scale_again_unless_none_is_wanted(recording: Path)
     assert loads(scene.replace("RANGE", "")).background.model_dump()["range_k"] == (250, 330)
     unsaid = loads(scene.replace("RANGE", ", range_k: null"))
     assert change(unsaid, {"frames": 3}).background == unsaid.background
-    assert "digest" in brief(unsaid.background)
+    assert "digest" in brief_value(unsaid.background)
 
 
 def test_what_an_hour_cannot_be_is_told_in_a_line() -> None:

@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel, create_model
 
 from irsim.config.base import Part
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 
 
 class Thing(Part):
@@ -37,11 +37,11 @@ class Kept(Thing):
 
 
 def test_the_text_under_a_field_is_its_meaning() -> None:
-    assert meanings(Thing) == {"length": "How long it is, m:\nfrom end to end.", "height": "How high, m."}
+    assert field_docs(Thing) == {"length": "How long it is, m:\nfrom end to end.", "height": "How high, m."}
 
 
 def test_a_class_has_the_meanings_of_its_bases_and_its_own_win() -> None:
-    assert meanings(Kept) == {**meanings(Thing), "height": "How high in a shelf, m.", "shelf": "Which shelf."}
+    assert field_docs(Kept) == {**field_docs(Thing), "height": "How high in a shelf, m.", "shelf": "Which shelf."}
 
 
 def test_they_are_those_that_pydantic_reads() -> None:
@@ -54,17 +54,19 @@ def test_they_are_those_that_pydantic_reads() -> None:
         """How high, m."""
 
     theirs = {name: field.description for name, field in Twin.model_fields.items() if field.description}
-    assert theirs == meanings(Twin) == meanings(Thing)
+    assert theirs == field_docs(Twin) == field_docs(Thing)
 
 
 def test_the_json_schema_says_them() -> None:
     properties = Kept.model_json_schema()["properties"]
-    assert {key: value["description"] for key, value in properties.items() if "description" in value} == meanings(Kept)
+    assert {key: value["description"] for key, value in properties.items() if "description" in value} == field_docs(
+        Kept
+    )
 
 
 def test_a_class_without_source_has_none_of_its_own() -> None:
     made = create_model("Made", __base__=Kept, colour=(str, "red"))
-    assert meanings(made) == meanings(Kept)
+    assert field_docs(made) == field_docs(Kept)
 
 
 HEAVY = ("scipy", "matplotlib", "hypothesis", "jinja2")

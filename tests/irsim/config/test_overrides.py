@@ -9,9 +9,10 @@ from scenario_text import TEXT, errors_of
 from irsim.camera.camera import Camera
 from irsim.camera.detectors import Ar1, White
 from irsim.camera.displays import Linear
-from irsim.config.schema import plain
+from irsim.config.serialization import plain_value
+from irsim.lint.warnings import unheeded
 from irsim.motion.straight import Straight
-from irsim.scenario.loader import change, loads, unheeded_overrides
+from irsim.scenario.loader import change, loads
 
 
 def test_overrides_reach_everything() -> None:
@@ -36,7 +37,7 @@ def test_overrides_reach_everything() -> None:
         Straight(start=(30.0, 10.0), speed=1.5),
     ]
     assert scenario.camera.noise == (White(ratio=2.0), Ar1(id="flicker", rho=0.5, ratio=0.5))
-    assert plain(scenario.background)["clouds"][0]["depth"] == 1
+    assert plain_value(scenario.background)["clouds"][0]["depth"] == 1
     assert scenario.camera.size == (80, 48)
     assert scenario.camera.agc == Linear(tails=(0.1, 0.2))
     assert scenario.occluders == ()
@@ -45,8 +46,8 @@ def test_overrides_reach_everything() -> None:
 
 def test_an_override_writes_no_key_beside_its_own() -> None:
     """So that nothing is warned of that nobody has set, and what goes with a key given first follows it."""
-    assert unheeded_overrides("ground", ["atmosphere.surroundings_k=280"]) == []
-    (line,) = unheeded_overrides("ground", ["atmosphere.visibility_km=9"])
+    assert unheeded("ground", ["atmosphere.surroundings_k=280"]) == []
+    (line,) = unheeded("ground", ["atmosphere.visibility_km=9"])
     assert line.startswith("override atmosphere.visibility_km: warning: does not count")
     camera = loads("background: {kind: sky}", overrides=["camera.preset=uncooled_lwir"]).camera
     assert camera == loads("background: {kind: sky}\ncamera: {preset: uncooled_lwir}").camera

@@ -88,7 +88,7 @@ def scene(background: str, **changes: Any) -> dict[str, Any]:
 
 
 def told(value: dict[str, Any]) -> list[str]:
-    return [notice.what for notice in doubts(Scenario.model_validate(value))]
+    return [notice.message for notice in doubts(Scenario.model_validate(value))]
 
 
 def sinking(down_m_s: float) -> dict[str, Any]:
@@ -159,14 +159,14 @@ def test_a_detector_of_ones_own_says_what_it_heeds_and_how_long_it_looks() -> No
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))
     assert found.camera.smeared_ms == 5.0
-    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.what]
+    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
     assert "2 ms are smeared, but the detector integrates for 5 ms" in told(other)
     with pytest.raises(ValidationError, match="do not fit into a frame"):
         Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
     off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
-    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.what]
+    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.message]
     assert place == ("camera", "detector", "gate_ms")
 
 
@@ -179,7 +179,7 @@ def test_a_bare_family_has_defaults() -> None:
 
     value = Scenario.model_validate(scene("ground", camera=sinking(50.0)))
     plain = value.model_copy(update={"background": Plain()})
-    assert [notice.what for notice in doubts(plain)] == []
+    assert [notice.message for notice in doubts(plain)] == []
     assert plain.sky_preset is None
     assert Detector.heeds == Stated.heeds
     assert Stated().exposure_ms is None

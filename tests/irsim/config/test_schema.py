@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, ValidationError
 
-from irsim.config import yaml_file as yamlfile
+from irsim.config import yaml_text
 from irsim.config.base import Part, Several
-from irsim.config.diagnostics import explain
-from irsim.config.field_annotations import Items
+from irsim.config.diagnostics import error_lines
+from irsim.config.fields import Items
 from irsim.config.quantities import AboveZero, Fraction, NotNegative, Pair
 from irsim.config.schema import Slot
 
@@ -45,9 +45,9 @@ class Mixed(Part):
 
 
 def test_the_alternatives_of_a_union_are_one_error() -> None:
-    document = yamlfile.parse("gain: 3", "f")
+    document = yaml_text.parse_yaml("gain: 3", "f")
     with pytest.raises(ValidationError) as caught:
         Mixed.model_validate(document.value)
-    assert explain(caught.value, document, Mixed) == [
+    assert error_lines(caught.value, document, Mixed) == [
         "f:1:7: gain: 3 is not allowed; allowed: a number, from 0 to 1 or 'auto'"
     ]

@@ -263,7 +263,7 @@ targets:
   - {id: car, shape: {kind: car}, path: {kind: straight, start: [40, 80], speed: 1.5, ground_m: 10}}
 occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, tiers: 6}]
 """
-    told = {notice.at: notice.what for notice in doubts(loads(text))}
+    told = {notice.at: notice.message for notice in doubts(loads(text))}
     assert "the top one, which hides car, is" in told["occluders", 0, "tiers"]
 
 

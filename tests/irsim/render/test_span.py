@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.frame_range import parsed, span
+from irsim.errors import parse_frame_range
+from irsim.types import frame_range
 
 
 @pytest.mark.parametrize(
@@ -23,14 +24,14 @@ from irsim.frame_range import parsed, span
     ],
 )
 def test_frames_past_the_end_are_none(start: int, stop: int | None, expected: range) -> None:
-    assert span(start, stop, 5) == expected
+    assert frame_range(start, stop, 5) == expected
 
 
 @pytest.mark.parametrize(
     ("text", "expected"), [("10", range(10)), ("5:9", range(5, 9)), ("0:1", range(1)), ("49:50", range(49, 50))]
 )
 def test_a_range_in_words_is_that_range(text: str, expected: range) -> None:
-    assert parsed(text) == parsed(text, 50) == expected
+    assert parse_frame_range(text) == parse_frame_range(text, 50) == expected
 
 
 WORDS = ["", ":", "0", "-3", "5:5", "9:5", ":9", "5:", "1:2:3", "all", "1.5"]
@@ -40,14 +41,14 @@ WORDS = ["", ":", "0", "-3", "5:5", "9:5", ":9", "5:", "1:2:3", "all", "1.5"]
 def test_no_range_and_one_past_the_end_are_told_alike(text: str) -> None:
     allowed = "no such range; allowed: N above 0, or A:B with A below B"
     with pytest.raises(irsim.InputError) as caught:
-        parsed(text, 50)
+        parse_frame_range(text, 50)
     assert str(caught.value) == f"--frames {text}: {allowed}, within 0:50"
     if text in WORDS:
         with pytest.raises(irsim.InputError) as caught:
-            parsed(text)
+            parse_frame_range(text)
         assert str(caught.value) == f"--frames {text}: {allowed}"
     else:
-        assert parsed(text).stop > 50  # a scenario is rendered beyond its own number
+        assert parse_frame_range(text).stop > 50  # a scenario is rendered beyond its own number
 
 
 @pytest.fixture(params=["scenario", "recording"])

@@ -15,11 +15,10 @@ from scenario_text import TEXT
 
 import irsim
 from irsim.config.base import Family
-from irsim.config.yaml_file import read
+from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
-from irsim.scenario.authoring import json_schema
-from irsim.scenario.catalog import find, shipped
-from irsim.scenario.loader import dumps, examples, load, loads
+from irsim.scenario.catalog import examples, find, json_schema, shipped
+from irsim.scenario.loader import dumps, load, loads
 from irsim.scenario.model import Scenario
 
 SHIPPED = {
@@ -80,7 +79,7 @@ def test_the_schema_is_one_and_is_printed(tmp_path: Path, run: Run) -> None:
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_schema_takes_every_shipped_scenario(name: str) -> None:
-    validator().validate(read(SHIPPED[name]).value)
+    validator().validate(read_yaml(SHIPPED[name]).value)
     validator().validate(loads_plain(dumps(load(SHIPPED[name]))))
 
 

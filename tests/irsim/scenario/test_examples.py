@@ -13,7 +13,7 @@ from irsim.measure.jumps import jumps
 from irsim.occluders.standing import Building
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
-from irsim.scenario.loader import examples
+from irsim.scenario.catalog import examples
 from irtrack.bench import run_bench
 
 SEEDS = 30

@@ -13,11 +13,13 @@ from irsim.backgrounds import Sky
 from irsim.backgrounds.sky import Clouds
 from irsim.camera.camera import Camera
 from irsim.camera.detectors import Ar1, White
+from irsim.config.yaml_text import scalar
 from irsim.errors import InputError
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight
 from irsim.occluders import Bar
-from irsim.scenario.loader import dumps, examples, load, loads, scalar
+from irsim.scenario.catalog import examples
+from irsim.scenario.loader import dumps, load, loads
 from irsim.scenario.model import Scenario
 from irsim.targets.point import Point
 from irsim.targets.target import Target

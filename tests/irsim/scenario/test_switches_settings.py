@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import irsim
 from irsim.config.base import Part
 from irsim.lint import doubts
 from irsim.physics.atmosphere import Atmosphere
-from irsim.scenario.loader import loads, unheeded_in
+from irsim.scenario.loader import loads
 from irsim.types import Frame, Truth
 
 CAMERA = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
@@ -232,9 +233,11 @@ def test_names_within_a_part_are_suggested() -> None:
         without(loads(SCENES["bodies"]), "spin")
 
 
-def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt() -> None:
+def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt(tmp_path: Path) -> None:
     text = "camera: {agc: {kind: fixed, low: 16383, high: 16384}}\nbackground: {kind: ground}"
-    assert unheeded_in(text, "x", ["camera.psf_px=2"], ["psf"]) == [
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    assert irsim.unheeded(path, ["camera.psf_px=2"], ["psf"]) == [
         "override camera.psf_px: warning: what it changes is switched off"
     ]
     assert [notice.at for notice in doubts(loads(text))] == [("camera", "agc", "low")]

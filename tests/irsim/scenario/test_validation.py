@@ -8,7 +8,7 @@ import pytest
 from scenario_text import TEXT, errors_of
 
 from irsim.errors import InputError
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 
 WRONG = """\
 severities:

@@ -16,7 +16,8 @@ from scipy import stats
 
 import irsim
 from irsim.errors import InputError
-from irsim.scenario.loader import change, dumps, examples, load, loads, reach
+from irsim.scenario.catalog import examples
+from irsim.scenario.loader import change, dumps, load, loads, values_of
 from irsim.scenario.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
 
 SHARES = np.linspace(0, 1, 41)
@@ -102,7 +103,7 @@ def test_draws_fill_their_ranges_and_each_is_the_same_whatever_the_number() -> N
     assert irsim.sample(scenario, 1, seed=6) != drawn[:1]
     assert len({each.seed for each in drawn}) == 60
     assert not any(each.vary for each in drawn)
-    speeds = [reach(each, ["targets.jet.path.speed"])["targets.jet.path.speed"] for each in drawn]
+    speeds = [values_of(each, ["targets.jet.path.speed"])["targets.jet.path.speed"] for each in drawn]
     assert stats.kstest(speeds, stats.uniform(1, 3).cdf).pvalue > 0.01
     netds = [math.log10(each.camera.netd_mk) for each in drawn]
     assert stats.kstest(netds, stats.uniform(math.log10(20), 1).cdf).pvalue > 0.01
@@ -245,10 +246,12 @@ def test_a_whole_part_may_vary_of_which_a_key_is_harder_at_each_severity() -> No
     )
     for severity in range(3):
         scenario = loads(text, overrides=[f"severity={severity}"])
-        assert reach(scenario, ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
+        assert values_of(scenario, ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
         benign = irsim.variations(scenario).benign()
-        assert reach(change(scenario, benign), ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
-        drawn = [reach(each, ["targets.jet.path.speed"]) for each in irsim.sample(scenario, 8)]
+        assert values_of(change(scenario, benign), ["targets.jet.path.speed"]) == {
+            "targets.jet.path.speed": severity + 1
+        }
+        drawn = [values_of(each, ["targets.jet.path.speed"]) for each in irsim.sample(scenario, 8)]
         assert {each["targets.jet.path.speed"] for each in drawn} == {5, 7}
 
 

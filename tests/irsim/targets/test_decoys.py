@@ -34,7 +34,7 @@ class TestFlare:
         path = f"{{kind: thrown, target: jet, at_frame: {frame}}}"
         said = list(doubts(loads(HEAD + f"  - {{id: flare, shape: {{kind: flare}}, path: {path}}}\n")))
         assert [notice.at for notice in said] == [("targets", 1, "path")] * told
-        assert all(f"begins at frame {frame:g}, after the last, 149" in notice.what for notice in said)
+        assert all(f"begins at frame {frame:g}, after the last, 149" in notice.message for notice in said)
 
     def test_it_is_there_from_its_throw_until_it_is_burnt_out(self) -> None:
         text = HEAD + "  - {id: flare, shape: {kind: flare, burn_s: 1.0, fade_s: 0.1}, PATH}\n".replace(

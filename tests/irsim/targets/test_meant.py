@@ -10,7 +10,7 @@ from irsim.config.base import Family, suggestion
 from irsim.targets import SHAPES
 
 FAMILIES = {family.name: family for family in (SHAPES, BACKGROUNDS)}
-WORDS = [(name, word) for name, family in FAMILIES.items() for word in family.meant]
+WORDS = [(name, word) for name, family in FAMILIES.items() for word in family.synonyms]
 
 
 def told(family: Family, word: str) -> str:
@@ -24,7 +24,7 @@ def test_each_word_is_none_of_the_kinds_and_means_one(name: str, word: str) -> N
     family = FAMILIES[name]
     assert word == word.lower()
     assert word not in family.kinds
-    assert told(family, word).endswith(f"; did you mean '{family.kinds[family.meant[word]].kind}'?")
+    assert told(family, word).endswith(f"; did you mean '{family.kinds[family.synonyms[word]].kind}'?")
 
 
 @pytest.mark.parametrize(

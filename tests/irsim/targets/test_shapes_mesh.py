@@ -265,7 +265,7 @@ def test_a_surface_that_is_not_closed_is_warned_of(tmp_path: Path, old: str, new
     path.write_text(CUBE.replace(old, new))
     said = [notice for notice in doubts(loads(TARGET.replace("nowhere.obj", str(path)))) if notice.at[-1] == "file"]
     assert [notice.at for notice in said] == [("targets", 0, "shape", "file")] * bool(edges)
-    assert all(f"no closed surface: at {edges} of its edges" in notice.what for notice in said)
+    assert all(f"no closed surface: at {edges} of its edges" in notice.message for notice in said)
 
 
 def test_too_many_faces_are_refused(tmp_path: Path) -> None:
