@@ -89,8 +89,8 @@ OVERRIDES_WRONG = {
         "override targets.jte.path.speed: there is no 'jte'; allowed: jet, far; did you mean 'jet'?"
     ),
     "targets.2.path.speed=3": "override targets.2.path.speed: there is no '2'; allowed: jet, far",
-    "camera.bits.x=3": "override camera.bits.x: there is no 'x' here: what stands above it is a single value",
-    "seed.x=3": "override seed.x: there is no 'x' here: what stands above it is a single value",
+    "camera.bits.x=3": "override camera.bits.x: there is no 'x' here: the key above it holds a single value",
+    "seed.x=3": "override seed.x: there is no 'x' here: the key above it holds a single value",
     "camera.bits=[1": "override camera.bits: '[1':1:3: not YAML: ",
     "without=[wite]": "override without: without.0: there is no 'wite'; allowed: white, jet, far, ",
     "targets.jet.path={kind: weav}": "override targets.jet.path: targets.jet.path.kind: unknown path kind 'weav'; ",

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 from scipy import special, stats
 
-from irsim import lookup
+from irsim import rng
 from irsim.rng import (
     CELLS,
     REFINED,
@@ -149,10 +149,10 @@ def test_opencv_and_numpy_look_up_alike(kind: type, monkeypatch: pytest.MonkeyPa
     words = bit_generator(1, "words").random_raw(1000).view(np.uint16).reshape(40, 100)
     table: npt.NDArray[Any] = (np.arange(65_536) % 251).astype(kind)
     found = []
-    for cv2_takes_16_bits in {lookup._CV2_TAKES_16_BITS, False}:
-        monkeypatch.setattr(lookup, "COMPILED", False)
-        monkeypatch.setattr(lookup, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)
-        found.append(lookup.lookup(table, words))
+    for cv2_takes_16_bits in {rng._CV2_TAKES_16_BITS, False}:
+        monkeypatch.setattr(rng, "COMPILED", False)
+        monkeypatch.setattr(rng, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)
+        found.append(rng.lookup(table, words))
     for values in found:
         assert values.dtype == kind
         np.testing.assert_array_equal(values, table[words])

@@ -1,8 +1,9 @@
-"""Names and digests of files that cannot be: one line each, with its place, the name and what is allowed."""
+"""Files named in scenarios: relative to the scenario, with errors at their place."""
 
 from __future__ import annotations
 
 import os
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,9 +13,89 @@ from mesh_files import BOX
 import irsim
 from irsim.cli.figures import contact_sheet
 from irsim.cli.video import moving_picture
+from irsim.config.paths import is_there
 from irsim.errors import InputError
+from irsim.lint.warnings import warnings
 from irsim.recording import open_recording
 from irsim.types import Source
+
+SCENE = """\
+frames: 2
+camera: {size: [32, 24]}
+background: {kind: ground}
+targets:
+  - id: box
+    shape: {kind: mesh, file: box.obj, length_m: 4}
+    path: {kind: straight, start: [9, 9]}
+"""
+OTHER = "{kind: mesh, file: other.obj, length_m: 2}"
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A scenario in a folder of its own with its mesh, and the working directory another one."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    (tmp_path / "scenes" / "box.obj").write_text(BOX)
+    path = tmp_path / "scenes" / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def mesh_of(scenario: irsim.Scenario) -> str:
+    return str(scenario.files[-1])
+
+
+def test_a_mesh_beside_the_scenario_is_found_from_anywhere(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
+    assert irsim.load("../scenes/scene.yaml") == irsim.load(scene)
+    monkeypatch.chdir(scene.parent)
+    assert irsim.load("scene.yaml") == irsim.load(scene)
+
+
+def test_what_is_in_the_working_directory_alone_is_found_too_and_that_beside_comes_first(scene: Path) -> None:
+    Path("box.obj").write_text(BOX)
+    assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
+    scene.with_name("box.obj").unlink()
+    assert mesh_of(irsim.load(scene)) == str(Path("box.obj").absolute())
+
+
+def test_one_that_is_nowhere_is_named_where_it_was_looked_for(scene: Path) -> None:
+    scene.with_name("box.obj").unlink()
+    with pytest.raises(
+        InputError, match=r"scene\.yaml:6:31: targets\.box\.shape\.file: \S*scenes/box\.obj: there is no s"
+    ):
+        irsim.load(scene)
+
+
+def test_an_override_is_looked_for_where_the_command_is_given(scene: Path) -> None:
+    Path("own.obj").write_text(BOX)
+    assert mesh_of(irsim.load(scene, ["targets.box.shape.file=own.obj"])) == str(Path("own.obj").absolute())
+
+
+def test_a_recorded_background_lies_beside_its_scenario_and_the_recording_of_it_is_rendered_again(scene: Path) -> None:
+    irsim.record(irsim.Rendering(irsim.load(scene)), scene.with_name("real.mcap"))
+    other = scene.with_name("other.yaml")
+    other.write_text(SCENE.replace("{kind: ground}", "{kind: recording, file: real.mcap}"))
+    scenario = irsim.load(other)
+    assert scenario.files[0] == scene.with_name("real.mcap")
+    recording = irsim.open_recording(irsim.record(irsim.Rendering(scenario), scene.with_name("again.mcap")))
+    assert recording.scenario_text is not None
+    again = irsim.loads(recording.scenario_text, trusted=False)
+    assert (again, again.hash) == (scenario, scenario.hash)
+
+
+def test_files_under_severities_and_vary_lie_there_too(scene: Path) -> None:
+    scene.with_name("other.obj").write_text(BOX)
+    severities = "severities:\n  targets.box.shape.file: [box.obj, other.obj]\n"
+    scene.write_text(SCENE + severities)
+    assert mesh_of(irsim.load(scene, ["severity=1"])) == str(scene.with_name("other.obj"))
+    scene.write_text(f"{SCENE}vary:\n  targets.box.shape: {{kind: choice, values: [{OTHER}]}}\n")
+    assert warnings(scene) == []
+    (drawn,) = irsim.sample(irsim.load(scene), 1)
+    assert mesh_of(drawn) == str(scene.with_name("other.obj"))
+
 
 GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
 TEXTS = {
@@ -98,13 +179,6 @@ def test_a_file_of_a_choice_that_is_gone_is_told_without_an_override(folder: Pat
     assert "puts another" not in said
 
 
-@pytest.mark.parametrize("name", ['"a\\0b"', "a" * 300, '""'])
-def test_an_override_beside_such_a_name_is_one_line(name: str) -> None:
-    """The default that it would begin from is the recording's."""
-    text = TEXTS["background"].replace("KEYS", f"file: {name}")
-    assert told(text, "background.range_k.0=250").startswith("override background.range_k.0: ")
-
-
 @pytest.mark.parametrize("name", ["a\0b", "a" * 300])
 def test_no_recording_has_such_a_name(name: str) -> None:
     with pytest.raises(InputError, match=r"^a.*: (no file can have this name|cannot be read): "):
@@ -124,3 +198,31 @@ def test_a_picture_replaces_nothing_that_the_scene_is_read_from(
     with pytest.raises(InputError, match=f"would replace {read}, which this command needs; allowed: another name"):
         draw(source, link)
     assert read.read_bytes() == before
+
+
+def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
+    """And no more of it than a text may have."""
+    read, write = os.pipe()
+    try:
+        os.write(write, b"frames: 3\nbackground: {kind: ground}\n")
+        os.close(write)
+        for _ in range(2):
+            assert irsim.open_source(f"/dev/fd/{read}", ["frames=2"]).has_truth
+    finally:
+        os.close(read)
+
+
+def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("irsim.config.paths.LONGEST_PIPED", 1 << 20)
+    with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
+        assert endless.stdout is not None
+        try:
+            with pytest.raises(InputError, match="more than 1 MB come through this pipe; allowed: text that ends"):
+                irsim.load(f"/dev/fd/{endless.stdout.fileno()}")
+        finally:
+            endless.kill()
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b", "f/" * 3000])
+def test_a_name_that_no_file_can_have_is_not_there(name: str) -> None:
+    assert not is_there(name)

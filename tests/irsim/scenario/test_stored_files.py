@@ -1,5 +1,4 @@
-"""Scenes that are read from files: what is stored of them is rendered from anywhere, files that change are noticed, and
-where they lie makes no other scene."""
+"""Scenes read from files: rendered from anywhere, changed files are noticed, places do not enter the hash."""
 
 from __future__ import annotations
 
@@ -10,11 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import planted_failure
 import pytest
-from bench_fakes import Logger, steps
 from command_line import Run
-from mesh_files import BOX, GIVEN
+from mesh_files import BOX
 
 import irsim
 from irsim.config.base import Part
@@ -25,8 +22,6 @@ from irsim.errors import InputError
 from irsim.recording import open_recording
 from irsim.scenario.fingerprint import without_names
 from irsim.targets.meshfile import read_mesh
-from irtrack.bench import Entry, run_bench
-from irtrack.falsify import find_failure, kept_failures
 
 SCENE = """\
 frames: 3
@@ -247,54 +242,8 @@ def test_a_mesh_that_another_takes_the_place_of_is_read_anew(tmp_path: Path) -> 
     assert read_mesh(str(paths[0])).digest != first
 
 
-def test_many_meshes_are_read_once(tmp_path: Path) -> None:
-    paths = [str(shutil.copy(GIVEN["mesh"]["file"], tmp_path / f"{number}.obj")) for number in range(40)]
-    meshes = [read_mesh(path) for path in paths]
-    assert [read_mesh(path) for path in paths] == meshes  # meshes are equal where they are one
-
-
 def test_a_recording_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
     scenario, footage = irsim.load(project / "scene.yaml"), project / "footage" / "own.mcap"
     irsim.record(irsim.Rendering(irsim.loads(GROUND, overrides=["seed=1"])), footage)
     with pytest.raises(InputError, match=r"own\.mcap: was changed after the scene was read"):
         irsim.Rendering(scenario).frame(0)
-
-
-def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    log, results = elsewhere / "log", elsewhere / "r.db"
-
-    def bench(scene: str, cwd: Path) -> list[str]:
-        monkeypatch.chdir(cwd)
-        with run_bench([scene], [Entry("a", Logger(log=str(log)))], seeds=1, results=results) as found:
-            (row,) = found.sources().values()
-            assert irsim.loads(row.text).files[0].is_file()
-            return [cell.key.digest for cell in found.cells(every=True)]
-
-    first = bench("scene.yaml", project)
-    after_first = steps(log)
-    assert after_first
-    assert bench("../project/scene.yaml", project) == first
-    assert bench("all/project/scene.yaml", elsewhere.parent) == first
-    shutil.move(project, elsewhere / "moved")
-    assert bench("moved/scene.yaml", elsewhere) == first
-    assert steps(log) == after_first
-
-
-def test_a_found_failure_and_its_kept_copy_load_from_anywhere_and_move_with_their_files(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They lie in folders of different depths."""
-    box = "  - {id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [50, 30]}}\n"
-    near = planted_failure.SCENE.replace("vary:", f"{box}vary:").replace("low: 4, high: 54", "low: 32, high: 36")
-    (project / "scene.yaml").write_text(f"{near}expect: [{{kind: error_below, px: 5}}]\n")
-    monkeypatch.chdir(project)
-    kept_in = Path("kept/deeper")
-    find_failure("scene.yaml", "planted_failure:Raising", "found", name="blind", fresh=5, keep_in=kept_in)
-    monkeypatch.chdir(elsewhere)
-    moved = Path(shutil.move(project, elsewhere / "moved"))
-    (kept,) = kept_failures(moved / kept_in)
-    assert irsim.load(kept.path).files == irsim.load(moved / "found" / "minimal.yaml").files == (moved / "box.obj",)
-    assert kept.path.read_text().startswith("# planted_failure:Raising: ")
-    assert kept.changes() == []
