@@ -20,7 +20,7 @@ def main() -> None:
 
 def run_command(name: str, module: str) -> None:
     """Import a command's module and call its `main`. Ctrl-C ends the command quietly, also while it is imported."""
-    repeat_lost_interrupts()
+    keep_interrupts()
     try:
         import_module(module).main()
     except KeyboardInterrupt:
@@ -28,7 +28,7 @@ def run_command(name: str, module: str) -> None:
         sys.exit(130)
 
 
-def repeat_lost_interrupts() -> None:
+def keep_interrupts() -> None:
     """Raise KeyboardInterrupt again where Python drops it.
 
     Python ignores exceptions in callbacks and finalisers, and each import of a module ends in a callback: a command

@@ -110,8 +110,8 @@ WRONG = {
     "speed below 0": (
         "speed: 2",
         "speed: -2",
-        "19:54: targets.jet.path.speed: -2 is out of range; allowed: a number, from 0 to 10000000; heading_deg says ",
-        "which way it goes",
+        "19:54: targets.jet.path.speed: -2 is out of range; allowed: a number, from 0 to 10000000; heading_deg gives ",
+        "the direction",
     ),
     "infinite": ("60", ".inf", "6:12: camera.netd_mk: inf is out of range; allowed: a number, ", ""),
     "open end": (
