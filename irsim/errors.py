@@ -1,19 +1,24 @@
-"""Exceptions of irsim, checks of arguments and words that messages share. Imports nothing that takes time."""
+"""Exceptions of irsim, checks of arguments, words of messages, and the start of commands. Imports nothing slow."""
 
 from __future__ import annotations
 
+import _thread
 import importlib
 import operator
 import re
 import reprlib
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """Control characters except tab and line feed, line and direction marks, and surrogates."""
+
+REPEAT_AFTER_S = 0.01
+"""Delay before a lost Ctrl-C is raised again, s: the callback that swallowed it has ended by then."""
 
 
 class IrsimError(Exception):
@@ -147,3 +152,39 @@ def lazy_exports(package: str, modules: Mapping[str, str]) -> tuple[Callable[[st
         return [*vars(sys.modules[package]), *modules]
 
     return find, names
+
+
+def run_command(name: str, module: str) -> None:
+    """Import a command's module and call its `main`. Ctrl-C ends the command quietly, also while it is imported."""
+    keep_interrupts()
+    try:
+        importlib.import_module(module).main()
+    except KeyboardInterrupt:
+        print(f"{name}: stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+def keep_interrupts() -> None:
+    """Raise KeyboardInterrupt again where Python drops it.
+
+    Python ignores exceptions in callbacks and finalisers, and each import of a module ends in a callback: a command
+    interrupted there would run on.
+    """
+    before = sys.unraisablehook
+
+    def hook(lost: Any) -> None:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            before(lost)
+            return
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # an earlier signal may have set it to be ignored
+        _thread.start_new_thread(_interrupt, (_thread.get_ident(),))
+
+    sys.unraisablehook = hook
+
+
+def _interrupt(main_thread: int) -> None:
+    time.sleep(REPEAT_AFTER_S)
+    if sys.platform == "win32":
+        _thread.interrupt_main()
+    else:
+        signal.pthread_kill(main_thread, signal.SIGINT)  # unlike interrupt_main it also ends a wait

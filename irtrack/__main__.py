@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irsim.__main__ import run_command
+from irsim.errors import run_command
 
 
 def main() -> None:

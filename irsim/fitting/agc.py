@@ -12,7 +12,7 @@ from irsim.config.base import dump
 from irsim.displayed import FittedDisplay, Path, Tolerance
 from irsim.errors import counted
 from irsim.fitting.numbers import plain, ranged
-from irsim.recording.write import default_agc
+from irsim.recording.writer import default_agc
 from irsim.types import Source
 
 HOW = (

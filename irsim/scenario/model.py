@@ -17,7 +17,7 @@ from irsim.camera.camera import Camera
 from irsim.config.base import KeyPath, Name, Part, Several, Switch, switched_off, switches
 from irsim.errors import InputError, counted
 from irsim.geometry.context import SceneContext
-from irsim.motion import Company, Pointing
+from irsim.motion import CameraMotion, SceneMotion
 from irsim.notebook import card
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.physics.atmosphere import Atmosphere
@@ -99,7 +99,7 @@ class Scenario(Part):
     def context(self) -> SceneContext:
         """Facts that all parts of the scene share."""
         camera = self.camera
-        cast = Company({target.id: target.path for target in self.targets}, self.motions)
+        cast = SceneMotion({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
         lens = camera.optics if self.is_on("optics") else None
@@ -146,7 +146,7 @@ class Scenario(Part):
         return self.camera.arrivals(self.frames, self.seed, self.is_on)
 
     @property
-    def motions(self) -> tuple[Pointing, ...]:
+    def motions(self) -> tuple[CameraMotion, ...]:
         """The camera's motions that are switched on."""
         return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
 

@@ -21,7 +21,7 @@ from irsim.config.fields import field_docs
 from irsim.config.schema import Slot
 from irsim.config.serialization import brief_value, plain_value
 from irsim.config.yaml_text import parse_yaml, write_yaml
-from irsim.motion import PATHS, POINTINGS
+from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.scenario.expectation import EXPECTATIONS
 from irsim.scenario.variation import VARIATIONS
@@ -29,7 +29,7 @@ from irsim.targets import SHAPES
 
 FAMILIES = (
     *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),
-    *(PATHS, POINTINGS, OCCLUDERS, SHAPES, VARIATIONS),
+    *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
 )
 REQUIRED: dict[str, Any] = {
     "start": [10, 20],
@@ -105,7 +105,7 @@ def test_the_schema_of_a_family_selects_keys_by_kind(family: Family) -> None:
     validator = jsonschema.Draft202012Validator(irsim.Scenario.model_json_schema())
     word, kind = next(iter(family))
     scene: dict[str, Any] = {"background": {"kind": "ground"}}
-    place = {
+    places: dict[str, list[str | int]] = {
         "background": ["background"],
         "detector": ["camera", "detector"],
         "noise": ["camera", "noise", 0],
@@ -117,12 +117,13 @@ def test_the_schema_of_a_family_selects_keys_by_kind(family: Family) -> None:
         "occluder": ["occluders", 0],
         "shape": ["targets", 0, "shape"],
         "variation": ["vary", "seed"],
-    }[family.name]
+    }
+    place = places[family.name]
     needed = {key: REQUIRED[key] for key, field in kind.model_fields.items() if field.is_required()}
     wrong: Any = {"kind": word, **needed, "no_such_key": 1}
     for step in reversed(place[1:]):
         wrong = [wrong] if step == 0 else {step: wrong}
-    found = list(validator.iter_errors({**scene, place[0]: wrong}))
+    found = list(validator.iter_errors({**scene, str(place[0]): wrong}))
     assert place in [list(error.absolute_path) for error in found]
 
 

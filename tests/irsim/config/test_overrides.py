@@ -11,7 +11,7 @@ from irsim.camera.detectors import Ar1, White
 from irsim.camera.displays import Linear
 from irsim.config.serialization import plain_value
 from irsim.lint.warnings import unheeded
-from irsim.motion.straight import Straight
+from irsim.motion.scripted import Straight
 from irsim.scenario.loader import change, loads
 
 

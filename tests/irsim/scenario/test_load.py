@@ -17,8 +17,8 @@ from irsim.camera.detectors import Ar1, White
 from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.lint.warnings import warnings
-from irsim.motion.pan import Pan
-from irsim.motion.straight import Straight
+from irsim.motion.camera_motion import Pan
+from irsim.motion.scripted import Straight
 from irsim.occluders import Bar
 from irsim.scenario.catalog import examples
 from irsim.scenario.loader import dumps, load, loads
@@ -316,7 +316,7 @@ def test_ids_below_an_unknown_key_are_missed_by_nobody() -> None:
     assert line.startswith("f.yaml:16:1: target: unknown key; ")
 
 
-WRONG = """\
+WRONG_TABLES = """\
 severities:
   camera.netd_mk: [10, -3, 90]
   camera.bogus: [1, 2, 3]
@@ -334,17 +334,17 @@ vary:
 def test_all_that_is_wrong_in_the_tables_is_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
     """Keys that lead nowhere, entries that are none, values that cannot be; of other severities by check only."""
     path = tmp_path / "f.yaml"
-    path.write_text(TEXT + WRONG)
+    path.write_text(TEXT + WRONG_TABLES)
     with pytest.raises(InputError) as caught:
         warnings(path)
     told = [line.removeprefix(f"{path}:").split(":")[0] for line in str(caught.value).splitlines()]
     assert told == ["27", "28", "29", "30", "31", "33", "34", "35", "36", "36"], str(caught.value)
-    loaded = [line.split(":")[1] for line in errors_of(TEXT + WRONG)]
+    loaded = [line.split(":")[1] for line in errors_of(TEXT + WRONG_TABLES)]
     assert loaded == ["28", "29", "31", "33", "34", "35", "36", "36"]
 
 
 def test_beside_what_is_wrong_elsewhere_the_keys_of_the_tables_are_told() -> None:
-    lines = errors_of(TEXT.replace("frames: 1e1", "frames: some") + WRONG)
+    lines = errors_of(TEXT.replace("frames: 1e1", "frames: some") + WRONG_TABLES)
     assert [line.split(":")[1] for line in lines] == ["3", "28", "29", "31", "34", "35"]
 
 

@@ -14,13 +14,9 @@ from irsim.camera.displays import Agc, Screen
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
-from irsim.recording.bands import band_of
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
-from irsim.recording.image import decode_image
-from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
-from irsim.recording.schema import decode_truth
-from irsim.recording.times import from_ns
+from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, band_of, decode_image, decode_truth, from_ns
 from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
 
 _HASH_BLOCK = 1 << 20
