@@ -75,7 +75,7 @@ def candidates(part: type[Part], key: str) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("part", FILLING)
-def test_a_short_text_of_a_part_that_fills_keys_says_the_same(part: type[Part], recording: Path) -> None:
+def test_a_short_text_gives_the_equal_part(part: type[Part], recording: Path) -> None:
     """Each of its keys, given or left out, beside each of its words (of an hour, of a preset)."""
     needed = {"file": str(recording)} if part is Recorded else {}
     words = [key for key in part.model_fields if is_word(part, key)]
@@ -103,7 +103,7 @@ def test_a_short_text_of_a_part_that_fills_keys_says_the_same(part: type[Part], 
         ("{kind: landscape, trees: [{}]}", "trees", []),
     ],
 )
-def test_a_change_brings_what_follows_from_it(background: str, key: str, other: Any) -> None:
+def test_a_change_updates_keys_that_follow(background: str, key: str, other: Any) -> None:
     scene = loads(f"background: {background}")
     assert change(scene, {f"background.{key}": other}) == loads(
         f"background: {background}", overrides=[f"background.{key}={other}"]
@@ -111,7 +111,7 @@ def test_a_change_brings_what_follows_from_it(background: str, key: str, other: 
     assert change(scene, {"frames": 3}).background == scene.background
 
 
-def test_a_recording_says_its_scale_again_unless_none_is_wanted(recording: Path) -> None:
+def test_a_recording_gives_its_scale_unless_null(recording: Path) -> None:
     scene = f"{{camera: {{size: [16, 16]}}, background: {{kind: recording, file: {recording}RANGE}}}}"
     assert loads(scene.replace("RANGE", "")).background.model_dump()["range_k"] == (250, 330)
     unsaid = loads(scene.replace("RANGE", ", range_k: null"))
@@ -119,11 +119,11 @@ def test_a_recording_says_its_scale_again_unless_none_is_wanted(recording: Path)
     assert "digest" in brief_value(unsaid.background)
 
 
-def test_what_an_hour_cannot_be_is_told_in_a_line() -> None:
+def test_a_wrong_hour_is_one_line() -> None:
     (line,) = errors_of("background: {kind: ground, hour: [day]}")
     assert line.startswith("f.yaml:1:34: background.hour: unknown value a list; allowed: 'any', 'day', 'night'")
 
 
-def test_an_override_begins_from_the_default_where_a_text_says_null() -> None:
+def test_an_override_of_null_starts_from_the_default() -> None:
     scene = loads("camera: {noise: null}\nbackground: {kind: ground}", overrides=["camera.noise.white.ratio=2"])
     assert [noise.kind for noise in scene.camera.noise] == ["white"]

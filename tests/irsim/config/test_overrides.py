@@ -53,7 +53,7 @@ def test_an_override_writes_no_key_beside_its_own() -> None:
     assert camera == loads("background: {kind: sky}\ncamera: {preset: uncooled_lwir}").camera
 
 
-def test_an_override_begins_from_defaults_where_the_text_is_silent() -> None:
+def test_an_override_starts_from_defaults() -> None:
     minimal = "background: {kind: sky}"
     scenario = loads(minimal, overrides=["camera.noise.white.ratio=3", "camera.bits=12"])
     assert scenario.camera == Camera(noise=(White(ratio=3.0),), bits=12)

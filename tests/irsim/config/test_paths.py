@@ -47,21 +47,21 @@ def mesh_of(scenario: irsim.Scenario) -> str:
     return str(scenario.files[-1])
 
 
-def test_a_mesh_beside_the_scenario_is_found_from_anywhere(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_is_found_from_anywhere(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
     assert irsim.load("../scenes/scene.yaml") == irsim.load(scene)
     monkeypatch.chdir(scene.parent)
     assert irsim.load("scene.yaml") == irsim.load(scene)
 
 
-def test_what_is_in_the_working_directory_alone_is_found_too_and_that_beside_comes_first(scene: Path) -> None:
+def test_the_scenarios_folder_comes_first(scene: Path) -> None:
     Path("box.obj").write_text(BOX)
     assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
     scene.with_name("box.obj").unlink()
     assert mesh_of(irsim.load(scene)) == str(Path("box.obj").absolute())
 
 
-def test_one_that_is_nowhere_is_named_where_it_was_looked_for(scene: Path) -> None:
+def test_a_missing_file_is_named_in_the_scenarios_folder(scene: Path) -> None:
     scene.with_name("box.obj").unlink()
     with pytest.raises(
         InputError, match=r"scene\.yaml:6:31: targets\.box\.shape\.file: \S*scenes/box\.obj: there is no s"
@@ -69,12 +69,12 @@ def test_one_that_is_nowhere_is_named_where_it_was_looked_for(scene: Path) -> No
         irsim.load(scene)
 
 
-def test_an_override_is_looked_for_where_the_command_is_given(scene: Path) -> None:
+def test_an_override_is_relative_to_the_working_directory(scene: Path) -> None:
     Path("own.obj").write_text(BOX)
     assert mesh_of(irsim.load(scene, ["targets.box.shape.file=own.obj"])) == str(Path("own.obj").absolute())
 
 
-def test_a_recorded_background_lies_beside_its_scenario_and_the_recording_of_it_is_rendered_again(scene: Path) -> None:
+def test_a_recorded_background_is_relative_too(scene: Path) -> None:
     irsim.record(irsim.Rendering(irsim.load(scene)), scene.with_name("real.mcap"))
     other = scene.with_name("other.yaml")
     other.write_text(SCENE.replace("{kind: ground}", "{kind: recording, file: real.mcap}"))
@@ -86,7 +86,7 @@ def test_a_recorded_background_lies_beside_its_scenario_and_the_recording_of_it_
     assert (again, again.hash) == (scenario, scenario.hash)
 
 
-def test_files_under_severities_and_vary_lie_there_too(scene: Path) -> None:
+def test_files_in_tables_are_relative_too(scene: Path) -> None:
     scene.with_name("other.obj").write_text(BOX)
     severities = "severities:\n  targets.box.shape.file: [box.obj, other.obj]\n"
     scene.write_text(SCENE + severities)
@@ -141,7 +141,7 @@ targets: [{id: a, shape: {kind: car}, path: {kind: straight, start: [5, 24], spe
         ('file: FILE, digest: "5"', "digest: {folder}/FILE has changed: its digest is "),
     ],
 )
-def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, keys: str, said: str) -> None:
+def test_an_impossible_name_is_one_line_with_its_place(folder: Path, place: str, keys: str, said: str) -> None:
     text, line = (each.replace("FILE", FILES[place]) for each in (TEXTS[place].replace("KEYS", keys), said))
     assert f": {place}.{line.format(folder=folder)}" in told(text)
 
@@ -156,7 +156,7 @@ def test_a_device_is_not_read(folder: Path, place: str) -> None:
 
 
 @pytest.mark.parametrize("place", TEXTS)
-def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder: Path, place: str) -> None:
+def test_a_missing_file_suggests_an_override(folder: Path, place: str) -> None:
     text, gone = TEXTS[place].replace("KEYS", "file: GONE"), f"gone{Path(FILES[place]).suffix}"
     said = f"{place}.file: {folder}/{gone}: there is no such file"
     assert told(text.replace("GONE", gone)).endswith(
@@ -171,7 +171,7 @@ def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder
     assert "puts another" not in told(text.replace("GONE", gone))
 
 
-def test_a_file_of_a_choice_that_is_gone_is_told_without_an_override(folder: Path) -> None:
+def test_a_missing_file_of_a_choice_suggests_no_override(folder: Path) -> None:
     """The shape that stands there has no such key."""
     vary = "vary: {targets.a.shape: {kind: choice, values: [{kind: mesh, file: gone.obj, length_m: 3}, {kind: car}]}}"
     said = told(f"{CAR}{vary}")
@@ -187,7 +187,7 @@ def test_no_recording_has_such_a_name(name: str) -> None:
 
 @pytest.mark.parametrize("place", TEXTS)
 @pytest.mark.parametrize(("draw", "ending"), [(contact_sheet, "png"), (moving_picture, "gif")])
-def test_a_picture_replaces_nothing_that_the_scene_is_read_from(
+def test_a_picture_replaces_no_file_of_the_scene(
     draw: Callable[[Source, Path], Path], ending: str, place: str, folder: Path
 ) -> None:
     """Nor through a link."""
@@ -200,7 +200,7 @@ def test_a_picture_replaces_nothing_that_the_scene_is_read_from(
     assert read.read_bytes() == before
 
 
-def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
+def test_a_shells_pipe_is_read_repeatedly() -> None:
     """And no more of it than a text may have."""
     read, write = os.pipe()
     try:
@@ -212,7 +212,7 @@ def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
         os.close(read)
 
 
-def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_endless_pipe_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("irsim.config.paths.LONGEST_PIPED", 1 << 20)
     with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
         assert endless.stdout is not None
@@ -224,5 +224,5 @@ def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "a\0b", "f/" * 3000])
-def test_a_name_that_no_file_can_have_is_not_there(name: str) -> None:
+def test_an_impossible_name_does_not_exist(name: str) -> None:
     assert not is_there(name)

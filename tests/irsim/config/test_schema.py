@@ -77,21 +77,21 @@ class Kept(Thing):
     """Which shelf."""
 
 
-def test_the_text_under_a_field_is_its_meaning() -> None:
+def test_the_text_under_a_field_is_its_documentation() -> None:
     assert field_docs(Thing) == {"length": "How long it is, m:\nfrom end to end.", "height": "How high, m."}
 
 
-def test_a_class_has_the_meanings_of_its_bases_and_its_own_win() -> None:
+def test_docs_of_bases_are_inherited_and_overridden() -> None:
     assert field_docs(Kept) == {**field_docs(Thing), "height": "How high in a shelf, m.", "shelf": "Which shelf."}
 
 
-def test_the_json_schema_says_them() -> None:
+def test_the_json_schema_has_field_docs() -> None:
     properties = Kept.model_json_schema()["properties"]
     assert {key: value["description"] for key, value in properties.items() if "description" in value} == field_docs(
         Kept
     )
 
 
-def test_a_class_without_source_has_none_of_its_own() -> None:
+def test_a_class_without_source_has_no_docs() -> None:
     made = create_model("Made", __base__=Kept, colour=(str, "red"))
     assert field_docs(made) == field_docs(Kept)

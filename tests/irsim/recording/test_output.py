@@ -47,7 +47,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert (tmp_path / "real.txt").read_text() == "new"
 
 
-def test_a_read_only_file_system_is_told_of_the_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_read_only_file_system_is_an_input_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """There even taking away what is not there fails, with the name of what is not there."""
 
     def refuse(path: object, *arguments: object, **named: object) -> None:
@@ -76,7 +76,7 @@ def test_no_folder_and_no_device(tmp_path: Path) -> None:
     check_output(None)
 
 
-def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
+def test_an_input_is_not_replaced(tmp_path: Path) -> None:
     frames = tmp_path / "frames"
     frames.mkdir()
     picture = frames / "0.png"
@@ -106,7 +106,7 @@ with atomic_file(Path(sys.argv[1]), tidy=True) as file:
 """
 
 
-def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_process_are_removed(tmp_path: Path) -> None:
     """And not what one that is at work, two at once, has there, nor anything else."""
     path = tmp_path / "out.mcap"
     killed, working = (
@@ -130,7 +130,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(
             working.kill()
 
 
-def test_what_another_machine_may_be_writing_is_left_alone(tmp_path: Path) -> None:
+def test_files_of_another_machine_are_left_alone(tmp_path: Path) -> None:
     """Its process is none of this machine's, but it holds the file."""
     path, gone = tmp_path / "out.mcap", tmp_path / ".out.mcap.4194999.tmp"
     with gone.open("wb") as file:

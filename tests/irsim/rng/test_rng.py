@@ -72,7 +72,7 @@ def test_addresses_are_independent(other: tuple[int, str, int]) -> None:
     assert abs(np.corrcoef(first, second)[0, 1]) < 4 / np.sqrt(n)
 
 
-def test_deep_quantiles_are_the_inverse_normal_within_the_table() -> None:
+def test_deep_quantiles_are_the_inverse_normal() -> None:
     p = np.exp(np.random.default_rng(0).uniform(-82 * np.log(2), np.log(REFINED / CELLS), 10_000))
     p[:3] = 2.0**-82, np.nextafter(REFINED / CELLS, 0), REFINED / CELLS
     np.testing.assert_allclose(deep_quantile(p), special.ndtri(p), atol=6e-7, rtol=0)

@@ -148,7 +148,7 @@ def test_samples_are_files_that_load_and_say_how_to_repeat(tmp_path: Path, run: 
     assert [path.read_bytes() for path in files] == before
 
 
-def test_samples_replace_nothing_that_the_scenario_is_read_from(tmp_path: Path, run: Run) -> None:
+def test_samples_replace_no_file_of_the_scenario(tmp_path: Path, run: Run) -> None:
     """Nor through a link."""
     box = tmp_path / "box.obj"
     box.write_text(BOX)
@@ -162,7 +162,7 @@ def test_samples_replace_nothing_that_the_scenario_is_read_from(tmp_path: Path, 
     assert box.read_text() == BOX
 
 
-def test_what_cannot_be_sampled_leaves_nothing(tmp_path: Path, run: Run) -> None:
+def test_a_failed_sample_writes_nothing(tmp_path: Path, run: Run) -> None:
     (tmp_path / "still.yaml").write_text(TEXT)
     done = run("sample", "still.yaml", cwd=tmp_path)
     assert done.returncode == 2
@@ -208,7 +208,7 @@ vary:
 """
 
 
-def test_check_warns_of_ranges_of_the_cloud_alone_that_is_switched_off(tmp_path: Path, run: Run) -> None:
+def test_check_warns_of_ranges_of_a_switched_off_cloud(tmp_path: Path, run: Run) -> None:
     (tmp_path / "clouded.yaml").write_text(CLOUDED)
     told = [line for line in run("check", "clouded.yaml", cwd=tmp_path).stderr.splitlines() if "switched off" in line]
     assert [line.partition(": ")[2] for line in told] == [
@@ -232,7 +232,7 @@ vary:
 """
 
 
-def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: Run) -> None:
+def test_check_warns_of_impossible_scenes_of_a_range(tmp_path: Path, run: Run) -> None:
     (tmp_path / "crossed.yaml").write_text(CROSSED)
     done = run("check", "crossed.yaml", cwd=tmp_path)
     assert done.stderr == (
@@ -242,7 +242,7 @@ def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: R
     )
 
 
-def test_a_draw_that_cannot_be_is_named_with_what_was_drawn() -> None:
+def test_an_impossible_draw_is_named_with_its_values() -> None:
     """The faster the target, the wider a bar must be to hide it so long: at some speeds none can."""
     scenario = irsim.loads(
         """
@@ -268,7 +268,7 @@ def loaded(name: str) -> irsim.Scenario:
 
 
 @pytest.mark.parametrize("name", list(examples())[::4])
-def test_every_example_says_what_it_is_for_shows_its_target_and_is_not_cut(name: str) -> None:
+def test_an_example_shows_its_target_without_a_cut(name: str) -> None:
     """No picture of it is told to be another than the one before, as of a shutter (`irsim.measure.jumps`)."""
     rendering = irsim.Rendering(loaded(name))
     assert rendering.scenario.about
@@ -283,7 +283,7 @@ def test_every_example_says_what_it_is_for_shows_its_target_and_is_not_cut(name:
     assert jumps([frame.image for frame, _ in pairs]) == []
 
 
-def test_every_example_stands_in_the_documents_with_its_picture() -> None:
+def test_every_example_is_in_the_documents() -> None:
     docs = Path(__file__).parents[3] / "docs"
     page = (docs / "examples.md").read_text()
     front = (docs.parent / "README.md").read_text()
@@ -302,7 +302,7 @@ def test_contrast_goes_and_turns_where_an_example_says_so(name: str) -> None:
     assert min(contrasts) < -0.5
 
 
-def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() -> None:
+def test_occlusion_matches_the_scenario() -> None:
     scene = loaded("hiding")
     level = scene.background.surface_m
     assert level is not None
@@ -327,7 +327,7 @@ def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() ->
     assert shares[122:132].min() > 0.99  # between the crossing and the smoke
 
 
-def test_the_glare_saturates_blooms_and_is_followed_by_a_fast_slew() -> None:
+def test_the_glare_saturates_and_blooms() -> None:
     rendering, bare = irsim.open_source("glare"), irsim.open_source("glare", without=["bloom"])
     full = 2**14 - 1
     first, second = (np.count_nonzero(source.frame(60).image == full) for source in (bare, rendering))
@@ -339,7 +339,7 @@ def test_the_glare_saturates_blooms_and_is_followed_by_a_fast_slew() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sky", "ground"])
-def test_one_tracker_holds_the_demo_scene_and_another_loses_it(name: str, tmp_path: Path) -> None:
+def test_the_demo_scene_separates_trackers(name: str, tmp_path: Path) -> None:
     """Over 30 seeds: held in at least 80 % by one shipped tracker, lost in at least 20 % by another."""
     results = run_bench([name], ["grey_pf", "template", "kalman"], results=tmp_path / "demo.db", seeds=SEEDS, jobs=2)
     lost: dict[str, int] = {}

@@ -185,7 +185,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) -> None:
+def test_an_error_has_place_key_problem_and_allowed_values(case: str) -> None:
     old, new, begin, end = WRONG[case]
     assert TEXT.count(old) >= 1
     lines = errors_of(TEXT.replace(old, new, 1))
@@ -194,7 +194,7 @@ def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) ->
     assert lines[0].endswith(end)
 
 
-def test_several_paths_that_cannot_be_are_told_at_once() -> None:
+def test_impossible_paths_are_reported_together() -> None:
     text = "background: {kind: ground}\ntargets:\n"
     for name in ("one", "two"):
         path = "{kind: straight, start: [30, 50], ground_m: 10}"
@@ -205,11 +205,11 @@ def test_several_paths_that_cannot_be_are_told_at_once() -> None:
     ]
 
 
-def test_a_key_with_a_line_break_is_told_on_one_line() -> None:
+def test_a_key_with_a_line_break_is_one_line() -> None:
     assert len(errors_of('"fra\\nmes": 3\nbackground: {kind: sky}')) == 1
 
 
-def test_every_error_is_told_in_the_order_of_the_file() -> None:
+def test_errors_are_in_file_order() -> None:
     text = TEXT.replace("seed: 7", "seed: -7").replace("60", "x", 1).replace("rho: 0.9", "rho: 9").replace("sky", "sy")
     assert [line.split(": ")[1] for line in errors_of(text)] == [
         "seed",
@@ -224,7 +224,7 @@ def test_a_text_that_is_no_mapping(text: str) -> None:
     assert errors_of(text)[0].startswith("f.yaml:1:1: expected a mapping; allowed: the keys about, like, seed, frames")
 
 
-def test_whole_numbers_may_be_written_as_floats_and_the_other_way_round() -> None:
+def test_integers_and_floats_may_be_written_as_each_other() -> None:
     scenario = loads(TEXT, overrides=["frames=2e1", "camera.size=[32.0, 3.2e1]", "camera.netd_mk=50"])
     assert (scenario.frames, scenario.camera.size, scenario.camera.netd_mk) == (20, (32, 32), 50.0)
     assert isinstance(scenario.frames, int)
@@ -255,7 +255,7 @@ def test_text_back_gives_the_equal_scenario() -> None:
     assert again.hash == scenario.hash
 
 
-def test_a_ground_path_above_the_horizon_is_refused_with_its_place() -> None:
+def test_a_ground_path_above_the_horizon_is_refused() -> None:
     text = """
 frames: {frames}
 camera: {{size: [160, 120], ifov_mrad: 1, elevation_deg: -2}}
@@ -271,7 +271,7 @@ targets:
     assert len(list(irsim.Rendering(scenario).truths())) == 10
 
 
-def test_ids_that_are_used_twice_and_those_that_are_not_there_are_told_at_once() -> None:
+def test_duplicate_and_unknown_ids_are_reported_together() -> None:
     third = "  - {id: jet, shape: {kind: point}, path: {kind: straight, start: [1, 1]}}\n"
     text = TEXT.replace("id: far", "id: jet").replace("occluders:\n", third + "occluders:\n")
     text = text.replace("follow: jet", "follow: jat")
@@ -282,7 +282,7 @@ def test_ids_that_are_used_twice_and_those_that_are_not_there_are_told_at_once()
     ]
 
 
-def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it() -> None:
+def test_an_id_of_a_preset_is_reported_at_the_users() -> None:
     """The camera's parts come after the targets, but nobody wrote them."""
     noise = "  noise:" + TEXT.split("  noise:")[1].split("  motion:")[0]
     unwritten = TEXT.replace(noise, "")
@@ -301,7 +301,7 @@ def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it(
     ]
 
 
-def test_unknown_keys_and_unknown_ids_are_told_at_once() -> None:
+def test_unknown_keys_and_ids_are_reported_together() -> None:
     text = TEXT.replace("netd_mk", "netd_k").replace("speed: 2", "sped: 2").replace("follow: jet", "follow: jat")
     assert [line.split("; ")[0] for line in errors_of(text)] == [
         "f.yaml:6:3: camera.netd_k: unknown key",
@@ -310,7 +310,7 @@ def test_unknown_keys_and_unknown_ids_are_told_at_once() -> None:
     ]
 
 
-def test_ids_below_an_unknown_key_are_missed_by_nobody() -> None:
+def test_ids_below_an_unknown_key_are_not_missed() -> None:
     """Who misspells `targets` has one thing to mend."""
     (line,) = errors_of(TEXT.replace("targets:", "target:"))
     assert line.startswith("f.yaml:16:1: target: unknown key; ")
@@ -331,7 +331,7 @@ vary:
 """
 
 
-def test_all_that_is_wrong_in_the_tables_is_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
+def test_all_faults_of_tables_are_in_file_order(tmp_path: Path) -> None:
     """Keys that lead nowhere, entries that are none, values that cannot be; of other severities by check only."""
     path = tmp_path / "f.yaml"
     path.write_text(TEXT + WRONG_TABLES)
@@ -343,7 +343,7 @@ def test_all_that_is_wrong_in_the_tables_is_told_at_once_in_the_order_of_the_fil
     assert loaded == ["28", "29", "31", "33", "34", "35", "36", "36"]
 
 
-def test_beside_what_is_wrong_elsewhere_the_keys_of_the_tables_are_told() -> None:
+def test_table_faults_are_reported_beside_others() -> None:
     lines = errors_of(TEXT.replace("frames: 1e1", "frames: some") + WRONG_TABLES)
     assert [line.split(":")[1] for line in lines] == ["3", "28", "29", "31", "34", "35"]
 

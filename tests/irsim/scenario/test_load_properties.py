@@ -75,7 +75,7 @@ def test_any_text_is_a_scenario_or_an_input_error(text: str) -> None:
 
 @given(st.integers(0, len(TEXT)), st.integers(0, 8), st.text(max_size=6))
 @STEADY
-def test_any_change_to_the_text_is_a_scenario_or_an_input_error(start: int, length: int, new: str) -> None:
+def test_any_changed_text_is_a_scenario_or_input_error(start: int, length: int, new: str) -> None:
     scenario_or_input_error(TEXT[:start] + new + TEXT[start + length :])
 
 
@@ -94,7 +94,7 @@ VALUES = st.recursive(
 
 @given(st.sampled_from(nodes(TREE)), VALUES)
 @STEADY
-def test_any_value_in_any_place_is_a_scenario_or_an_input_error(path: tuple[Any, ...], value: Any) -> None:
+def test_any_value_anywhere_is_a_scenario_or_input_error(path: tuple[Any, ...], value: Any) -> None:
     tree = copy.deepcopy(TREE)
     place = tree
     for step in path[:-1]:

@@ -112,7 +112,7 @@ def test_its_surface_is_off_the_scale(kelvin: float, word: str) -> None:
     assert any(text.startswith("all of the lake, ") and f"lies {word}" in text for text in told(value))
 
 
-def test_its_sky_is_off_the_scale_and_unlike_the_air_before_it() -> None:
+def test_its_sky_is_off_the_scale_and_unlike_the_air() -> None:
     value = scene("Lake", camera={"range_k": (400.0, 500.0), "elevation_deg": 10})
     assert any(text.startswith("all of the clear sky") for text in told(value))
     tropical = scene("Lake", atmosphere={"preset": "tropical"})
@@ -134,7 +134,7 @@ def test_what_stands_stands_below_its_horizon() -> None:
         assert len(list(overdone(Scenario.model_validate(value)))) == expected
 
 
-def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
+def test_a_background_of_counts_takes_targets() -> None:
     up = {"motion": [{"kind": "pan", "elevation_deg_s": 45.0}]}
     assert any("zenith" in text for text in told(scene("Lake", camera=up)))
     assert not any("zenith" in text for text in told(scene("Still", camera=up)))
@@ -154,7 +154,7 @@ def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
         moments.mean(0)
 
 
-def test_a_detector_of_ones_own_says_what_it_heeds_and_how_long_it_looks() -> None:
+def test_an_own_detector_has_its_keys_and_exposure() -> None:
     kind = {"kind": f"{__name__}:Integrating"}
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))

@@ -184,7 +184,7 @@ CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (CAMERA
     ("scene", "name"),
     [pytest.param(*each, id=f"{each[0]['background']['kind']}-{each[1]}") for each in [*LYING[::3], *CARRIED[::3]]],
 )
-def test_what_backgrounds_and_cameras_do_is_switched_off_as_if_never_there(scene: dict[str, Any], name: str) -> None:
+def test_background_parts_and_motions_switch_off(scene: dict[str, Any], name: str) -> None:
     off, less = (
         list(Rendering(Scenario.model_validate(value)).pairs())
         for value in ({**scene, "without": [name]}, landless(scene, name))
@@ -216,7 +216,7 @@ targets:
 
 
 @pytest.mark.parametrize("name", ["white", "fixed_pattern"])
-def test_a_point_that_asks_for_an_scr_keeps_its_light_without_noise(name: str) -> None:
+def test_a_point_of_given_scr_keeps_its_light_without_noise(name: str) -> None:
     scenario = irsim.loads(ASKING)
     whole, less = irsim.Moments(scenario), irsim.Moments(scenario, without=[name])
     for target in ("near", "far"):
@@ -378,7 +378,7 @@ def test_every_switch_is_tried() -> None:
     assert said == {name.rpartition(".")[2] for _, name, _ in OFF} | NO_KEY
 
 
-def test_without_gain_control_counts_stay_and_are_shown_as_they_are() -> None:
+def test_without_agc_counts_stay() -> None:
     scenario = loads(SCENES["ground"])
     off = irsim.Rendering(without(scenario, "agc"))
     plain = irsim.Rendering(loads(SCENES["ground"], overrides=["camera.agc={kind: none}"]))
@@ -391,7 +391,7 @@ def test_without_gain_control_counts_stay_and_are_shown_as_they_are() -> None:
     assert (shown != usual).any()
 
 
-def test_without_haze_the_air_is_that_of_the_farthest_visibility() -> None:
+def test_without_haze_visibility_is_the_farthest() -> None:
     """Extinction by haze goes with the inverse of visibility, of which 300 km is the most that can be written."""
     hazy, far, none = (
         Atmosphere(preset="us_standard", visibility_km=5),
@@ -418,7 +418,7 @@ def test_an_id_of_the_scene_comes_first() -> None:
     assert off.shown.atmosphere == scenario.atmosphere
 
 
-def test_what_does_nothing_has_no_name() -> None:
+def test_a_setting_without_effect_has_no_name() -> None:
     names = dict(loads("camera: {psf_px: 0, agc: {kind: none}}\nbackground: {kind: ground, spread_k: 0}").names())
     assert list(names) == ["white"]
 
@@ -428,7 +428,7 @@ def test_names_within_a_part_are_suggested() -> None:
         without(loads(SCENES["bodies"]), "spin")
 
 
-def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt(tmp_path: Path) -> None:
+def test_overrides_of_switched_off_parts_are_warned_of(tmp_path: Path) -> None:
     text = "camera: {agc: {kind: fixed, low: 16383, high: 16384}}\nbackground: {kind: ground}"
     path = tmp_path / "x.yaml"
     path.write_text(text)
@@ -443,7 +443,7 @@ CHANGING = "{id: low, coverage: 0.6, evolve_s: 0.5, wind_mrad_s: [9, 0]}"
 STEADY = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 0}"
 
 
-def test_a_cloud_that_does_not_evolve_stays_as_it_is_at_first() -> None:
+def test_a_cloud_without_evolution_keeps_its_shape() -> None:
     """And drifts on: with the key's 0 it would be another cloud from the first frame on."""
     scenario = loads(f"frames: 4\n{STEADY}\nbackground: {{kind: sky, clouds: [{CHANGING}]}}")
     whole, off = pairs(scenario), pairs(without(scenario, "low.evolve"))
@@ -454,7 +454,7 @@ def test_a_cloud_that_does_not_evolve_stays_as_it_is_at_first() -> None:
     assert not _same(off, calm)
 
 
-def test_what_is_off_within_an_occluder_stays_off_where_its_place_is_found() -> None:
+def test_switches_of_a_placed_occluder_hold() -> None:
     text = (
         f"frames: 9\n{STEADY}\nbackground: {{kind: ground}}\ntargets: [{{id: jet, shape: {{kind: point}}, "
         "path: {kind: straight, start: [20, 30], speed: 6}}]\n"

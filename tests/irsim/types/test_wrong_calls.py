@@ -171,14 +171,14 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
+def test_a_wrong_argument_is_one_line(call: str) -> None:
     run, told = CALLS[call]
     with pytest.raises(InputError, match=told) as caught:
         run()
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_a_recordings_frame_is_asked_for_by_a_whole_number(tmp_path: Path) -> None:
+def test_a_frame_number_is_an_integer(tmp_path: Path) -> None:
     recording = irsim.open_recording(irsim.record(irsim.Rendering(SCENE), tmp_path / "a.mcap"))
     with pytest.raises(InputError, match="frame '1': allowed: a whole number, 0 to 2"):
         recording.frame(anything("1"))
@@ -195,7 +195,7 @@ def test_a_recordings_frame_is_asked_for_by_a_whole_number(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("word", ["gost", "gho st", "white,gost", "[jet, gost]"])
-def test_a_name_that_cannot_be_switched_off_is_told_the_names_that_can(word: str) -> None:
+def test_an_unknown_switch_lists_the_names_that_exist(word: str) -> None:
     with pytest.raises(InputError, match=r"there is no 'gh?o ?st'; allowed: .*\bjet\b") as caught:
         irsim.load("sky", [f"without={word}"])
     assert "[A-Z" not in str(caught.value)
@@ -208,7 +208,7 @@ def test_of_many_names_the_nearest_stand_first() -> None:
         irsim.Moments(irsim.load("sky"), ["far.textur"])
 
 
-def test_one_name_or_several_with_commas_are_short_for_a_list() -> None:
+def test_names_with_commas_are_a_list() -> None:
     whole = irsim.load("sky", ["without=[jet, white]"])
     assert irsim.load("sky", ["without=jet, white"]) == whole
     text = irsim.dumps(whole)

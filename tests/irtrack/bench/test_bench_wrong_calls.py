@@ -49,7 +49,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
+def test_a_wrong_argument_is_one_line(call: str) -> None:
     run, told = CALLS[call]
     with pytest.raises(InputError, match=told) as caught:
         run()
