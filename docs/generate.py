@@ -35,9 +35,10 @@ from irsim.camera.motion_blur import MotionBlur
 from irsim.camera.vignetting import Vignetting
 from irsim.cli.gallery import bodies, framed, typical
 from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 from irsim.config.quantities import LARGEST
-from irsim.config.schema import Slot, plain
+from irsim.config.schema import Slot
+from irsim.config.serialization import plain_value
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, PATHS
@@ -45,8 +46,9 @@ from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.optics import Lens
 from irsim.physics.turbulence import Turbulence
+from irsim.scenario.catalog import examples, shipped
 from irsim.scenario.expectation import EXPECTATIONS
-from irsim.scenario.loader import examples, load, shipped
+from irsim.scenario.loader import load
 from irsim.scenario.model import Scenario
 from irsim.scenario.variation import VARIATIONS
 from irsim.targets import SHAPES
@@ -122,7 +124,7 @@ def keys(part: type[Part]) -> Iterator[str]:
     yield "| --- | --- | --- | --- |"
     for name, field in part.model_fields.items():
         if not (name == "id" and issubclass(part, NamedKind)):
-            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), meanings(part).get(name, ""))
+            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), field_docs(part).get(name, ""))
             yield f"| `{name}` | " + " | ".join(map(cell, words)) + " |"
 
 
@@ -156,7 +158,7 @@ def default(field: FieldInfo) -> str:
         return "`[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]`"
     if isinstance(value, Kind):
         return f"`{{kind: {value.kind}}}`"
-    return "its keys' defaults" if isinstance(value, Part) else f"`{json.dumps(plain(value))}`"
+    return "its keys' defaults" if isinstance(value, Part) else f"`{json.dumps(plain_value(value))}`"
 
 
 def cell(text: str) -> str:
@@ -201,7 +203,9 @@ def stress_list() -> Iterator[str]:
     yield "| --- | --- | --- |"
     for name in sorted(shipped("stress")):
         scenario = load(f"stress/{name}")
-        values = "; ".join(f"`{key}`: {json.dumps(plain(levels))[1:-1]}" for key, levels in scenario.severities.items())
+        values = "; ".join(
+            f"`{key}`: {json.dumps(plain_value(levels))[1:-1]}" for key, levels in scenario.severities.items()
+        )
         if values:
             cause = scenario.about.removeprefix("Stress: ").partition(";")[0]
             yield f"| `stress/{name}` | {cause} | {cell(values)} |"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from irsim.config import yaml_file as yamlfile
+from irsim.config import yaml_text
 from irsim.types import Source
 
 
@@ -15,5 +15,5 @@ def stated(source: Source) -> Mapping[str, Any]:
     Nothing of it is checked: a recording may come from anywhere. InputError where its text is no YAML.
     """
     text = source.scenario_text
-    value = None if text is None else yamlfile.parse(text, source.name).value
+    value = None if text is None else yaml_text.parse_yaml(text, source.name).value
     return value if isinstance(value, dict) else {}

@@ -10,8 +10,8 @@ from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
+from irsim.errors import counted
 from irsim.types import Box, Floats, Frame, Input
-from irsim.wording import counted
 from irtrack.cards import track_card
 
 LEAST_PX = 5.0

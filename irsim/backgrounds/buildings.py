@@ -12,7 +12,7 @@ from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Standing
 from irsim.backgrounds.structures import MOST_RELIEF, NEAREST_PX, Canvas, Spacing, Structure, grain
 from irsim.config.base import Name, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
 from irsim.geometry.context import SceneContext
 from irsim.rng import stream

@@ -10,8 +10,8 @@ import numpy as np
 
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds.periodic import enlarged, wrapped_blur
-from irsim.lookup import lookup
 from irsim.physics.radiometry import radiance
+from irsim.rng import lookup
 from irsim.types import Band, Floats
 
 EXTREME = 6.0

@@ -24,7 +24,7 @@ from irsim.backgrounds.structures import Trees
 from irsim.backgrounds.terrain_layer import Country, Laid
 from irsim.backgrounds.texture import TILE
 from irsim.config.base import Several, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, profile, spectral

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.base import Part, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Feature, KelvinDifference, KelvinSpread, NotNegative, Positive
 from irsim.geometry.random_fields import spectral
 from irsim.rng import stream

@@ -14,9 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Layer, ViewDirection
 from irsim.backgrounds.own_noise import own_noise
-from irsim.config.field_annotations import FileName
-from irsim.config.file_digests import Stamp, unchanged, with_digest
-from irsim.config.quantities import Index, ScaleKelvin
+from irsim.config.paths import Stamp, check_unchanged, with_digest
+from irsim.config.quantities import FileName, Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import limits
@@ -98,7 +97,7 @@ class Recorded(Background):
     def recording(self) -> Recording:
         """The recording, opened. InputError where it has changed since the scene was read."""
         found = _opened(self.file)
-        unchanged(self.file, self.digest, _digest(found))
+        check_unchanged(self.file, self.digest, _digest(found))
         return found
 
     def scale(self, band: Band) -> Scale:

@@ -26,7 +26,7 @@ from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.config.base import Name, Part, Several, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral

@@ -14,7 +14,7 @@ from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.config.base import Name, Part, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import profile, spectral

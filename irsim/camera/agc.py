@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim._native import COMPILED, kernels
 from irsim.config.base import Kind
-from irsim.lookup import lookup
+from irsim.rng import lookup
 from irsim.types import Floats, Frame, Image
 
 Picture = npt.NDArray[np.uint8]

@@ -22,7 +22,7 @@ from irsim._native import COMPILED, kernels
 from irsim.camera.buffers import Int16Image, int16_image, read_only, scratch
 from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance, Over, Ratio, element_shape
 from irsim.camera.response import Lines
-from irsim.rng import Address, begun, normals
+from irsim.rng import Address, kernel_arguments, normals
 from irsim.types import Floats
 
 ANCHOR_CORRELATION = 1e-6
@@ -161,7 +161,7 @@ def draw_between(decay: float, before: State, after: State, seed: int, *address:
     weight, sigma = _midpoint(decay)
     if COMPILED:
         state = np.empty(before.shape, np.int16)
-        kernels.bridge(*begun(seed, *address), before, after, weight, sigma / STATE_UNIT, state)
+        kernels.bridge(*kernel_arguments(seed, *address), before, after, weight, sigma / STATE_UNIT, state)
         state.flags.writeable = False
         return state
     mean = np.add(before, after, dtype=np.float32) * np.float32(weight)

@@ -23,7 +23,7 @@ from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.camera.signal_chain import SignalChain
 from irsim.camera.vignetting import Vignetting, VignettingMap
 from irsim.config.base import Part, Several, Switches, is_handwritten
-from irsim.config.field_annotations import Items, Plausible
+from irsim.config.fields import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, CameraMotion

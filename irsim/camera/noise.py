@@ -29,7 +29,7 @@ from irsim.camera.noise_base import (
 )
 from irsim.camera.response import Lines, Response
 from irsim.config.base import Switches
-from irsim.rng import Address, begun, bits, normals
+from irsim.rng import Address, bit_generator, kernel_arguments, normals
 from irsim.types import Box, Floats
 
 POISSON_BELOW_E = 200.0
@@ -50,7 +50,7 @@ def temporal_address(frame: FrameContext) -> tuple[int, *tuple[Address, ...]]:
 def add_temporal_noise(signal: Floats, sigma: float, frame: FrameContext) -> None:
     """Add white noise of a sigma to a signal (rows, cols) float32, C-contiguous, in place."""
     if COMPILED:
-        kernels.add_normals(*begun(*temporal_address(frame)), signal, sigma)
+        kernels.add_normals(*kernel_arguments(*temporal_address(frame)), signal, sigma)
         return
     drawn = normals(signal.shape, *temporal_address(frame), out=scratch(signal.shape, "drawn"))
     cv2.scaleAdd(drawn, sigma, signal, dst=signal)
@@ -87,7 +87,9 @@ class Shot(Noise):
     def draw_electrons(self, signal: Floats, response: Response, frame: FrameContext, sigma: float) -> None:
         variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
-            found = kernels.add_shot(*begun(*temporal_address(frame)), signal, variance, well, POISSON_BELOW_E)
+            found = kernels.add_shot(
+                *kernel_arguments(*temporal_address(frame)), signal, variance, well, POISSON_BELOW_E
+            )
             if not found:
                 return
             pairs = np.frombuffer(found)
@@ -99,7 +101,7 @@ class Shot(Noise):
             normal = np.where((signal >= well) | (signal < POISSON_BELOW_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(normal + np.float32(variance)), drawn, signal)
         if dark.size:
-            words = bits(frame.seed, "noise", self.name, "uniform", frame.index).random_raw(signal.size)
+            words = bit_generator(frame.seed, "noise", self.name, "uniform", frame.index).random_raw(signal.size)
             uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
             signal.reshape(-1)[dark] += poisson(np.maximum(means, 0), uniform).astype(np.float32) - means
 

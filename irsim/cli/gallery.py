@@ -9,13 +9,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from irsim.config.files import check_output, replacing_text, write_png
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import AWAY, euler
 from irsim.physics.radiometry import radiance, temperature
+from irsim.recording.output import atomic_text, check_output, write_png
 from irsim.render.composite import draw_over
 from irsim.rng import normals, stream
 from irsim.targets import SHAPES, Shape, View
@@ -106,7 +106,7 @@ def write_blind(folder: Path, seed: int) -> Path:
         write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
         yaw, pitch, roll = riddle.pose
         lines.append(f"{number:02},{riddle.kind},{yaw:.0f},{pitch:.0f},{roll:.0f},{riddle.time:.3f}")
-    with replacing_text(key) as file:
+    with atomic_text(key) as file:
         file.write("\n".join(lines) + "\n")
     return key
 

@@ -14,8 +14,7 @@ import typer
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, WithoutOption, from_option, open_changed
 from irsim.cli.terminal import given_path, in_options, progress_bar
-from irsim.errors import InputError
-from irsim.frame_range import parsed
+from irsim.errors import InputError, parse_frame_range
 
 if TYPE_CHECKING:
     from irsim.fitting import Fit
@@ -88,9 +87,9 @@ def fit(
 ) -> None:
     """Fit a camera and a background to a recording: a scenario that has them, its figures with 95 %
     intervals; of the display, how far each number may be turned before the pictures tell."""
-    from irsim.config.files import check_output
     from irsim.fitting import check_replaced
-    from irsim.scenario.loader import find
+    from irsim.recording.output import check_output
+    from irsim.scenario.catalog import find
 
     opened = open_changed(source, overrides, seed, without)
     check_output(output, find(source), _shown(display), endings=(".yaml", ".yml"))
@@ -156,7 +155,7 @@ def _told_of(source: str) -> Iterator[None]:
 
 def _shown(display: str | None) -> Path | None:
     """Where the pictures lie that --display names."""
-    from irsim.scenario.loader import find
+    from irsim.scenario.catalog import find
 
     try:
         return None if display is None else find(display)
@@ -183,12 +182,12 @@ def _fitted(source: str, opened: Source, display: str | None, where: Region | No
 
 def _tell_fit(found: Fit, output: Path | None, as_json: bool) -> None:
     """Write the scenario, and say what it holds; print it where it is not written."""
-    from irsim.config.files import replacing_text
     from irsim.fitting import sealed
+    from irsim.recording.output import atomic_text
 
     scenario, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
-        with replacing_text(output) as file:
+        with atomic_text(output) as file:
             file.write(scenario)
     if as_json:
         print(json.dumps({**found.as_json(), "notes": notes}))
@@ -231,4 +230,4 @@ def _wanted(frames: str | None, source: Source) -> range:
     """Numbers of the frames to look at: those that are asked for, or else the first ones."""
     from irsim.measure import FRAMES
 
-    return range(min(FRAMES, len(source))) if frames is None else parsed(frames, len(source))
+    return range(min(FRAMES, len(source))) if frames is None else parse_frame_range(frames, len(source))

@@ -10,10 +10,10 @@ from typing import Any
 from irsim.camera.agc import Agc
 from irsim.config.base import dump
 from irsim.displayed import FittedDisplay, Path, Tolerance
+from irsim.errors import counted
 from irsim.fitting.numbers import plain, ranged
 from irsim.recording.writer import default_agc
 from irsim.types import Source
-from irsim.wording import counted
 
 HOW = (
     "give what the camera showed of the same frames (display=PICTURES: a folder of PNG or TIFF, a .npy, a video, a "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from irsim import wording
+from irsim.errors import decimal_text
 from irsim.measure import Measured
 
 _DUST = 1e-9
@@ -13,7 +13,7 @@ _DUST = 1e-9
 
 def plain(value: float, digits: int = 4) -> str:
     """So many digits, in a way that YAML takes for a number; what is but rounding of floats is 0."""
-    return "0" if abs(value) < _DUST else wording.plain(value, digits)
+    return "0" if abs(value) < _DUST else decimal_text(value, digits)
 
 
 def ranged(low: float, high: float, digits: int = 4) -> str:

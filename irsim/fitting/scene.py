@@ -15,6 +15,7 @@ from irsim.camera.bad_pixels import MAX_BAD
 from irsim.camera.drift import Drift
 from irsim.camera.sensor import NETD_K, ElectronSensor, SensorSettings, matched_sensor
 from irsim.displayed import FittedDisplay
+from irsim.errors import counted
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
@@ -22,7 +23,6 @@ from irsim.measure import EIGHT_BITS, Figures, Measured, perhaps_pictures
 from irsim.physics.radiometry import radiance, slope, temperature
 from irsim.physics.scale import Scale
 from irsim.types import Band, Curve, Source
-from irsim.wording import counted
 
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3

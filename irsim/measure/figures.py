@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.measure.backdrop import TEXTURE_PICTURES, backdrop
 from irsim.measure.boxes import Boxes, covered
 from irsim.measure.defects import ROUNDED, whole_counts
@@ -35,7 +35,6 @@ from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Bools, Floats
-from irsim.wording import counted
 
 FRAMES = 300
 """Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""

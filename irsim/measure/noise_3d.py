@@ -13,13 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.measure.given import Values, check_frames
 from irsim.measure.interval import LEVEL, Measured, root
 from irsim.measure.region import LEAST_REGION_SIDE
 from irsim.rng import stream
 from irsim.types import Floats
-from irsim.wording import counted
 
 TERMS = ("t", "v", "h", "tv", "th", "vh", "tvh")
 LEAST_NOISE_FRAMES = 4

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from irsim.errors import counted
 from irsim.measure.field import Spectrum
 from irsim.measure.interval import Measured
 from irsim.measure.left_out import left_out_notes
@@ -19,7 +20,6 @@ from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
 from irsim.measure.words import report_notes
 from irsim.types import Floats
-from irsim.wording import counted
 
 AT_MOST = (
     "the noise is at most what is told of it, but for noise that remembers or that neighbours share, which is not in "

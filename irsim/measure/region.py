@@ -5,7 +5,7 @@ from __future__ import annotations
 import reprlib
 from typing import NamedTuple
 
-from irsim.errors import InputError, as_whole
+from irsim.errors import InputError, as_int
 from irsim.measure.given import Values
 
 LEAST_REGION_SIDE = 4
@@ -61,7 +61,7 @@ def as_region(given: object, frames: Values) -> Region:
     try:
         if not (isinstance(given, tuple | list) and len(given) == 4):
             raise TypeError
-        region = Region(*map(as_whole, given))
+        region = Region(*map(as_int, given))
     except TypeError:
         raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
     check_region(region, str(tuple(region)), (columns, rows))

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.measure.given import Values
 from irsim.measure.noise_3d import LEAST_NOISE_FRAMES
 from irsim.measure.repeats import NewFrames
-from irsim.wording import counted
 
 _NAMED = 4
 """Frames before which there is a break of one kind that are named; of more, how many there are."""

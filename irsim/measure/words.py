@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from irsim.errors import counted, decimal_text
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_CORRELATION, LEAST_MEMORY_FRAMES, Memory
 from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
-from irsim.wording import counted, plain
 
 _SOME = 0.01
 """Share of a picture: what moves in less hides hardly a bad pixel."""
@@ -124,8 +124,8 @@ def _clipped_noise(report: NoiseReport) -> str | None:
     if report.clipped < _CLIPPED:
         return None
     return (
-        f"{plain(100 * report.clipped, 2)} % of the counts at {report.region} are at an end of what counts can be: "
-        "noise is cut off there, and more than is told; region=X,Y,W,H names a place between the ends"
+        f"{decimal_text(100 * report.clipped, 2)} % of the counts at {report.region} are at an end of what counts can "
+        "be: noise is cut off there, and more than is told; region=X,Y,W,H names a place between the ends"
     )
 
 

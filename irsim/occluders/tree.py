@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
+from irsim.errors import counted
 from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import as_row_differences, coverage, polygon_edges
 from irsim.geometry.pose import CameraPose
@@ -32,7 +33,6 @@ from irsim.occluders.crown import (
 from irsim.occluders.solid import foot_below_picture
 from irsim.rng import stream
 from irsim.types import Box, Floats, arrays_frozen
-from irsim.wording import counted
 
 CORNER = math.radians(60.0)
 """Angle from the vertical at which the corners of a covered window lie, seen from the crown's middle."""

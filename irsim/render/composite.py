@@ -13,8 +13,7 @@ import numpy as np
 
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
-from irsim.geometry.occluded_blur import WHOLE, Unsteady
-from irsim.geometry.sprite import AREA_ROUNDING, OccludedBlur, Sprite, overlap
+from irsim.geometry.sprite import AREA_ROUNDING, FULL_PATCH, OccludedBlur, Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, scr, with_radiance
 from irsim.types import Band, Floats, Slices
@@ -131,7 +130,7 @@ def compose(
     under: Floats = layers[0].light(view_direction)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     targets: list[DrawnTarget] = []
-    moving: list[Unsteady] = []
+    moving: list[OccludedBlur] = []
     things = _far_to_near(layers[1:], list(pieces))
     if not things or isinstance(things[0], NamedSprite) or under.dtype != light.dtype:
         light[...] = under  # else the next layer is laid over the first one's own array, which saves the copy
@@ -185,7 +184,7 @@ def _draw(
     light: Floats,
     piece: NamedSprite,
     targets: list[DrawnTarget],
-    moving: list[Unsteady],
+    moving: list[OccludedBlur],
     band: Band,
     noise: NoiseRadiance,
 ) -> None:
@@ -277,7 +276,7 @@ def _draw_layer(
     layer: Layer,
     view_direction: ViewDirection,
     targets: list[DrawnTarget],
-    moving: list[Unsteady],
+    moving: list[OccludedBlur],
 ) -> None:
     """Draw a semi-transparent layer over `under` into `light`, and occlude the targets behind it."""
     behind = [(target, target.within) for target in targets if target.within is not None]
@@ -292,4 +291,4 @@ def _draw_layer(
     for (target, within), part in zip(behind, transmittances, strict=False):
         target.occlude(layer.name, within[0], part)
     for each, part in zip(moving, transmittances[len(behind) :], strict=True):
-        each.hide(light, WHOLE, 1 - part)
+        each.hide(light, FULL_PATCH, 1 - part)

@@ -10,13 +10,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.files import make_folder, refuse_leftovers, refuse_others, write_png
 from irsim.errors import InputError
-from irsim.frame_range import span
+from irsim.recording.output import make_folder, refuse_leftovers, refuse_others, write_png
 from irsim.render.composite import DrawnTarget
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import Floats
+from irsim.types import Floats, frame_range
 
 KINDS = ("whole", "visible")
 """Masks of a target in a frame, by their names in files."""
@@ -55,7 +54,7 @@ def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterat
 def _masks(scenario: Scenario, start: int, stop: int | None) -> Iterator[dict[str, Mask]]:
     renderer, arrivals = Renderer(scenario), scenario.arrivals
     columns, rows = scenario.camera.size
-    for index in span(start, stop, len(arrivals)):
+    for index in frame_range(start, stop, len(arrivals)):
         yield {drawn.piece.name: _mask(drawn, (rows, columns)) for drawn in renderer.seen(arrivals[index])}
 
 

@@ -15,12 +15,12 @@ import numpy.typing as npt
 
 from irsim.backgrounds import Layer, cut
 from irsim.camera.signal_chain import SignalChain
-from irsim.config.names import no_such
-from irsim.errors import InputError, as_whole, frame_number
+from irsim.config.base import no_such
+from irsim.errors import InputError, as_int, frame_number
 from irsim.render.composite import NamedSprite, compose, uncovered
 from irsim.render.exposure import Shifts
 from irsim.render.frame import NO_SHIFTS, Renderer
-from irsim.scenario.model import Scenario, expect_scenario, given_names
+from irsim.scenario.model import Scenario, expect_names, expect_scenario
 from irsim.types import Floats, Slices
 
 Exact = npt.NDArray[np.float64]
@@ -50,7 +50,7 @@ class Moments:
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
         """Switch off the parts named in `without`, beside those of the scenario. InputError for unknown names."""
         expect_scenario("Moments", scenario)
-        off = given_names(without)
+        off = expect_names(without)
         known = [name for name, _ in scenario.names()]
         for name in off:
             if name not in known:
@@ -116,7 +116,7 @@ class Moments:
         if region is None:
             return None
         try:
-            left, top, columns, rows = map(as_whole, region)
+            left, top, columns, rows = map(as_int, region)
         except (TypeError, ValueError):
             raise InputError(
                 f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
 
-from irsim.config.files import is_recording
-from irsim.config.overrides import given_overrides
+from irsim.config.overrides import expect_overrides
+from irsim.config.paths import is_recording
 from irsim.errors import InputError
 from irsim.recording import Recording, open_recording
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import load, loads, unheeded_in, unheeded_overrides
-from irsim.scenario.model import Scenario, given_names
+from irsim.scenario.loader import load, loads
+from irsim.scenario.model import Scenario, expect_names
 from irsim.types import Source
 
 
@@ -52,23 +52,8 @@ def open_source(
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
         return open_recording(Path(path))
-    changes = [*given_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
+    changes = [*expect_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
-
-
-def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
-    """Return a warning for each override, of a scenario or of the one in a recording, that has no effect beside others,
-    or changes a part that `without` switches off.
-
-    As `irsim check` words it: "override camera.netd_mk: warning: does not count for a detector of kind electrons: its
-    own keys decide". InputError as `loader.load`.
-    """
-    if not overrides:
-        return []
-    if not is_recording(Path(path)):
-        return unheeded_overrides(path, overrides, without)
-    text = open_recording(Path(path)).scenario_text
-    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides, without)
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
@@ -77,7 +62,7 @@ def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: S
 
 
 def _off(scenario: Scenario, without: Sequence[str]) -> list[str]:
-    names = dict.fromkeys([*scenario.without, *given_names(without)])
+    names = dict.fromkeys([*scenario.without, *expect_names(without)])
     return [f"without=[{', '.join(names)}]"]
 
 

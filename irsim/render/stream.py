@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from irsim.camera.agc import Agc, AgcSequence
-from irsim.errors import frame_number, whole
-from irsim.frame_range import check_view, span
+from irsim.errors import frame_number, whole_number
 from irsim.notebook import source_card, source_line
 from irsim.render.frame import Renderer
 from irsim.render.workers import rendered
 from irsim.scenario.loader import dumps
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import CameraFacts, Frame, Input, Truth
+from irsim.types import CameraFacts, Frame, Input, Truth, expect_input, frame_range
 
 Numbered = TypeVar("Numbered", Frame, Truth)
 
@@ -67,7 +66,7 @@ class Rendering:
         return self.scenario.seed
 
     def with_seed(self, seed: int) -> Rendering:
-        return Rendering(self.scenario.model_copy(update={"seed": whole("seed", seed)}), self.name)
+        return Rendering(self.scenario.model_copy(update={"seed": whole_number("seed", seed)}), self.name)
 
     @property
     def camera(self) -> CameraFacts:
@@ -111,7 +110,7 @@ class Rendering:
         return len(self.arrivals)
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        check_view(input)
+        expect_input(input)
         frame = self._counts(index)
         return frame if input == "counts" else self._screen.display(frame)
 
@@ -120,7 +119,7 @@ class Rendering:
             yield frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        for index in span(start, stop, len(self)):
+        for index in frame_range(start, stop, len(self)):
             yield _numbered(self._renderer.scene(self.arrivals[index])[1], index)
 
     def truth(self, index: int) -> Truth:
@@ -135,11 +134,11 @@ class Rendering:
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
-        check_view(input)
-        wanted = span(start, stop, len(self))
+        expect_input(input)
+        wanted = frame_range(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
         screen = self._new_screen()
-        jobs = min(whole("jobs", jobs, 1), len(taken))
+        jobs = min(whole_number("jobs", jobs, 1), len(taken))
         pairs = rendered(self.scenario, taken, jobs) if jobs > 1 else map(self._renderer.frame, taken)
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = _numbered(frame, index)

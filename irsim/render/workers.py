@@ -20,7 +20,7 @@ from multiprocessing.context import BaseContext
 import cv2
 import numpy as np
 
-from irsim.errors import IrsimError, how_it_ended
+from irsim.errors import IrsimError, exit_status_text
 from irsim.render.frame import Renderer
 from irsim.render.interrupts import interrupts_held, process
 from irsim.scenario.model import Scenario
@@ -106,7 +106,7 @@ class _Worker:
         when = "while it rendered" if self._heard else "before its first frame"
         # A status of 1 is Python's after a traceback, or of a script without the guard: the reason stands on stderr.
         allowed = "what it asks for above" if code == 1 and not self._heard else "the same again"
-        return IrsimError(f"a worker process died {when} ({how_it_ended(code)}); allowed: {allowed}, or fewer jobs")
+        return IrsimError(f"a worker process died {when} ({exit_status_text(code)}); allowed: {allowed}, or fewer jobs")
 
     def close(self) -> None:
         """End the process at once."""

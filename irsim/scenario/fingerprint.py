@@ -11,12 +11,12 @@ from typing import Any
 
 from irsim._native import COMPILED
 from irsim.config.base import Kind, Part
-from irsim.config.field_annotations import Located
-from irsim.config.file_digests import DIGEST, FILE
+from irsim.config.fields import Located
+from irsim.config.paths import DIGEST, FILE
 
 NOT_PIXELS = (
-    *("lint", "cli", "calibration", "displayed", "fitting", "measure", "strategies"),
-    *("__main__.py", "errors.py", "lazy.py", "notebook.py", "stated.py", "wording.py"),
+    *("lint", "cli", "calibration", "strategies"),
+    *("__main__.py", "errors.py", "notebook.py"),
     *("render/interrupts.py", "render/masks.py", "render/moments.py", "render/sources.py", "render/workers.py"),
 )
 """Packages and files of irsim that no pixel and no truth depends on.
@@ -52,7 +52,7 @@ def without_names(part: object, value: Any) -> Any:
 def _is_named(part: Part) -> bool:
     """Return whether the part's key `file` is a file's name."""
     field = type(part).model_fields.get(FILE)
-    return field is not None and any(isinstance(mark, Located) for mark in field.metadata)
+    return field is not None and any(isinstance(item, Located) for item in field.metadata)
 
 
 @lru_cache

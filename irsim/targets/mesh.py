@@ -13,9 +13,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.base import suggestion
-from irsim.config.field_annotations import FileName
-from irsim.config.file_digests import unchanged, with_digest
-from irsim.config.quantities import Fraction, Kelvin, Length
+from irsim.config.paths import check_unchanged, with_digest
+from irsim.config.quantities import FileName, Fraction, Kelvin, Length
 from irsim.geometry.polygon import as_row_differences, centroids, coverage
 from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_or_corner
 from irsim.geometry.sprite import Sprite
@@ -102,7 +101,7 @@ class MeshShape(Shape):
     def mesh(self) -> Triangles:
         """The mesh in its file. Raises InputError if the file changed since the scenario was read."""
         mesh = read_mesh(self.file)
-        unchanged(self.file, self.digest, mesh.digest)
+        check_unchanged(self.file, self.digest, mesh.digest)
         return mesh
 
     @property

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.file_digests import Stamp, stamp
-from irsim.config.files import is_irregular
+from irsim.config.paths import Stamp, is_irregular, stamp
 from irsim.types import Floats
 
 MAX_FACES = 20_000

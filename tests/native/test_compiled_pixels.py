@@ -28,7 +28,7 @@ from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.response import MAX_ADDED
 from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
-from irsim.normal import CELLS, cell_means
+from irsim.rng import CELLS, cell_means
 
 FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
@@ -38,7 +38,7 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here"
 @given(length=st.integers(0, 10_000), seed=st.integers(-(2**70), 2**70))
 @example(length=512 * 640, seed=1)
 def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
-    plain = rng._normals_plain((length,), rng.bits(seed, "a", 3), None)
+    plain = rng._normals_plain((length,), rng.bit_generator(seed, "a", 3), None)
     np.testing.assert_array_equal(rng.normals((length,), seed, "a", 3), plain, strict=True)
 
 
@@ -51,7 +51,7 @@ def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None
 
 
 def test_a_wrong_seed_or_table_is_refused() -> None:
-    seed, table, pieces, deep, refined = rng.begun(1, "a")
+    seed, table, pieces, deep, refined = rng.kernel_arguments(1, "a")
     out = np.zeros(8, np.float32)
     for wrong in (
         (seed[1:], table, pieces, deep, refined),
@@ -108,10 +108,10 @@ def test_states_are_as_far_out_as_words_reach() -> None:
     far, spread = np.full((3, 1000), 32_700, np.int16), 64.0  # beyond it in one number of seven
     drawn = rng.normals(far.shape, 1, "far")
     found = np.empty_like(far)
-    kernels.bridge(*rng.begun(1, "far"), far, far, 0.5, spread, found)
+    kernels.bridge(*rng.kernel_arguments(1, "far"), far, far, 0.5, spread, found)
     np.testing.assert_array_equal(found, np.clip(np.rint(32_700 + spread * drawn), -(2**15), 2**15 - 1))
     assert (found == 2**15 - 1).any()
-    kernels.bridge(*rng.begun(1, "far"), -far, -far, 0.5, spread, found)
+    kernels.bridge(*rng.kernel_arguments(1, "far"), -far, -far, 0.5, spread, found)
     np.testing.assert_array_equal(found, np.clip(np.rint(-32_700 + spread * drawn), -(2**15), 2**15 - 1))
 
 
@@ -351,7 +351,7 @@ def test_what_is_no_word_is_refused() -> None:
     with pytest.raises(TypeError, match="an array of h"):
         kernels.signal_of(numbers, numbers, 1.0, 0.0, 0.0, 1.0, numbers, 1.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="an array of h"):
-        kernels.bridge(*rng.begun(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
+        kernels.bridge(*rng.kernel_arguments(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="ambiguous"):
         kernels.counts_of(numbers, out, 1.0, 0.0, 255, numbers, None, None)  # type: ignore[arg-type]
     assert out.all()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from irsim.camera.detectors import Additive, FrameContext
 
+from irsim.camera.noise_base import Additive, FrameContext
 from irsim.types import Floats
 
 

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from irsim import Scenario
 from irsim.backgrounds.air import ground_path
-from irsim.lint import doubts, unheeded
+from irsim.lint import doubts, ineffective
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.frame import Renderer
 
@@ -50,12 +50,12 @@ def test_the_background_sets_the_altitude(
     scenario = scene(background, atmosphere={**AIR, **given})
     assert scenario.context.air.altitude_m == altitude_m
     said = [notice for notice in doubts(scenario) if notice.at == ("atmosphere", "altitude_m")]
-    assert said == [notice for notice in unheeded(scenario) if notice.at == ("atmosphere", "altitude_m")]
+    assert said == [notice for notice in ineffective(scenario) if notice.at == ("atmosphere", "altitude_m")]
     assert len(said) == (given.get("altitude_m", altitude_m) != altitude_m)
     for notice in said:
-        assert notice.what.startswith(f"500 m does not count: the camera is {altitude_m:g} m above the ")
+        assert notice.message.startswith(f"500 m does not count: the camera is {altitude_m:g} m above the ")
     for change in ({"atmosphere": {**AIR, **given}, "without": ["atmosphere"]}, {"atmosphere": given}):
-        assert not list(unheeded(scene(background, **change)))
+        assert not list(ineffective(scene(background, **change)))
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_a_path_beyond_the_fit_is_told_from_where_the_camera_is() -> None:
     climbing, level_one = (level((0.0, 0.0, up), targets=[t]) for up, t in ((1500.0, target), (0.0, hot((0, 2000, 0)))))
     assert not [notice for notice in doubts(level_one) if notice.at == ("targets", 0, "path")]
     (told,) = [notice for notice in doubts(climbing) if notice.at == ("targets", 0, "path")]
-    assert told.what.startswith("frame 60: a path up to 3100 m above the sea is not the fitted level one")
+    assert told.message.startswith("frame 60: a path up to 3100 m above the sea is not the fitted level one")
 
 
 def test_a_camera_that_stands_sees_the_same_bits() -> None:

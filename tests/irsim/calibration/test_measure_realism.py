@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli.app import app
-from irsim.config.yaml_file import read
+from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
 from irsim.geometry.random_fields import spectral
 from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, judge, judge_classes, texture
@@ -22,7 +22,7 @@ from irsim.measure.realism import Verdict
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
 from irsim.recording.importers import import_frames
-from irsim.scenario.loader import examples
+from irsim.scenario.catalog import examples
 from irsim.types import BackgroundClass, Floats
 
 REAL = Path(__file__).resolve().parents[4] / "shared" / "real"
@@ -92,7 +92,7 @@ def of_scene(name: str) -> Texture:
     return texture(backdrops(irsim.open_source(name), 9))
 
 
-CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
+CLAIMS = {name: read_yaml(path).value.get("like") for name, path in examples().items()}
 
 
 @pytest.mark.sampled

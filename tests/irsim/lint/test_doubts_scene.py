@@ -20,7 +20,7 @@ def told(scene: dict[str, Any]) -> dict[str, str]:
     size = {"size": (64, 48), **scene.get("camera", {})}
     whole = {"background": {"kind": "sky", "horizon_k": 285.0, "zenith_k": 250.0}, **scene, "camera": size}
     return {
-        ".".join(map(str, notice.at)): notice.what
+        ".".join(map(str, notice.at)): notice.message
         for notice in doubts(Scenario.model_validate({"frames": 31, **whole}))
     }
 

@@ -9,7 +9,7 @@ import pytest
 
 from irsim.backgrounds import Ground
 from irsim.errors import InputError
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 from irsim.scenario.placement_placing import place
 
 LEAVES = """

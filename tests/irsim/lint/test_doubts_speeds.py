@@ -24,7 +24,7 @@ def told(shape: str, path: dict[str, Any], **target: Any) -> list[str]:
     }
     notices = list(too_fast(Scenario.model_validate(whole)))
     assert all(notice.at == ("targets", 0, "path") for notice in notices)
-    return [notice.what for notice in notices]
+    return [notice.message for notice in notices]
 
 
 def _level(speed_m_s: float) -> dict[str, Any]:

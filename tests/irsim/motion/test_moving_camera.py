@@ -11,8 +11,8 @@ import pytest
 from irsim import loads
 from irsim.backgrounds.chart import Chart
 from irsim.geometry.projection import Geometry
+from irsim.lint.warnings import warnings
 from irsim.render.frame import Renderer
-from irsim.scenario.loader import warnings
 from irsim.scenario.model import Scenario
 
 SCENE = """

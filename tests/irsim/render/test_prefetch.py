@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.geometry.sprite import During, Sprite
+from irsim.geometry.sprite import Sprite
 from irsim.render.composite import NamedSprite
 from irsim.render.exposure import PREFETCHED_PX, Prefetch
 from irsim.render.frame import Renderer

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.frame_range import parsed, span
+from irsim.errors import parse_frame_range
 
 
 @pytest.mark.parametrize(
@@ -40,14 +40,14 @@ WORDS = ["", ":", "0", "-3", "5:5", "9:5", ":9", "5:", "1:2:3", "all", "1.5"]
 def test_a_wrong_range_is_an_input_error(text: str) -> None:
     allowed = "no such range; allowed: N above 0, or A:B with A below B"
     with pytest.raises(irsim.InputError) as caught:
-        parsed(text, 50)
+        parse_frame_range(text, 50)
     assert str(caught.value) == f"--frames {text}: {allowed}, within 0:50"
     if text in WORDS:
         with pytest.raises(irsim.InputError) as caught:
-            parsed(text)
+            parse_frame_range(text)
         assert str(caught.value) == f"--frames {text}: {allowed}"
     else:
-        assert parsed(text).stop > 50  # a scenario is rendered beyond its own number
+        assert parse_frame_range(text).stop > 50  # a scenario is rendered beyond its own number
 
 
 @pytest.fixture(params=["scenario", "recording"])

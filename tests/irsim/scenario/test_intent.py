@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 
 from irsim import InputError, loads, open_recording, record
 from irsim.cli.app import app
+from irsim.lint.warnings import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render.frame import Renderer
 from irsim.render.sources import open_rendering
-from irsim.scenario.loader import warnings
 from irsim.scenario.placement_all import placed
 
 SCENE = """

@@ -17,7 +17,7 @@ from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.lint import doubts
 from irsim.physics.radiometry import radiance, temperature
-from irsim.render.contrast import GUARD_PX, RING_PX, asked_light, scr
+from irsim.render.contrast import GUARD_PX, RING_PX, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.targets import View

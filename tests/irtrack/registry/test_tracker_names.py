@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
@@ -23,7 +23,7 @@ def test_parameters_go_out_and_in_again(name: str) -> None:
     cls = TRACKERS[name]
     defaults = cls().model_dump()
     assert repr(make(name, defaults)) == repr(cls())
-    assert set(defaults) <= set(meanings(cls))
+    assert set(defaults) <= set(field_docs(cls))
 
 
 def test_describe_has_a_row_for_every_tracker() -> None:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from irsim.config.yaml_file import MOST_VALUES, parse, read, scalar, write
+from irsim.config.yaml_text import MOST_VALUES, parse_yaml, read_yaml, scalar, write_yaml
 from irsim.errors import InputError
 from irsim.scenario.loader import load
 
@@ -110,18 +110,18 @@ def test_flow_collections_as_one_value() -> None:
     ],
 )
 def test_tabs_that_separate_are_as_spaces(text: str, value: Any) -> None:
-    assert parse(text).value == value
+    assert parse_yaml(text).value == value
 
 
 def test_places_behind_a_tab_count_characters() -> None:
-    document = parse("a:\tb\nc: {d:\t\te}\n", "f.yaml")
+    document = parse_yaml("a:\tb\nc: {d:\t\te}\n", "f.yaml")
     assert document.values[("a",)] == "f.yaml:1:4"
     assert document.values[("c", "d")] == "f.yaml:2:9"
 
 
 def test_places_are_of_keys_and_values() -> None:
     text = "camera:\n  size: [320, 240]\ntargets:\n  - id: jet\n    path: {speed: 2}\n"
-    document = parse(text, "f.yaml")
+    document = parse_yaml(text, "f.yaml")
     assert document.value == {"camera": {"size": [320, 240]}, "targets": [{"id": "jet", "path": {"speed": 2}}]}
     assert document.keys[("camera",)] == "f.yaml:1:1"
     assert document.values[("camera",)] == "f.yaml:2:3"
@@ -133,7 +133,7 @@ def test_places_are_of_keys_and_values() -> None:
 
 
 def test_aliases_are_written_out() -> None:
-    assert parse("a: &x [1, 2]\nb: *x").value == {"a": [1, 2], "b": [1, 2]}
+    assert parse_yaml("a: &x [1, 2]\nb: *x").value == {"a": [1, 2], "b": [1, 2]}
 
 
 BAD = {
@@ -210,7 +210,7 @@ BAD = {
 def test_what_is_no_yaml_is_one_line_with_its_place(case: str) -> None:
     text, expected = BAD[case]
     with pytest.raises(InputError) as caught:
-        parse(text, "f.yaml")
+        parse_yaml(text, "f.yaml")
     assert str(caught.value).startswith(expected)
     assert "\n" not in str(caught.value)
 
@@ -218,12 +218,12 @@ def test_what_is_no_yaml_is_one_line_with_its_place(case: str) -> None:
 def test_an_alias_bomb_is_refused() -> None:
     levels = [f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 10)}]" for n in range(1, 9)]
     with pytest.raises(InputError, match=f"too many values; allowed: {MOST_VALUES}, aliases written out"):
-        parse("\n".join(["l0: &l0 [1]", *levels]))
+        parse_yaml("\n".join(["l0: &l0 [1]", *levels]))
 
 
 def test_all_duplicates_are_told() -> None:
     with pytest.raises(InputError) as caught:
-        parse("a: 1\na: 2\nb: 1\nb: 2\n", "f")
+        parse_yaml("a: 1\na: 2\nb: 1\nb: 2\n", "f")
     assert [line.split(": ")[0] for line in str(caught.value).splitlines()] == ["f:2:1", "f:4:1"]
 
 
@@ -240,7 +240,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     }
     for path, expected in cases.items():
         with pytest.raises(InputError) as caught:
-            read(path)
+            read_yaml(path)
         assert str(caught.value) == expected
 
 
@@ -250,7 +250,7 @@ def test_a_file_in_utf_16_is_told_as_that(tmp_path: Path, encoding: str, text: s
     """However it is asked for: as a scenario, too."""
     path = tmp_path / "wide.yaml"
     path.write_bytes(text.encode(encoding))
-    for ask in (read, load):
+    for ask in (read_yaml, load):
         with pytest.raises(InputError) as caught:
             ask(path)
         what = "looks like UTF-16 text, as some editors write; allowed: UTF-8 (save it as that)"
@@ -260,7 +260,7 @@ def test_a_file_in_utf_16_is_told_as_that(tmp_path: Path, encoding: str, text: s
 def test_a_byte_order_mark_is_no_matter(tmp_path: Path) -> None:
     path = tmp_path / "bom.yaml"
     path.write_bytes(b"\xef\xbb\xbfa: 1\n")
-    assert read(path).value == {"a": 1}
+    assert read_yaml(path).value == {"a": 1}
 
 
 STEADY = settings(deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -273,11 +273,11 @@ TREES = st.recursive(SCALARS, lambda inner: st.lists(inner) | st.dictionaries(st
 @STEADY
 @example({"a": "1e3", "b": "0o10", "c": "on", "d": 1e17, "e": "~", "f": "2024-01-01"})
 def test_written_text_reads_back(value: Any) -> None:
-    assert parse(write(value)).value == value
+    assert parse_yaml(write_yaml(value)).value == value
 
 
 @given(st.text())
 @STEADY
 def test_any_text_gives_a_value_or_an_input_error(text: str) -> None:
     with contextlib.suppress(InputError):
-        parse(text)
+        parse_yaml(text)

@@ -12,7 +12,7 @@ import planted_failure
 import pytest
 
 import irsim
-from irsim.scenario.authoring import start_text, write_new
+from irsim.scenario.catalog import start_text, write_new
 from irtrack.bench import Results
 from irtrack.errors import InputError
 from irtrack.falsify import find_failure

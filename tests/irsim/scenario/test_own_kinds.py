@@ -89,7 +89,7 @@ def scene(background: str, **changes: Any) -> dict[str, Any]:
 
 
 def told(value: dict[str, Any]) -> list[str]:
-    return [notice.what for notice in doubts(Scenario.model_validate(value))]
+    return [notice.message for notice in doubts(Scenario.model_validate(value))]
 
 
 def sinking(down_m_s: float) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def test_its_surface_is_off_the_scale(kelvin: float, word: str) -> None:
     assert any(text.startswith("all of the lake, ") and f"lies {word}" in text for text in told(value))
 
 
-def test_its_sky_is_off_the_scale_and_unlike_the_air_before_it() -> None:
+def test_its_sky_is_off_the_scale_and_unlike_the_air() -> None:
     value = scene("Lake", camera={"range_k": (400.0, 500.0), "elevation_deg": 10})
     assert any(text.startswith("all of the clear sky") for text in told(value))
     tropical = scene("Lake", atmosphere={"preset": "tropical"})
@@ -135,7 +135,7 @@ def test_what_stands_stands_below_its_horizon() -> None:
         assert len(list(overdone(Scenario.model_validate(value)))) == expected
 
 
-def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
+def test_a_background_of_counts_takes_targets() -> None:
     up = {"motion": [{"kind": "pan", "elevation_deg_s": 45.0}]}
     assert any("zenith" in text for text in told(scene("Lake", camera=up)))
     assert not any("zenith" in text for text in told(scene("Still", camera=up)))
@@ -155,19 +155,19 @@ def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
         moments.mean(0)
 
 
-def test_own_sensor_names_its_camera_keys_and_time() -> None:
+def test_an_own_detector_has_its_keys_and_exposure() -> None:
     kind = {"kind": f"{__name__}:Integrating"}
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))
-    assert found.camera.exposure_ms == 5.0
-    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.what]
+    assert found.camera.smeared_ms == 5.0
+    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
     assert "2 ms are smeared, but the detector integrates for 5 ms" in told(other)
     with pytest.raises(ValidationError, match="do not fit into a frame"):
         Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
     off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
-    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.what]
+    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.message]
     assert place == ("camera", "detector", "gate_ms")
 
 
@@ -180,7 +180,7 @@ def test_a_bare_family_has_defaults() -> None:
 
     value = Scenario.model_validate(scene("ground", camera=sinking(50.0)))
     plain = value.model_copy(update={"background": Plain()})
-    assert [notice.what for notice in doubts(plain)] == []
+    assert [notice.message for notice in doubts(plain)] == []
     assert plain.sky_preset is None
     assert Sensor.camera_keys == NetdSensor.camera_keys
     assert NetdSensor().integration_time_ms is None

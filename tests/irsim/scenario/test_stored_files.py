@@ -1,5 +1,4 @@
-"""Scenes that are read from files: what is stored of them is rendered from anywhere, files that change are noticed, and
-where they lie makes no other scene."""
+"""Scenes read from files: rendered from anywhere, changed files are noticed, places do not enter the hash."""
 
 from __future__ import annotations
 
@@ -10,23 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import planted_failure
 import pytest
-from bench_fakes import Logger, steps
 from command_line import Run
-from mesh_files import BOX, GIVEN
+from mesh_files import BOX
 
 import irsim
 from irsim.config.base import Part
-from irsim.config.field_annotations import FileName
-from irsim.config.overrides import override
-from irsim.config.yaml_file import Document
+from irsim.config.overrides import apply_override
+from irsim.config.quantities import FileName
+from irsim.config.yaml_text import Document
 from irsim.errors import InputError
 from irsim.recording import open_recording
 from irsim.scenario.fingerprint import without_names
 from irsim.targets.meshfile import read_mesh
-from irtrack.bench import Entry, run_bench
-from irtrack.falsify import find_failure, kept_failures
 
 SCENE = """\
 frames: 3
@@ -81,7 +76,7 @@ def test_a_recording_is_rendered_again_from_anywhere(project: Path, elsewhere: P
     assert np.array_equal(pictures(elsewhere / "again.mcap"), pictures(project / "made.mcap"))
 
 
-def test_files_that_overrides_and_tables_name_are_found_again(project: Path, elsewhere: Path, run: Run) -> None:
+def test_files_in_overrides_and_tables_are_found_again(project: Path, elsewhere: Path, run: Run) -> None:
     """At another severity, too; the mesh of severity 0 was noted with its digest, which is not the other's."""
     (project / "tall.obj").write_text(TALL)
     lists = "severities={targets.box.shape.file: [box.obj, tall.obj]}"
@@ -110,7 +105,7 @@ def test_another_recording_has_a_digest_of_its_own(project: Path, monkeypatch: p
 
 
 @pytest.mark.parametrize("what", ["mesh", "footage"])
-def test_a_changed_file_is_noticed_when_a_recording_is_rendered_again(project: Path, run: Run, what: str) -> None:
+def test_a_changed_file_is_an_error_when_rendered_again(project: Path, run: Run, what: str) -> None:
     assert run("render", "scene.yaml", "-o", "made.mcap", cwd=project).returncode == 0
     if what == "mesh":
         place, file = "targets.box.shape", project / "box.obj"
@@ -130,7 +125,7 @@ def test_a_changed_file_is_noticed_when_a_recording_is_rendered_again(project: P
     assert not np.array_equal(pictures(project / "again.mcap"), pictures(project / "made.mcap"))
 
 
-def test_a_recording_whose_files_have_moved_takes_their_new_names(project: Path, elsewhere: Path, run: Run) -> None:
+def test_moved_files_are_given_by_overrides(project: Path, elsewhere: Path, run: Run) -> None:
     assert run("render", "scene.yaml", "-o", "made.mcap", cwd=project).returncode == 0
     shutil.move(project, elsewhere / "moved")
     lost = run("render", "moved/made.mcap", "-o", "again.mcap", cwd=elsewhere)
@@ -143,7 +138,7 @@ def test_a_recording_whose_files_have_moved_takes_their_new_names(project: Path,
 
 
 @pytest.mark.parametrize("output", ["drawn", "../drawn"])
-def test_samples_load_from_anywhere_and_move_with_their_files(
+def test_samples_move_with_their_files(
     project: Path, elsewhere: Path, run: Run, monkeypatch: pytest.MonkeyPatch, output: str
 ) -> None:
     assert run("sample", "scene.yaml", "-n", "2", "-o", output, cwd=project).returncode == 0
@@ -157,14 +152,14 @@ def test_samples_load_from_anywhere_and_move_with_their_files(
         irsim.load(moved / output / "scene-0.yaml")
 
 
-def test_a_text_names_files_from_its_folder_where_they_share_one(project: Path) -> None:
+def test_names_are_relative_where_a_folder_is_shared(project: Path) -> None:
     scenario = irsim.load(project / "scene.yaml")
     assert f"file: {project / 'box.obj'}\n" in irsim.dumps(scenario)
     assert "file: ../project/box.obj\n" in irsim.dumps(scenario, folder=project.parent / "other")
     assert f"file: {project / 'box.obj'}\n" in irsim.dumps(scenario, folder="/elsewhere/on/this/machine")
 
 
-def test_a_scene_that_was_read_stays_when_the_working_directory_changes(
+def test_a_scene_survives_a_change_of_directory(
     project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(project)
@@ -174,7 +169,7 @@ def test_a_scene_that_was_read_stays_when_the_working_directory_changes(
     assert irsim.change(scenario, {"seed": 0}) == scenario == irsim.loads(irsim.dumps(scenario))
 
 
-def test_where_files_lie_makes_no_other_scene(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_names_of_files_do_not_enter_the_hash(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = irsim.load(project / "scene.yaml").hash
     monkeypatch.chdir(project)
     assert irsim.load("scene.yaml").hash == irsim.load("../project/scene.yaml").hash == expected
@@ -186,7 +181,7 @@ def test_where_files_lie_makes_no_other_scene(project: Path, elsewhere: Path, mo
     assert irsim.load(copy / "scene.yaml", [f"targets.box.shape.file={copy / 'other.obj'}"]).hash != expected
 
 
-def test_only_names_of_files_with_a_digest_leave_the_hash(project: Path) -> None:
+def test_only_names_beside_a_digest_leave_the_hash(project: Path) -> None:
     """Values of scenes without files are hashed as they are."""
     scenario = irsim.load(project / "scene.yaml")
     value = {"background": {"kind": "recording", "file": "a", "digest": "b"}, "seed": 1, "targets": [{"id": "file"}]}
@@ -204,20 +199,20 @@ class Two(Part):
     digest: str = ""
 
 
-def test_the_name_of_a_file_without_a_digest_stays_in_the_hash() -> None:
+def test_a_name_without_a_digest_stays_in_the_hash() -> None:
     """Else two scenes would have one: the digest is that of what stands at `file`, where it has been filled in."""
     value = {"file": "a", "other": "b", "digest": "c"}
     assert without_names(Two(file="a"), value) == {"other": "b", "digest": "c"}
     assert without_names(Two(file="a"), {**value, "digest": ""}) == {**value, "digest": ""}
 
 
-def test_a_digest_stays_where_another_file_than_its_own_is_changed() -> None:
+def test_a_digest_stays_when_another_key_changes() -> None:
     document = Document("text", {"file": "a", "other": "b", "digest": "c"}, {}, {})
-    assert override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
-    assert override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
+    assert apply_override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
+    assert apply_override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
 
 
-def test_a_digest_that_is_given_holds_whatever_the_order(project: Path) -> None:
+def test_a_given_digest_holds_in_any_order(project: Path) -> None:
     shutil.copy(project / "box.obj", project / "other.obj")
     given = ["targets.box.shape.digest=0a", f"targets.box.shape.file={project / 'other.obj'}"]
     scenario = irsim.load(project / "scene.yaml")
@@ -228,7 +223,7 @@ def test_a_digest_that_is_given_holds_whatever_the_order(project: Path) -> None:
             irsim.change(scenario, dict(each.split("=") for each in order))
 
 
-def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
+def test_a_mesh_changed_after_loading_is_an_error(project: Path) -> None:
     rendering = irsim.Rendering(irsim.load(project / "scene.yaml"))
     rendering.frame(0)
     change_mesh(project / "box.obj")
@@ -236,7 +231,7 @@ def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> 
         rendering.frame(1)
 
 
-def test_a_mesh_that_another_takes_the_place_of_is_read_anew(tmp_path: Path) -> None:
+def test_a_replaced_mesh_is_read_again(tmp_path: Path) -> None:
     """Though it is as old, as copies that keep times are."""
     paths = [tmp_path / "box.obj", tmp_path / "tall.obj"]
     for path, text in zip(paths, (BOX, TALL), strict=True):
@@ -247,54 +242,8 @@ def test_a_mesh_that_another_takes_the_place_of_is_read_anew(tmp_path: Path) -> 
     assert read_mesh(str(paths[0])).digest != first
 
 
-def test_many_meshes_are_read_once(tmp_path: Path) -> None:
-    paths = [str(shutil.copy(GIVEN["mesh"]["file"], tmp_path / f"{number}.obj")) for number in range(40)]
-    meshes = [read_mesh(path) for path in paths]
-    assert [read_mesh(path) for path in paths] == meshes  # meshes are equal where they are one
-
-
-def test_a_recording_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
+def test_a_recording_changed_after_loading_is_an_error(project: Path) -> None:
     scenario, footage = irsim.load(project / "scene.yaml"), project / "footage" / "own.mcap"
     irsim.record(irsim.Rendering(irsim.loads(GROUND, overrides=["seed=1"])), footage)
     with pytest.raises(InputError, match=r"own\.mcap: was changed after the scene was read"):
         irsim.Rendering(scenario).frame(0)
-
-
-def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    log, results = elsewhere / "log", elsewhere / "r.db"
-
-    def bench(scene: str, cwd: Path) -> list[str]:
-        monkeypatch.chdir(cwd)
-        with run_bench([scene], [Entry("a", Logger(log=str(log)))], seeds=1, results=results) as found:
-            (row,) = found.sources().values()
-            assert irsim.loads(row.text).files[0].is_file()
-            return [cell.key.digest for cell in found.cells(every=True)]
-
-    first = bench("scene.yaml", project)
-    after_first = steps(log)
-    assert after_first
-    assert bench("../project/scene.yaml", project) == first
-    assert bench("all/project/scene.yaml", elsewhere.parent) == first
-    shutil.move(project, elsewhere / "moved")
-    assert bench("moved/scene.yaml", elsewhere) == first
-    assert steps(log) == after_first
-
-
-def test_a_found_failure_and_its_kept_copy_load_from_anywhere_and_move_with_their_files(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They lie in folders of different depths."""
-    box = "  - {id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [50, 30]}}\n"
-    near = planted_failure.SCENE.replace("vary:", f"{box}vary:").replace("low: 4, high: 54", "low: 32, high: 36")
-    (project / "scene.yaml").write_text(f"{near}expect: [{{kind: error_below, px: 5}}]\n")
-    monkeypatch.chdir(project)
-    kept_in = Path("kept/deeper")
-    find_failure("scene.yaml", "planted_failure:Raising", "found", name="blind", fresh=5, keep_in=kept_in)
-    monkeypatch.chdir(elsewhere)
-    moved = Path(shutil.move(project, elsewhere / "moved"))
-    (kept,) = kept_failures(moved / kept_in)
-    assert irsim.load(kept.path).files == irsim.load(moved / "found" / "minimal.yaml").files == (moved / "box.obj",)
-    assert kept.path.read_text().startswith("# planted_failure:Raising: ")
-    assert kept.changes() == []

@@ -1,4 +1,4 @@
-"""YAML text to plain values with the place of each, and back: with `yamltabs` the only room that knows yaml.
+"""YAML text to plain values with the place of each, and back. The only file that imports yaml.
 
 Scalars follow the core schema of YAML 1.2 (https://yaml.org/spec/1.2.2/#103-core-schema), which PyYAML
 alone does not: `on`, `off`, `yes` and `no` are text, `1e3` is a float, `010` is ten and `0o10` eight.
@@ -16,19 +16,15 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from irsim.config.files import text_bytes
-from irsim.config.wrong_encoding import is_utf16
-from irsim.config.yaml_tabs import TabScanner
+from irsim.config.base import KeyPath
+from irsim.config.paths import is_utf16, text_bytes
 from irsim.errors import InputError
 
-KeyPath = tuple[str | int, ...]
-"""Keys and list indices from the root to a value."""
-
 MOST_VALUES = 100_000
-"""Values in one document, aliases written out; more is taken for an alias bomb."""
+"""Most values in one document, aliases expanded: a guard against alias bombs."""
 
 LONGEST = sys.int_info.default_max_str_digits
-"""Digits of a whole number: Python writes no longer ones."""
+"""Most digits of an integer: Python's own limit."""
 
 _TAGS = "no tag, or !!str, !!int, !!float, !!bool, !!null where the text is such a value"
 _ALLOWED = {
@@ -43,7 +39,7 @@ _ALLOWED = {
     "cannot start": "a text that begins so in quotes",
     "<block end>": "entries of one list or mapping that begin in the same column",
 }
-"""What is allowed where PyYAML's words have such a part."""
+"""Part of PyYAML's message -> allowed alternative."""
 _TOO_DEEP = "nested too deeply; allowed: a hundred levels"
 _TAG = "tag:yaml.org,2002:"
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
@@ -51,11 +47,14 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NULL = re.compile(r"null|Null|NULL|~|")
 _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
+_BLANK = " \t"
+_LINE_ENDS = "\0\r\n\x85\u2028\u2029"
+"""Characters that end a line, and the zero that ends a text."""
 
 
 @dataclass(frozen=True)
 class Document:
-    """What a YAML text says, and where: places ('file:line:column', from 1) of its values and keys."""
+    """Value of a YAML text, and the places ('file:line:column', from 1) of its values and keys."""
 
     name: str
     value: Any
@@ -63,8 +62,8 @@ class Document:
     keys: Mapping[KeyPath, str]
 
 
-def read(path: str | Path) -> Document:
-    """The document in a file. InputError where there is none to read."""
+def read_yaml(path: str | Path) -> Document:
+    """Return the document in a file. InputError where it cannot be read."""
     try:
         raw = text_bytes(path)
     except (OSError, ValueError) as error:
@@ -77,11 +76,11 @@ def read(path: str | Path) -> Document:
         raise InputError(f"{path}:{_place_in(raw, error.start)}: this is not UTF-8 text; allowed: UTF-8") from None
     if "\0" in text:
         raise InputError(f"{path}:{_place_in(raw, raw.index(0))}: a zero byte stands here; allowed: text, without any")
-    return parse(text, str(path))
+    return parse_yaml(text, str(path))
 
 
-def parse(text: str, name: str = "<text>") -> Document:
-    """The one document in a text; InputError, a line for each thing that is wrong."""
+def parse_yaml(text: str, name: str = "<text>") -> Document:
+    """Return the one document in a text; InputError with a line for each fault."""
     loader = None
     try:
         loader = _Loader(text)
@@ -89,8 +88,9 @@ def parse(text: str, name: str = "<text>") -> Document:
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         column = error.position - text.rfind("\n", 0, error.position)
+        code = error.character if isinstance(error.character, int) else ord(error.character)
         raise InputError(
-            f"{name}:{line}:{column}: the character U+{_code(error.character):04X} stands here; allowed: printable text"
+            f"{name}:{line}:{column}: the character U+{code:04X} stands here; allowed: printable text"
         ) from None
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{name}:{_problem(error, loader.tab if loader else None)}") from None
@@ -103,7 +103,7 @@ def parse(text: str, name: str = "<text>") -> Document:
         raise InputError(f"{name}: not YAML: {error}") from None
     if root is None:
         raise InputError(f"{name}:1:1: it is empty; allowed: keys and values, as `frames: 100`")
-    build = _Build(name)
+    build = _Builder(name)
     try:
         value = build.value(root, ())
     except RecursionError:
@@ -114,28 +114,97 @@ def parse(text: str, name: str = "<text>") -> Document:
 
 
 def scalar(text: str) -> Any:
-    """The value that a short text has in YAML: `80` a number, `on` text, `[64, 48]` a list, '' None."""
+    """Return the value of a short YAML text: `80` a number, `on` text, `[64, 48]` a list, '' None."""
     if not text.strip():
         return None
-    return parse(text, repr(text)).value
+    return parse_yaml(text, repr(text)).value
 
 
-def write(value: Any) -> str:
-    """The YAML text of mappings, lists and scalars; `parse` gives the equal value back."""
+def write_yaml(value: Any) -> str:
+    """Return the YAML text of mappings, lists and scalars; `parse_yaml` gives the equal value."""
     return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=100)
 
 
+def dotted(path: KeyPath) -> str:
+    """Return 'camera.size.0', always on one line."""
+    return ".".join(map(on_a_line, path))
+
+
+def on_a_line(value: object) -> str:
+    """Return a value's text, escaped as in Python where it would break the line."""
+    text = str(value)
+    return text if text.isprintable() else repr(value)
+
+
+class _TabScanner(yaml.reader.Reader, yaml.scanner.Scanner):
+    """Scanner that accepts tabs as separation spaces (YAML 1.2.2, 6.2), which PyYAML refuses.
+
+    A tab before the first word of a line indents (6.1) and stays an error, except within [ ] and { } and in lines
+    without a word.
+    """
+
+    def __init__(self, text: str) -> None:
+        yaml.reader.Reader.__init__(self, text)
+        yaml.scanner.Scanner.__init__(self)
+        self._has_tabs = "\t" in text
+        self.tab: yaml.Mark | None = None
+        """Last tab before a possible list entry or key, as in `-<TAB>a: 1`, whose column would be ambiguous."""
+
+    def scan_to_next_token(self) -> None:
+        super().scan_to_next_token()
+        while self.peek() == "\t" and self._separates():
+            if not self.flow_level and self.allow_simple_key:
+                self.tab = self.get_mark()
+                self.allow_simple_key = False
+            self.forward(self._blanks())
+            super().scan_to_next_token()
+
+    def scan_plain_spaces(self, indent: int, start_mark: yaml.Mark) -> list[str] | None:
+        """Return the blanks between words of an unquoted text; nothing where it ends."""
+        if self._has_tabs and (between := self._between()):
+            return [between]
+        found: list[str] | None = super().scan_plain_spaces(indent, start_mark)
+        if self._has_tabs and self.flow_level and found:  # in its next line
+            self.forward(self._blanks())
+        return found
+
+    def _between(self) -> str:
+        """Return blanks with tabs before another word of the line; skip those before its end."""
+        count = self._blanks()
+        follows = self.peek(count)
+        if follows == "#" or "\t" not in (between := self.prefix(count)):
+            return ""
+        self.forward(count)
+        return "" if follows in _LINE_ENDS else between
+
+    def _blanks(self) -> int:
+        """Return the number of blanks at this place."""
+        count = 0
+        while self.peek(count) in _BLANK:
+            count += 1
+        return count
+
+    def _separates(self) -> bool:
+        """Return whether the tab at this place does not indent."""
+        if self.flow_level or self.peek(self._blanks()) in f"#{_LINE_ENDS}":
+            return True
+        before = self.pointer - 1
+        while before >= 0 and self.buffer[before] in _BLANK:
+            before -= 1
+        return before >= 0 and self.buffer[before] not in _LINE_ENDS
+
+
 class _Core(yaml.resolver.BaseResolver):
-    """What a plain scalar is, by YAML 1.2."""
+    """Types of plain scalars by YAML 1.2."""
 
 
 for _tag, _regexp in (("null", _NULL), ("bool", _BOOL), ("int", _INT), ("float", _FLOAT), ("float", _SPECIAL)):
     _Core.add_implicit_resolver(_TAG + _tag, re.compile(rf"(?:{_regexp.pattern})\Z"), None)
 
 
-class _Loader(TabScanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
+class _Loader(_TabScanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
     def __init__(self, text: str) -> None:
-        TabScanner.__init__(self, text)
+        _TabScanner.__init__(self, text)
         yaml.parser.Parser.__init__(self)
         yaml.composer.Composer.__init__(self)
         _Core.__init__(self)
@@ -164,8 +233,8 @@ def _represent_text(dumper: _Dumper, text: str) -> ScalarNode:
 _Dumper.add_representer(str, _represent_text)
 
 
-class _Build:
-    """Collects the values of a tree of nodes, their places and all that is wrong."""
+class _Builder:
+    """Collects the values of a tree of nodes, their places and all faults."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -221,7 +290,7 @@ class _Build:
                     return text.lower() == "true"
                 case "int" if _INT.fullmatch(text):
                     number = int(text, 0) if text[:2] in ("0o", "0x") else int(text)
-                    str(number)  # what int() takes in hexadecimal may be too long to be written
+                    str(number)  # fails for hexadecimal numbers that int() takes and str() does not
                     return number
                 case "float" if _FLOAT.fullmatch(text):
                     return float(text)
@@ -240,29 +309,14 @@ class _Build:
     def _place(self, node: Node) -> str:
         return f"{self.name}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
 
-    def _wrong(self, node: Node, what: str) -> None:
-        self.errors.append(f"{self._place(node)}: {what}")
-
-
-def dotted(path: KeyPath) -> str:
-    """'camera.size.0', always on one line."""
-    return ".".join(map(on_a_line, path))
-
-
-def on_a_line(value: object) -> str:
-    """A value's text as it is, or as Python writes it where that would break the line."""
-    text = str(value)
-    return text if text.isprintable() else repr(value)
+    def _wrong(self, node: Node, message: str) -> None:
+        self.errors.append(f"{self._place(node)}: {message}")
 
 
 def _place_in(raw: bytes, offset: int) -> str:
-    """'line:column' of a byte, from 1."""
+    """Return 'line:column' of a byte, from 1."""
     line, column = raw.count(b"\n", 0, offset) + 1, offset - raw.rfind(b"\n", 0, offset)
     return f"{line}:{column}"
-
-
-def _code(character: str | int) -> int:
-    return character if isinstance(character, int) else ord(character)
 
 
 def _short(tag: str) -> str:
@@ -276,10 +330,7 @@ def _reason(error: OSError | ValueError) -> str:
 
 
 def _problem(error: yaml.MarkedYAMLError, tab: yaml.Mark | None) -> str:
-    """'line:column: not YAML: what' on one line.
-
-    tab   before which the line is such that no list or mapping may begin in it, see `TabScanner`
-    """
+    """Return 'line:column: not YAML: problem' on one line; `tab` as in `_TabScanner`."""
     mark = error.problem_mark or error.context_mark
     place, problem = f"{mark.line + 1}:{mark.column + 1}: " if mark else " ", error.problem or ""
     if "'\\t'" in problem and "cannot start" in problem:
@@ -290,6 +341,6 @@ def _problem(error: yaml.MarkedYAMLError, tab: yaml.Mark | None) -> str:
         return f"{tab.line + 1}:{tab.column + 1}: a tab stands before a list's entry or a key here; allowed: spaces"
     if "single document" in (error.context or ""):
         return f"{place}a second document begins; allowed: one document a file"
-    what = ": ".join(part for part in (error.context, error.problem) if part)
-    allowed = next((f"; allowed: {words}" for part, words in _ALLOWED.items() if part in what), "")
-    return f"{place}not YAML: {' '.join(what.split())}{allowed}"
+    text = ": ".join(part for part in (error.context, error.problem) if part)
+    allowed = next((f"; allowed: {words}" for part, words in _ALLOWED.items() if part in text), "")
+    return f"{place}not YAML: {' '.join(text.split())}{allowed}"

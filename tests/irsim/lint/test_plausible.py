@@ -9,10 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 from irsim.cli.app import app
-from irsim.config import yaml_file as yamlfile
+from irsim.config import yaml_text
 from irsim.config.schema import Slot
 from irsim.lint.plausible import implausible
-from irsim.scenario.loader import examples, warnings
+from irsim.lint.warnings import warnings
+from irsim.scenario.catalog import examples
 from irsim.scenario.model import Scenario
 
 SCENE = """\
@@ -47,7 +48,7 @@ def test_each_slip_is_one_line_with_its_place_and_no_error(tmp_path: Path) -> No
     [(150, 1e-4, 5, []), (3500, 5000, 100_000, []), (149, 1, 50, ["temperature_k"]), (300, 1, 2e5, ["range_m"])],
 )
 def test_the_ends_of_a_range_are_plausible(kelvin: float, area: float, range: float, warned: list[str]) -> None:
-    document = yamlfile.parse(SCENE.format(kelvin=kelvin, area=area, range=range))
+    document = yaml_text.parse_yaml(SCENE.format(kelvin=kelvin, area=area, range=range))
     assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
 
 
@@ -69,7 +70,7 @@ def test_the_ends_of_a_range_are_plausible(kelvin: float, area: float, range: fl
     ],
 )
 def test_a_background_that_no_country_is_like_is_told(background: str, warned: list[str | int]) -> None:
-    document = yamlfile.parse(f"background: {background}")
+    document = yaml_text.parse_yaml(f"background: {background}")
     assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
 
 
@@ -87,7 +88,7 @@ def test_a_background_that_no_country_is_like_is_told(background: str, warned: l
 )
 def test_a_way_that_nothing_takes_is_told(path: str, warned: list[str | int]) -> None:
     targets = f"targets: [{{id: jet, shape: {{kind: fighter}}, path: {{{path}}}}}]"
-    document = yamlfile.parse(f"background: {{kind: ground}}\n{targets}\n")
+    document = yaml_text.parse_yaml(f"background: {{kind: ground}}\n{targets}\n")
     assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
 
 
@@ -100,7 +101,7 @@ def test_what_turns_faster_than_anything_is_told() -> None:
 
 def test_nothing_of_the_shipped_examples_is_implausible() -> None:
     for name, path in examples().items():
-        assert not list(implausible(Slot.of(Scenario), yamlfile.read(path).value)), name
+        assert not list(implausible(Slot.of(Scenario), yaml_text.read_yaml(path).value)), name
 
 
 @pytest.mark.parametrize(

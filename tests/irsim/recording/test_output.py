@@ -1,4 +1,4 @@
-"""Output files: whole or not there at all, and never over what is read."""
+"""Output files: whole or not there at all, and never over an input."""
 
 from __future__ import annotations
 
@@ -10,18 +10,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import irsim
-from irsim.cli.app import app
-from irsim.config.files import check_output, is_there, replacing, replacing_text
 from irsim.errors import InputError
+from irsim.recording.output import atomic_file, atomic_text, check_output
 
 
 def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
     path = tmp_path / "out.bin"
     path.write_bytes(b"old")
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         file.write(b"new")
         assert path.read_bytes() == b"old"
     assert path.read_bytes() == b"new"
@@ -32,7 +30,7 @@ def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
 def test_a_failure_leaves_what_was_there(tmp_path: Path, failure: type[BaseException]) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old")
-    with pytest.raises(failure), replacing_text(path) as file:  # noqa: PT012 - entering it is a part of the test
+    with pytest.raises(failure), atomic_text(path) as file:  # noqa: PT012 - entering it is a part of the test
         file.write("new")
         raise failure
     assert path.read_text() == "old"
@@ -43,13 +41,13 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     (tmp_path / "real.txt").write_text("old")
     link = tmp_path / "link.txt"
     link.symlink_to("real.txt")
-    with replacing_text(link) as file:
+    with atomic_text(link) as file:
         file.write("new")
     assert link.is_symlink()
     assert (tmp_path / "real.txt").read_text() == "new"
 
 
-def test_a_read_only_file_system_is_told_of_the_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_read_only_file_system_is_an_input_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """There even taking away what is not there fails, with the name of what is not there."""
 
     def refuse(path: object, *arguments: object, **named: object) -> None:
@@ -59,7 +57,7 @@ def test_a_read_only_file_system_is_told_of_the_output(tmp_path: Path, monkeypat
     monkeypatch.setattr(Path, "unlink", refuse)
     with (
         pytest.raises(InputError, match=r"out\.bin: cannot be written: Read-only file system$"),
-        replacing(tmp_path / "out.bin"),
+        atomic_file(tmp_path / "out.bin"),
     ):
         pass
 
@@ -78,30 +76,7 @@ def test_no_folder_and_no_device(tmp_path: Path) -> None:
     check_output(None)
 
 
-def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
-    """And no more of it than a text may have."""
-    read, write = os.pipe()
-    try:
-        os.write(write, b"frames: 3\nbackground: {kind: ground}\n")
-        os.close(write)
-        for _ in range(2):
-            assert irsim.open_source(f"/dev/fd/{read}", ["frames=2"]).has_truth
-    finally:
-        os.close(read)
-
-
-def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irsim.config.files.LONGEST_PIPED", 1 << 20)
-    with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
-        assert endless.stdout is not None
-        try:
-            with pytest.raises(InputError, match="more than 1 MB come through this pipe; allowed: text that ends"):
-                irsim.load(f"/dev/fd/{endless.stdout.fileno()}")
-        finally:
-            endless.kill()
-
-
-def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
+def test_an_input_is_not_replaced(tmp_path: Path) -> None:
     frames = tmp_path / "frames"
     frames.mkdir()
     picture = frames / "0.png"
@@ -121,9 +96,9 @@ def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
 WRITES = """
 import sys, time
 from pathlib import Path
-from irsim.config.files import replacing
+from irsim.recording.output import atomic_file
 
-with replacing(Path(sys.argv[1]), tidy=True) as file:
+with atomic_file(Path(sys.argv[1]), tidy=True) as file:
     file.write(b"half")
     file.flush()
     print("writing", flush=True)
@@ -131,7 +106,7 @@ with replacing(Path(sys.argv[1]), tidy=True) as file:
 """
 
 
-def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_process_are_removed(tmp_path: Path) -> None:
     """And not what one that is at work, two at once, has there, nor anything else."""
     path = tmp_path / "out.mcap"
     killed, working = (
@@ -148,22 +123,22 @@ def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(
             for name in others:
                 (tmp_path / name).touch()
             assert (tmp_path / f".out.mcap.{killed.pid}.tmp").exists()
-            with replacing(path, tidy=True) as file:
+            with atomic_file(path, tidy=True) as file:
                 file.write(b"whole")
             assert set(os.listdir(tmp_path)) == {"out.mcap", *others}
         finally:
             working.kill()
 
 
-def test_what_another_machine_may_be_writing_is_left_alone(tmp_path: Path) -> None:
+def test_files_of_another_machine_are_left_alone(tmp_path: Path) -> None:
     """Its process is none of this machine's, but it holds the file."""
     path, gone = tmp_path / "out.mcap", tmp_path / ".out.mcap.4194999.tmp"
     with gone.open("wb") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        with replacing(path, tidy=True):
+        with atomic_file(path, tidy=True):
             pass
         assert gone.exists()
-    with replacing(path, tidy=True):
+    with atomic_file(path, tidy=True):
         pass
     assert os.listdir(tmp_path) == ["out.mcap"]
 
@@ -173,15 +148,3 @@ def test_a_recording_is_tidy(tmp_path: Path) -> None:
     scene = irsim.loads("frames: 1\ncamera: {size: [16, 16]}\nbackground: {kind: ground}\n")
     irsim.record(irsim.Rendering(scene), tmp_path / "a.mcap")
     assert os.listdir(tmp_path) == ["a.mcap"]
-
-
-@pytest.mark.parametrize("name", ["x" * 300, "a\0b", "f/" * 3000])
-def test_a_name_that_no_file_can_have_is_not_there(name: str) -> None:
-    assert not is_there(name)
-
-
-def test_long_changes_and_long_names_are_no_faults_of_the_system() -> None:
-    fine = CliRunner().invoke(app, ["check", "sky", "about=" + "x" * 300])
-    assert fine.exit_code == 0, fine.output
-    with pytest.raises(InputError, match="there is no such file"):
-        irsim.load("x" * 300)
