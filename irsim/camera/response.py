@@ -11,6 +11,7 @@ import numpy as np
 
 from irsim._native import COMPILED, kernels
 from irsim.camera.buffers import Int16Image
+from irsim.physics.scale import Scale
 from irsim.types import Counts, Curve, Floats
 
 MAX_COUNTS = 2**16 - 1
@@ -27,17 +28,14 @@ Lines = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True)
-class Response:
-    """Signal S = linear L + root sqrt(L) + zero of in-band radiance L, W/m²/sr, and its quantisation.
+class Response(Scale):
+    """Signal S = linear L + root sqrt(L) + zero of in-band radiance L, W/m²/sr (a `Scale`), and its quantisation.
 
     well, the signal at which a pixel saturates; noise, the signal of one NETD; netd_mk, the NETD, mK; gain, signal per
     count; offset, the count of signal 0; full, the highest count; electrons, whether the signal is in electrons (else
     in counts, with gain 1); read, the read noise in signal.
     """
 
-    linear: float
-    root: float
-    zero: float
     well: float
     noise: float
     netd_mk: float

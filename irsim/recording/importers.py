@@ -121,7 +121,7 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
             expect_text(key, given[key])
     if "agc" in given and not isinstance(given["agc"], Agc):
         what = f"agc {reprlib.repr(given['agc'])}"
-        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.display.AGCS.parse gives")
+        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.camera.AGCS.parse gives")
     if "truth" not in given and "accuracy" in given:
         raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
     if "truth" not in given and "follow" in given:

@@ -61,7 +61,7 @@ def _with(shapes: list[str]) -> dict[str, Any]:
             "correction": {"period_frames": 50, "freeze_frames": 2},
             "falloff": {"vignetting": 0.2},
             "bloom": {},
-            "optics": {"f_number": 2.0},
+            "optics": {},
             "smear": {"time_ms": 10.0, "steps": 3},
         },
         "atmosphere": {"preset": "us_standard", "turbulence": {"cn2": 1e-14}},
