@@ -157,9 +157,9 @@ def test_ctrl_c_within_a_finaliser_is_not_lost(command: str, name: str, tmp_path
     assert (done.returncode, done.stderr) == (128 + getattr(signal, name), f"{command}: stopped\n")
 
 
-@pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
+@pytest.mark.parametrize(("words", "count"), [(RENDER, 4), (BENCH, 4)], ids=["render", "bench"])
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
-    """It and two workers have numpy, and with irtrack the server that they are copies of; all else goes with them."""
+    """numpy is imported by the parent and three workers; with irtrack by it, two workers and their fork server."""
     (tmp_path / "scene.yaml").write_text(SCENE)
     process = subprocess.Popen([sys.executable, "-m", *words], cwd=tmp_path, start_new_session=True)
     try:
