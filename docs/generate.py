@@ -39,7 +39,7 @@ from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.turbulence import Turbulence
 from irsim.scenario.expectation import EXPECTATIONS
 from irsim.scenario.loader import examples, load, shipped

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.periodic import inner_blur, reach_px
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 
@@ -28,7 +28,7 @@ def blurred(texture: Floats, psf: PSF, texels: int = 1) -> Floats:
 @lru_cache(maxsize=1)
 def _passed(psf: PSF, rows: int, columns: int, texels: int) -> Floats:
     """What passes of each frequency of `rfft2`; kept, as textures of one shape are blurred one after another."""
-    return psf.transfer(texels * np.fft.fftfreq(rows)[:, None], texels * np.fft.rfftfreq(columns)[None, :])
+    return psf.otf(texels * np.fft.fftfreq(rows)[:, None], texels * np.fft.rfftfreq(columns)[None, :])
 
 
 def softened(picture: Floats, psf: PSF) -> Floats:
@@ -42,7 +42,7 @@ def softened(picture: Floats, psf: PSF) -> Floats:
 
 def margin_px(psf: PSF, side: int) -> int:
     """How far about each pixel of (side, side) a lens looks, px."""
-    return reach_px(psf.sigma_px, side) if isinstance(psf, GaussianPSF) else min(psf.reach_px, side)
+    return reach_px(psf.sigma_px, side) if isinstance(psf, GaussianPSF) else min(psf.support_px, side)
 
 
 def inner(wide: Floats, psf: PSF, margin: int) -> Floats:
@@ -58,6 +58,6 @@ def _kernel(psf: PSF) -> Floats:
 
     What lies beyond its reach is laid over it, as over what targets are drawn with.
     """
-    side = 2 * psf.reach_px + 1
-    passed = psf.transfer(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
+    side = 2 * psf.support_px + 1
+    passed = psf.otf(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
     return np.fft.fftshift(np.fft.irfft2(passed, s=(side, side))).astype(np.float32)

@@ -16,7 +16,7 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.plane import closed
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 LEAST = 0.05
@@ -92,7 +92,7 @@ def _no_sharper(context: SceneContext) -> PSF:
         return context.psf
     if isinstance(context.psf, GaussianPSF):
         return GaussianPSF(SOFT_PX)  # to the last bit
-    return context.psf.wider(math.sqrt(SOFT_PX**2 - context.psf_px**2))
+    return context.psf.broadened(math.sqrt(SOFT_PX**2 - context.psf_px**2))
 
 
 class Carpet:

@@ -11,7 +11,7 @@ from irsim.backgrounds.blur import softened
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.texture import Tile
 from irsim.geometry.projection import Geometry
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 WIDE = 2048
@@ -65,7 +65,7 @@ class Panorama(Tile):
     def on(cls, sheet: Sheet, picture: Floats, psf: PSF) -> Panorama:
         """A picture on a sheet, as the lens shows it: with rows past its first and last for a lens with wings, whose
         light would else go on there for ever."""
-        wings = 0 if isinstance(psf, GaussianPSF) else psf.reach_px
+        wings = 0 if isinstance(psf, GaussianPSF) else psf.support_px
         sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")
         return cls(sheet.shape, softened(sharp, psf), (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]) - wings)
 

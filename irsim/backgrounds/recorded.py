@@ -19,8 +19,7 @@ from irsim.config.file_digests import Stamp, unchanged, with_digest
 from irsim.config.quantities import Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
-from irsim.physics.radiometry import limits
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale, limits
 from irsim.types import Band, CameraFacts, Curve, Floats, Image
 
 if TYPE_CHECKING:

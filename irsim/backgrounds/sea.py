@@ -89,7 +89,7 @@ def sunlight(band: Band, air: Atmosphere, elevation_deg: float) -> float:
     if air.is_clear:
         return outside
     sea_level = air.model_copy(update={"altitude_m": 0.0})
-    return outside * float(sea_level.to_space(band, math.radians(elevation_deg)))
+    return outside * float(sea_level.transmittance_to_space(band, math.radians(elevation_deg)))
 
 
 SunPlace = Annotated[tuple[Number, Annotated[float, Field(ge=0, le=90)]], Field(strict=False)]

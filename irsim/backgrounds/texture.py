@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
-from irsim.physics.optics import PSF
+from irsim.physics.psf import PSF
 from irsim.types import Floats
 
 TILE = 1024

@@ -33,7 +33,7 @@ from irsim.config.field_annotations import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
 from irsim.motion import POINTINGS, Pointing
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.radiometry import band_fault
 from irsim.types import BandName, Floats
 

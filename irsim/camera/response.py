@@ -17,8 +17,7 @@ from irsim.camera.int16_image import Words
 from irsim.camera.photons import photon_radiance, photon_slope
 from irsim.config.base import Family, Kind
 from irsim.config.quantities import NotNegative, Positive
-from irsim.physics.radiometry import radiance, slope
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale, radiance, slope
 from irsim.types import Band, Counts, Curve, Floats
 
 NETD_K = 300.0

@@ -17,7 +17,7 @@ from irsim.geometry.polygon import centroids, changes
 from irsim.geometry.product import product
 from irsim.geometry.sprite import Sprite
 from irsim.geometry.visible_edges import visible_edges
-from irsim.physics.optics import PSF
+from irsim.physics.psf import PSF
 from irsim.types import Box, Floats
 
 Ints = npt.NDArray[np.int64]
@@ -89,7 +89,7 @@ def sprite(outline: Outline) -> Sprite:
 
 def _sprite(outline: Outline) -> Sprite:
     """What `sprites` does, compiled."""
-    grid, (left, top), margin = Grid.over(outline.window), outline.origin, outline.psf.reach_px
+    grid, (left, top), margin = Grid.over(outline.window), outline.origin, outline.psf.support_px
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
         *outline.edges,
@@ -118,7 +118,7 @@ def _sprite(outline: Outline) -> Sprite:
 @lru_cache(maxsize=32)
 def spread_table(psf: PSF, fine: int) -> kernels.Spread:
     """A spread as compiled loops take it."""
-    terms = psf.spreading(fine)
+    terms = psf.separable_kernels(fine)
     weights = np.array([weight / fine**2 for weight, _, _ in terms])
     return kernels.spread(weights, np.array([shares for _, *shares in terms]), fine)
 
@@ -168,7 +168,7 @@ def spread(
     """
     center, signal_center = centers
     rows, columns, fine = grid.rows, grid.columns, grid.fine
-    margin = psf.reach_px
+    margin = psf.support_px
     light = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
     for (down, down_slope), (across, across_slope) in zip(
         _down(psf, rows, fine), _across(psf, columns, fine), strict=True
@@ -207,14 +207,14 @@ def _down(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
             whole[pixel : pixel + reached, pixel] = shares.T
         return _frozen(whole.reshape(-1, pixels * fine))
 
-    return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.spreading(fine))
+    return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.separable_kernels(fine))
 
 
 @lru_cache(maxsize=32)
 def _across(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     """Of each term of a spread, weighted, two (pixels * fine, pixels + 2 reach) matrices along rows: for what changes
     from cell to cell, which counts in all cells further right too, and for x moments. Read only."""
-    weights = [weight / fine**2 for weight, _, _ in psf.spreading(fine)]
+    weights = [weight / fine**2 for weight, _, _ in psf.separable_kernels(fine)]
     return tuple(
         (
             _frozen(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
@@ -236,7 +236,7 @@ def drawn_part(box: Box, context: SceneContext) -> Box:
 
 def within_sight(box: Box, context: SceneContext) -> Box | None:
     """The part of a box whose light can reach the frame; None where none can."""
-    reach, (columns, rows), (west, north, east, south) = context.psf.reach_px + 0.5, context.geometry.size, box.edges
+    reach, (columns, rows), (west, north, east, south) = context.psf.support_px + 0.5, context.geometry.size, box.edges
     right, bottom = columns - 1 + reach, rows - 1 + reach
     if -reach <= west < east <= right and -reach <= north < south <= bottom:
         return box

@@ -18,7 +18,7 @@ def arriving(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprit
     if name is not None and air.turbulence.cn2 > 0:
         area = sprite.alpha.sum() * (sprite.range_m * pose.lens.ifov_rad) ** 2
         width = 2 * float(np.sqrt(area / np.pi))
-        factor = air.turbulence.twinkle(name, pose.time, sprite.range_m, width, context.band, context.seed)
+        factor = air.turbulence.scintillation(name, pose.time, sprite.range_m, width, context.band, context.seed)
         sprite = sprite._replace(contrast=sprite.contrast * factor)
     if air.is_clear:
         return sprite

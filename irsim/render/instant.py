@@ -38,7 +38,7 @@ class Instant:
     def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         frames = np.arange(float(count)) + offset
-        tilt = context.air.turbulence.turns(frames, context.band, context.rate_hz, context.seed)
+        tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
         still = CameraTrajectory.of(scenario.motions, frames, context)
         mount = replace(still, turns=still.turns + tilt)
         there = (target for target in scenario.targets if scenario.is_on(target.id))

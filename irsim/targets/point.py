@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.geometry.context import SceneContext
 from irsim.geometry.sprite import Sprite, Wanted
-from irsim.physics.optics import reaching
+from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
 from irsim.targets.base import Shape, View
 from irsim.targets.ellipse import ellipse
@@ -87,13 +87,13 @@ def _point(
 ) -> Sprite:
     """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
     x, y = middle.tolist()
-    spread = context.psf.wider(math.sqrt(phi / math.pi) / 2)
+    spread = context.psf.broadened(math.sqrt(phi / math.pi) / 2)
     if phi * glow > 0:
-        spread = reaching(spread, _faint(context.band) / (phi * glow))
-    reach = spread.reach_px
+        spread = with_wings(spread, _faint(context.band) / (phi * glow))
+    reach = spread.support_px
     x0, y0 = round(x) - reach, round(y) - reach
     pixels = np.arange(2 * reach + 1)
-    cover = spread.share(y0 + pixels - y, x0 + pixels - x)
+    cover = spread.pixel_integral(y0 + pixels - y, x0 + pixels - x)
     alpha, width = phi * cover, context.psf.fwhm_px
     return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
 

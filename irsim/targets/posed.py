@@ -13,7 +13,7 @@ import numpy as np
 from irsim._native import COMPILED, kernels
 from irsim.geometry.silhouette import FINENESS, Outline, drawn_part, spread_table, sprites
 from irsim.geometry.sprite import Sprite
-from irsim.physics.optics import PSF
+from irsim.physics.psf import PSF
 from irsim.targets.base import View
 from irsim.targets.joints import Rigid
 from irsim.targets.mesh import Mesh

@@ -18,7 +18,8 @@ from irsim.geometry.polygon import outline
 from irsim.geometry.silhouette import Outline, sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.physics.optics import PSF, GaussianPSF, LensPSF
+from irsim.physics.diffraction import LensPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.targets import View, body, draw_all
 from irsim.targets.joints import Rigid, hinge
 from irsim.targets.mesh import mesh

@@ -14,7 +14,9 @@ from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Outline, sprite
-from irsim.physics.optics import PSF, GaussianPSF, Lens, LensPSF
+from irsim.physics.diffraction import LensPSF
+from irsim.physics.lens import Lens
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
@@ -71,7 +73,7 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
     frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE))
     rings = [np.abs(frequency - mark) < 0.006 for mark in MARKS]
     found = [math.sqrt(seen[ring].sum() / bare[ring].sum()) for ring in rings]
-    expected = scene(background, optics, 0).context.psf.transfer(np.zeros(len(MARKS)), np.array(MARKS))
+    expected = scene(background, optics, 0).context.psf.otf(np.zeros(len(MARKS)), np.array(MARKS))
     np.testing.assert_allclose(found, expected, atol=0.02)
 
 
@@ -79,20 +81,20 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
 def test_an_even_texture_is_what_the_transform_makes_of_it(optics: str) -> None:
     """To the last bit, though it takes none."""
     psf, even = scene(GROUND, optics, 0).context.psf, np.full((1024, 2048), 287.3, np.float32)
-    passed = psf.transfer(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(2048)[None, :])
+    passed = psf.otf(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(2048)[None, :])
     expected = np.fft.irfft2(np.fft.rfft2(even) * passed, s=even.shape).astype(np.float32)
     np.testing.assert_array_equal(blurred(even, psf), expected)
 
 
-@pytest.mark.parametrize("psf", [GaussianPSF(1.1), Lens().spread("lwir", 0.2), LensPSF(((3.0, 1.0),), 4.0)])
+@pytest.mark.parametrize("psf", [GaussianPSF(1.1), Lens().psf("lwir", 0.2), LensPSF(((3.0, 1.0),), 4.0)])
 def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: PSF) -> None:
     """These pass nothing of what a row of pixels takes for something else: a cycle a px less a few tenths."""
-    places = np.arange(-psf.reach_px, psf.reach_px + 1.0)
-    shares = psf.share(places, places)
+    places = np.arange(-psf.support_px, psf.support_px + 1.0)
+    shares = psf.pixel_integral(places, places)
     for down, across in ((0.0, 0.05), (0.1, 0.1), (0.2, 0.0), (0.05, 0.3)):
         waves = np.outer(np.cos(2 * np.pi * down * places), np.cos(2 * np.pi * across * places))
         pixel = np.sinc(down) * np.sinc(across)  # sin(pi f) / (pi f)
-        expected = psf.transfer(np.array([down]), np.array([across]))[0] * pixel
+        expected = psf.otf(np.array([down]), np.array([across]))[0] * pixel
         assert (shares * waves).sum() == pytest.approx(expected, abs=0.005)
 
 
@@ -111,11 +113,11 @@ def target_edge(psf: PSF, left: float) -> Floats:
     ("psf", "tolerance"),
     [
         (GaussianPSF(1.2), 0.015),
-        (Lens().spread("lwir", 0.2), 0.015),
-        (Lens(defocus_px=4.0).spread("lwir", 0.2), 0.01),
+        (Lens().psf("lwir", 0.2), 0.015),
+        (Lens(defocus_px=4.0).psf("lwir", 0.2), 0.01),
         # So sharp that it matters what a pixel's mean does not tell: where within the pixel the edge lies.
         (GaussianPSF(0.6), 0.06),
-        (Lens(f_number=2.0).spread("mwir", 0.3), 0.05),
+        (Lens(f_number=2.0).psf("mwir", 0.3), 0.05),
     ],
 )
 @pytest.mark.parametrize("left", [200.5, 200.75, 201.0])
@@ -127,8 +129,8 @@ def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PSF, tolerance: float
 
 
 def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
-    psf, sheet = Lens().spread("lwir", 0.0), Sheet.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
-    assert psf.reach_px > ROOM
+    psf, sheet = Lens().psf("lwir", 0.0), Sheet.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
+    assert psf.support_px > ROOM
     picture = np.where(np.abs(sheet.rows)[:, None] <= 5, 1.0, 0.0) * np.ones(sheet.shape)
     panorama = Panorama.on(sheet, picture, psf)
     assert np.abs(panorama.padded[[0, -1]]).max() < 1e-5
@@ -137,9 +139,9 @@ def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
 
 def test_what_passes_by_is_never_too_sharp() -> None:
     geometry = Geometry((64, 48), 1e-3, -0.3)
-    soft, sharp = Lens().spread("lwir", 0.0), Lens(f_number=1.0).spread("mwir", 0.0)
+    soft, sharp = Lens().psf("lwir", 0.0), Lens(f_number=1.0).psf("mwir", 0.0)
     assert _no_sharper(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
     assert _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.2)) == GaussianPSF(SOFT_PX)
     widened = _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
     at_half = np.array([0.5])
-    assert widened.transfer(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)
+    assert widened.otf(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)

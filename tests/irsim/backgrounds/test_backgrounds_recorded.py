@@ -12,8 +12,7 @@ from command_line import Run
 from irsim.backgrounds import Footage, Recorded
 from irsim.camera.presets import PRESETS
 from irsim.errors import InputError
-from irsim.physics.radiometry import radiance, temperature
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale, radiance, temperature
 from irsim.recording import Recording, open_recording, record
 from irsim.render.stream import Rendering
 from irsim.scenario.loader import change, dumps, loads

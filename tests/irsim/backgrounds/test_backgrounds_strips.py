@@ -11,7 +11,7 @@ from irsim.backgrounds import Ground
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.patches import Roads
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.physics.optics import GaussianPSF
+from irsim.physics.psf import GaussianPSF
 from irsim.types import Floats
 
 

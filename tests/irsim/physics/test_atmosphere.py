@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.climate import CLIMATES, ClimateName, fitted_band, unshared
+from irsim.physics.climate import CLIMATES, ClimateName, band_mismatch, fitted_band
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, BandName
 
@@ -254,5 +254,5 @@ def test_no_air_is_farther_off_its_fit_than_is_told(band: Band, fitted: BandName
     own, theirs = weights(band), weights({"mwir": (3.0, 5.0), "lwir": (8.0, 12.0)}[fitted])
     worst = (own * (own > theirs)).sum() - (theirs * (own > theirs)).sum()
     assert fitted_band(band) == fitted
-    assert unshared(band, fitted) == pytest.approx(worst, abs=1e-3)
-    assert unshared(fitted, fitted) == 0
+    assert band_mismatch(band, fitted) == pytest.approx(worst, abs=1e-3)
+    assert band_mismatch(fitted, fitted) == 0

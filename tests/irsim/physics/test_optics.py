@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from irsim.physics.gaussian import fwhm_px, reach_px, shares, spreading
+from irsim.physics.psf import gaussian_fwhm_px, gaussian_integral, gaussian_kernels, gaussian_support_px
 
 
 @pytest.mark.parametrize("sigma", [0.3, 0.6, 1.5])
@@ -19,36 +19,36 @@ def test_shares_are_the_integral_of_a_gaussian(sigma: float) -> None:
 
     for offset in (0.0, 0.3, -1.2, 2.0):
         expected = quad(density, offset - 0.5, offset + 0.5)[0]
-        assert shares(np.array([offset]), sigma)[0] == pytest.approx(expected, abs=1e-12)
+        assert gaussian_integral(np.array([offset]), sigma)[0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_energy_on_a_centred_pixel() -> None:
     # 4.2 um at F/4: sigma = 0.42 * 4.2 * 4 = 7.056 um on a 15-um pixel, .507 of the light (the design's figure).
-    assert shares(np.array([0.0]), 7.056 / 15)[0] ** 2 == pytest.approx(0.507, abs=0.002)
+    assert gaussian_integral(np.array([0.0]), 7.056 / 15)[0] ** 2 == pytest.approx(0.507, abs=0.002)
 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.25, 0.6, 2.0])
 @pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
 def test_all_light_falls_within_reach(sigma: float, shift: float) -> None:
-    pixels = np.arange(-reach_px(sigma), reach_px(sigma) + 1)
-    assert shares(pixels - shift, sigma).sum() == pytest.approx(1.0, abs=1e-8)
+    pixels = np.arange(-gaussian_support_px(sigma), gaussian_support_px(sigma) + 1)
+    assert gaussian_integral(pixels - shift, sigma).sum() == pytest.approx(1.0, abs=1e-8)
 
 
 def test_full_width_of_wide_and_no_blur() -> None:
-    assert fwhm_px(0.0) == pytest.approx(1.0)
+    assert gaussian_fwhm_px(0.0) == pytest.approx(1.0)
     # Far wider than a pixel it is the Gaussian's own 2 sqrt(2 ln 2) sigma.
-    assert fwhm_px(8.0) == pytest.approx(2 * math.sqrt(2 * math.log(2)) * 8, rel=1e-3)
+    assert gaussian_fwhm_px(8.0) == pytest.approx(2 * math.sqrt(2 * math.log(2)) * 8, rel=1e-3)
 
 
 def test_the_full_width_is_where_the_light_is_half() -> None:
-    half = shares(np.array([fwhm_px(0.6) / 2]), 0.6)[0]
-    assert half == pytest.approx(shares(np.array([0.0]), 0.6)[0] / 2)
+    half = gaussian_integral(np.array([gaussian_fwhm_px(0.6) / 2]), 0.6)[0]
+    assert half == pytest.approx(gaussian_integral(np.array([0.0]), 0.6)[0] / 2)
 
 
 @pytest.mark.parametrize("fine", [1, 3])
 @pytest.mark.parametrize("sigma", [0.0, 0.1, 0.6, 1.4])
 def test_spreading_keeps_light_and_mirrors(fine: int, sigma: float) -> None:
-    even, slope = spreading(reach_px(sigma), fine, sigma)
+    even, slope = gaussian_kernels(gaussian_support_px(sigma), fine, sigma)
     np.testing.assert_allclose(even.sum(axis=1), 1.0)
     np.testing.assert_allclose(slope.sum(axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose(even, even[::-1, ::-1], atol=1e-12)
@@ -56,14 +56,14 @@ def test_spreading_keeps_light_and_mirrors(fine: int, sigma: float) -> None:
 
 
 def test_without_blur_cells_are_only_binned() -> None:
-    even, _ = spreading(1, 3, 0.0)
+    even, _ = gaussian_kernels(1, 3, 0.0)
     np.testing.assert_array_equal(even, [[0, 1, 0]] * 3)
 
 
 def test_the_spread_of_a_step_is_the_gaussian_s() -> None:
     # A half-plane that ends at a pixel's edge: pixel i gets the mean over it of Phi(x / sigma).
     sigma = 0.6
-    even, _ = spreading(6, 3, sigma)
+    even, _ = gaussian_kernels(6, 3, sigma)
     edge = np.sum([np.pad(even.sum(axis=0) / 3, (pixel, 19 - pixel)) for pixel in range(10, 20)], axis=0)
     x = np.arange(-6, 26)
 
@@ -80,9 +80,11 @@ def test_the_spread_of_a_step_is_the_gaussian_s() -> None:
 def test_a_first_moment_spreads_as_light_that_rises_through_the_cell(fine: int) -> None:
     # A cell with density 1 + 12 m t, t = -1/2 .. 1/2 across it, has mass 1 and first moment m.
     cell, sigma, moment = fine // 3, 0.6, 0.05
-    even, slope = spreading(6, fine, sigma)
+    even, slope = gaussian_kernels(6, fine, sigma)
     nodes, weights = np.polynomial.legendre.leggauss(40)
     t = nodes / 2
     middle = (cell + 0.5) / fine - 0.5
-    spread = shares(np.arange(-6, 7)[:, None] - (middle + t / fine), sigma) @ (weights / 2 * (1 + 12 * moment * t))
+    spread = gaussian_integral(np.arange(-6, 7)[:, None] - (middle + t / fine), sigma) @ (
+        weights / 2 * (1 + 12 * moment * t)
+    )
     np.testing.assert_allclose(even[cell] + moment * slope[cell], spread, atol=1e-7)

@@ -12,7 +12,9 @@ from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
 from irsim.geometry.silhouette import Grid, spread
-from irsim.physics.optics import GaussianPSF, Lens, LensPSF
+from irsim.physics.diffraction import LensPSF
+from irsim.physics.lens import Lens
+from irsim.physics.psf import GaussianPSF
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
@@ -39,16 +41,16 @@ def airy(width: float, x: float, y: float, sides: float = 0.5) -> float:
 
 def test_energy_on_a_centred_pixel_is_the_airy_pattern_s() -> None:
     # The design's figures for 4.2 um at F/4 on 15 um: .455, and .507 for the Gaussian of 0.42 lambda F.
-    share = MONO.share(np.zeros(1), np.zeros(1))[0, 0]
+    share = MONO.pixel_integral(np.zeros(1), np.zeros(1))[0, 0]
     assert share == pytest.approx(0.455, abs=0.0015)
     assert share == pytest.approx(airy(WIDTH, 0.0, 0.0), rel=0.002)
-    assert GaussianPSF(0.42 * WIDTH).share(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
+    assert GaussianPSF(0.42 * WIDTH).pixel_integral(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
 
 
 @pytest.mark.parametrize("width", [0.4, WIDTH, 2.5])
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.37, -0.21), (1.5, 0.25), (3.0, 2.0)])
 def test_shares_are_integrals_of_the_airy_pattern(width: float, x: float, y: float) -> None:
-    found = LensPSF(((width, 1.0),)).share(np.array([y]), np.array([x]))[0, 0]
+    found = LensPSF(((width, 1.0),)).pixel_integral(np.array([y]), np.array([x]))[0, 0]
     # What lies out of reach, 0.8 % of the light, is laid over the rest.
     assert found == pytest.approx(airy(width, x, y), rel=0.01, abs=3e-5)
 
@@ -60,7 +62,7 @@ def test_encircled_light_is_rayleigh_s() -> None:
     radius = 3.8317 / math.pi * 8.0
     inside = np.hypot(places[:, None], places) < radius
     expected = 1 - j0(3.8317) ** 2 - j1(3.8317) ** 2
-    assert spread_.share(places, places)[inside].sum() == pytest.approx(expected, abs=0.01)
+    assert spread_.pixel_integral(places, places)[inside].sum() == pytest.approx(expected, abs=0.01)
 
 
 SHARP = LensPSF(((0.5, 1.0),))
@@ -69,15 +71,15 @@ SPREADS = [
     MONO,
     SHARP,
     LensPSF(((WIDTH, 1.0),), 3.0, 0.4),
-    Lens().spread("mwir", 0.3),
+    Lens().psf("mwir", 0.3),
 ]
 
 
 @pytest.mark.parametrize("psf", SPREADS)
 @pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
 def test_all_light_is_drawn_and_its_centroid_is_the_point(psf: Any, shift: float) -> None:
-    places = np.arange(-psf.reach_px, psf.reach_px + 1.0)
-    light = psf.share(places - 0.1, places - shift)
+    places = np.arange(-psf.support_px, psf.support_px + 1.0)
+    light = psf.pixel_integral(places - 0.1, places - shift)
     assert light.sum() == pytest.approx(1.0, abs=1e-4)
     assert light.min() > -1e-6
     if psf != SHARP:  # far sharper than a pixel, it says little of where within the pixel it lies
@@ -98,19 +100,19 @@ def test_a_small_square_is_spread_as_the_point_s_integral(psf: Any, fine: int) -
     drawn = spread(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
     nodes, weights = np.polynomial.legendre.leggauss(12)
     x0, y0 = ((cell + 0.5) / fine - 0.5 for cell in (column, row))
-    rows, columns = (np.arange(-psf.reach_px, size + psf.reach_px) for size in (4, 5))
+    rows, columns = (np.arange(-psf.support_px, size + psf.support_px) for size in (4, 5))
     expected = np.zeros_like(drawn)
     for t, wt in zip(nodes / 2, weights / 2, strict=True):
         for u, wu in zip(nodes / 2, weights / 2, strict=True):
             expected += (
-                wt * wu * (1 + 12 * moment * u) * psf.share(rows - (y0 + t / fine), columns - (x0 + u / fine))
+                wt * wu * (1 + 12 * moment * u) * psf.pixel_integral(rows - (y0 + t / fine), columns - (x0 + u / fine))
             ) / fine**2
     np.testing.assert_allclose(drawn, expected, atol=1.3e-4 / fine**2 if isinstance(psf, LensPSF) else 1e-7)
 
 
 def test_defocus_is_an_even_disc() -> None:
     """Far wider than the Airy disc, each pixel within a disc of 20 px has 4 / (pi 20^2) of the light."""
-    share = LensPSF(((0.3, 1.0),), 20.0).share(np.array([0.0, 4.0]), np.array([0.0, -5.0]))
+    share = LensPSF(((0.3, 1.0),), 20.0).pixel_integral(np.array([0.0, 4.0]), np.array([0.0, -5.0]))
     np.testing.assert_allclose(share, 4 / (math.pi * 400), rtol=0.03)
 
 
@@ -122,8 +124,8 @@ def test_the_gaussian_in_its_place_has_the_variance_of_the_disc_of_defocus() -> 
 
 
 def test_the_full_width_is_where_the_light_is_half() -> None:
-    at_half = MONO.share(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
-    assert at_half == pytest.approx(MONO.share(np.zeros(1), np.zeros(1))[0, 0] / 2)
+    at_half = MONO.pixel_integral(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
+    assert at_half == pytest.approx(MONO.pixel_integral(np.zeros(1), np.zeros(1))[0, 0] / 2)
 
 
 def scene(

@@ -9,7 +9,7 @@ import pytest
 
 from irsim.motion import POINTINGS
 from irsim.physics.diffraction import LensPSF
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.render.frame import Renderer
 from irsim.render.levels import Levels
 from irsim.scenario.model import Scenario
