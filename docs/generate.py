@@ -18,11 +18,11 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.patches import Fields, Roads, Water
+from irsim.backgrounds.ground_cover import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.structures import Trees
+from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.trees import Trees
 from irsim.camera.camera import Camera
 from irsim.camera.detectors import DETECTORS, NOISES, Bloom, Correction
 from irsim.camera.displays import AGCS

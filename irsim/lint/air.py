@@ -67,7 +67,7 @@ def long_views(scenario: Scenario) -> Iterator[Notice]:
     context = scenario.context
     things: list[tuple[KeyPath, float]] = [
         *((("occluders", index), occluder.range_m) for index, occluder in enumerate(scenario.occluders)),
-        *((("background", *place), shell.range_m) for _, place, shell in scenario.background.shells()),
+        *((("background", *place), shell.range_m) for _, place, shell in scenario.background.parallax_surfaces()),
     ]
     for place, range_m in things:
         why = context.air.beyond_fit(context.band, range_m, context.geometry.elevation_rad)

@@ -242,8 +242,8 @@ class Atmosphere(Part):
         return CLIMATES["us_standard" if self.preset == "none" else self.preset]
 
     def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
-        """Return stations along paths and their heights, (..., n) km each, dense near both ends; stations at the tops of
-        rain and fog are included."""
+        """Return stations along paths and their heights, (..., n) km each: dense near both ends, with the tops of rain
+        and fog."""
         along, rise = along[..., None], np.sin(elevation)[..., None]
         base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
         places = along * relative_stations(steps)

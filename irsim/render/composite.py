@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
+from irsim.backgrounds import Layer, ViewDirection, blend_over, is_semi_transparent, opaque_error
 from irsim.geometry.occluded_blur import WHOLE, Unsteady
 from irsim.geometry.sprite import Sprite, overlap
 from irsim.physics.radiometry import temperature_of
@@ -263,13 +263,13 @@ def _veil(
 ) -> None:
     behind = [(target, target.within) for target in seen if target.within is not None]
     patches = [within[1] for _, within in behind] + [each.patch for each in moving]
-    if is_veil(layer):
-        passed = layer.veil(under, light, view_direction, patches)
+    if is_semi_transparent(layer):
+        passed = layer.blend(under, light, view_direction, patches)
     else:
         through, emission = layer.light(view_direction)
         if through is None:
-            raise opaque(layer.name)
-        passed = veiled(under, light, through, emission, patches)
+            raise opaque_error(layer.name)
+        passed = blend_over(under, light, through, emission, patches)
     for (target, within), part in zip(behind, passed, strict=False):
         target.hide(layer.name, within[0], part)
     for each, part in zip(moving, passed[len(behind) :], strict=True):

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from irsim.backgrounds.painting import BLOCK
+from irsim.backgrounds.texture import BLOCK
 from irsim.render.balance import Balance
 from irsim.render.frame import Renderer
 from irsim.types import Frame, Truth

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from irsim.backgrounds import Filmed, Layer, Swept
+from irsim.backgrounds import Layer, MotionBlurredLayer, RecordedLayer
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.sprite import Sprite, averaged
 from irsim.motion import angles_deg
@@ -39,7 +39,7 @@ class Renderer:
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.film = cast(Filmed, farthest) if scenario.background.noisy else None
+        self.film = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
@@ -107,12 +107,12 @@ class Renderer:
             image = self.sensor.expose(light, index, spent, out, steps)
         return Frame(image, index, truth.time, self.scenario.camera.bits)
 
-    def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
+    def _put_into(self, film: RecordedLayer, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
         self.check(index)
         pieces = self._ahead.pieces(index)
         light, seen = self._laid(index, pieces)
-        levels = film.put_into(light, index, uncovered(pieces, light))
+        levels = film.insert_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
         return image, self._truth(index, seen)
 
@@ -156,7 +156,7 @@ class Renderer:
 
     def noise(self, index: int) -> Noise:
         """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
-        return quiet if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
+        return quiet if self.scenario.background.has_noise else self.sensor.equivalent(self.sensor.shown(index))
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""
@@ -164,7 +164,7 @@ class Renderer:
             return self.layers
         key = self.now.view_direction(index).key  # of one key, or nothing that is painted would be kept
         gazes = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
-        return [Swept(layer, gazes) for layer in self.layers]
+        return [MotionBlurredLayer(layer, gazes) for layer in self.layers]
 
     @cached_property
     def _given(self) -> Renderer:

@@ -11,7 +11,7 @@ import numpy as np
 from irsim.backgrounds import ViewDirection
 from irsim.backgrounds.base import Place
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.painting import BLOCK, MARGIN
+from irsim.backgrounds.texture import BLOCK, MARGIN
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry

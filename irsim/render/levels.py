@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.backgrounds import Layer, cut
+from irsim.backgrounds import Layer, crop
 from irsim.camera.detectors import Sensor
 from irsim.render.composite import Piece, compose, uncovered
 from irsim.render.frame import NOWHERE, Renderer
@@ -85,7 +85,7 @@ class Levels:
         if renderer.film is not None:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
-            return renderer.film.put_into(light, index, uncovered(pieces, light))
+            return renderer.film.insert_into(light, index, uncovered(pieces, light))
         lag = renderer.scenario.camera.lag(renderer.scenario.is_on)  # its own: what it keeps is that of these targets
         shown = sensor.shown(index)
 
@@ -139,7 +139,7 @@ class Levels:
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
         """What the layers are in a region of a frame; None where one of them cannot be told by parts."""
         view_direction = self._renderer.now.view_direction(frame)
-        parts = [cut(layer, view_direction, slices(region)) for layer in self._renderer.layers_at(frame)]
+        parts = [crop(layer, view_direction, slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]
         return found if len(found) == len(parts) else None
 

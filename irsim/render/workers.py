@@ -25,7 +25,7 @@ from irsim.scenario.model import Scenario
 from irsim.types import Frame, Truth
 
 LENGTHS = (64, 32, 16, 8, 4, 2, 1)
-"""Frames that a process may be given at a time; blocks of eight share a key frame (`irsim.backgrounds.painting`)."""
+"""Frames that a process may be given at a time; blocks of eight share a key frame (`irsim.backgrounds.texture`)."""
 
 MOST_WAITING = 256 << 20
 """Bytes of the frames that wait, as long as a process can render one at a time."""

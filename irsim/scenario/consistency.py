@@ -49,7 +49,7 @@ def air_is_fitted(air: Atmosphere, background: Background, camera: Camera) -> No
 
 def camera_fits(background: Background, camera: Camera) -> None:
     """The background can be seen by this camera."""
-    why = background.refuses(camera.size, camera.bits)
+    why = background.camera_fault(camera.size, camera.bits)
     if why is not None:
         raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
 

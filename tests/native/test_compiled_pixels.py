@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import ViewDirection, cloud, evolving, veiled
-from irsim.backgrounds.base import in_air
+from irsim.backgrounds import ViewDirection, blend_over, cloud, evolving
+from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import Look
-from irsim.backgrounds.drifting import Drifting, _shares
-from irsim.backgrounds.tiles import Tiled
+from irsim.backgrounds.cloud_drift import EvolvingCloud, _shares
+from irsim.backgrounds.cloud_evolution import CloudState
+from irsim.backgrounds.clouds import CloudShading
 from irsim.camera import ar1, process, response, shot
 from irsim.camera import temporal_sigma as grain
 from irsim.camera.ar1 import Ar1
@@ -116,12 +116,12 @@ def test_states_are_as_far_out_as_words_reach() -> None:
     np.testing.assert_array_equal(found, np.clip(np.rint(-32_700 + spread * drawn), -(2**15), 2**15 - 1))
 
 
-def drifting(side: int, seed: int) -> Drifting:
-    def state_at(place: float) -> Tiled:
+def drifting(side: int, seed: int) -> EvolvingCloud:
+    def state_at(place: float) -> CloudState:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
-        return Tiled(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
+        return CloudState(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
 
-    return Drifting("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
+    return EvolvingCloud("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)
@@ -143,17 +143,17 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         found = np.empty_like(under)
         patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
         passed, (transmittance, emission) = (
-            layer.veil(under, found, view_direction, [patch]),
+            layer.blend(under, found, view_direction, [patch]),
             plain.light(view_direction),
         )
-        layer.veil(under, under, view_direction, [])
+        layer.blend(under, under, view_direction, [])
         np.testing.assert_array_equal(under, found)
-        veiled(wanted, wanted, transmittance, emission, [])
+        blend_over(wanted, wanted, transmittance, emission, [])
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=1e-6)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4e-6)
         tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
-        layer.veil(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
-        veiled(np.full_like(wanted, 2.5), wanted, transmittance, in_air(transmittance, emission, (tau, path)), [])
+        layer.blend(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
+        blend_over(np.full_like(wanted, 2.5), wanted, transmittance, apply_air(transmittance, emission, (tau, path)), [])
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
@@ -219,7 +219,7 @@ def test_clouds_are_painted_as_by_passes(
     size: tuple[int, int], seed: int, edge: float, depth: float, sunlit_k: float | None
 ) -> None:
     """The exponential's own error is 2e-7; warmth is beyond the table now and then."""
-    look = Look.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
+    look = CloudShading.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
     draws = np.random.default_rng(seed)
     thickness, warmth = (3 * draws.standard_normal((2, *size))).astype(np.float32)
     lit = None if sunlit_k is None else draws.random(size).astype(np.float32)
@@ -231,7 +231,7 @@ def test_clouds_are_painted_as_by_passes(
 
 
 def test_clouds_of_another_size_are_refused() -> None:
-    look, one = Look.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
+    look, one = CloudShading.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
     other, out = one[1:], (np.empty_like(one), np.empty_like(one))
     table = look.glow, 1.0, 1.0
     kernels.cloud(one, one, None, 0.0, 1.0, 1.0, *table, *out)

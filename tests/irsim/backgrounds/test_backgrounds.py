@@ -11,8 +11,8 @@ import pytest
 
 from irsim.backgrounds import BACKGROUNDS, Background, Ground, Sky, ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
+from irsim.backgrounds.texture import MARGIN
 from irsim.geometry.context import SceneContext
 from irsim.geometry.powerlaw import power_law
 from irsim.geometry.projection import Geometry
@@ -49,8 +49,8 @@ def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float,
     u = np.arctan2(rays[..., 0], rays[..., 2]) * math.cos(math.radians(elevation_deg)) / ifov
     v = (math.radians(elevation_deg) - np.arcsin(-rays[..., 1])) / ifov
     rows, columns = y.astype(int), x.astype(int)
-    assert np.abs(chart.spread(chart.u)[rows, columns] - u).max() < bound_px
-    assert np.abs(chart.spread(chart.v)[rows, columns] - v).max() < bound_px
+    assert np.abs(chart.at_pixels(chart.u)[rows, columns] - u).max() < bound_px
+    assert np.abs(chart.at_pixels(chart.v)[rows, columns] - v).max() < bound_px
 
 
 def test_a_turn_moves_the_map_by_the_angle() -> None:

@@ -9,13 +9,21 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.backgrounds import ViewDirection, is_veil
+from irsim.backgrounds import ViewDirection, is_semi_transparent
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import slope_to_sun
-from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, first_of, weights
-from irsim.backgrounds.periodic import shrunk, wrapped_blur
+from irsim.backgrounds.cloud_evolution import (
+    STEPS,
+    TILE,
+    CloudState,
+    EvolvingFields,
+    _FieldPair,
+    first_of,
+    units_of,
+    weights,
+)
+from irsim.backgrounds.clouds import slope_to_sun
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.tiles import TILE, Tiled, counted
+from irsim.backgrounds.texture import shrunk, wrapped_blur
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import shaped, spectral
@@ -76,7 +84,7 @@ def test_weights_of_an_evolving_field_keep_the_variance_and_have_no_kink() -> No
         assert before.get(j, 0.0) == pytest.approx(after.get(j, 0.0), abs=1e-6)
 
 
-def whole(fields: Evolving, place: float) -> tuple[Floats, Floats]:
+def whole(fields: EvolvingFields, place: float) -> tuple[Floats, Floats]:
     return fields.at(place).over(slice(0, fields.side), slice(0, fields.side))
 
 
@@ -87,7 +95,7 @@ def test_an_evolving_field_has_a_variance_of_one_at_any_time(
     beta: float, betas: tuple[float, float] | None, correlation_px: float
 ) -> None:
     """The fields that make it up are few features wide: what they have in common by chance is no little."""
-    fields = Evolving(256, beta, betas, correlation_px, 1.0, 1, "t", aside=lambda pair: first_of(pair, 4))
+    fields = EvolvingFields(256, beta, betas, correlation_px, 1.0, 1, "t", aside=lambda pair: first_of(pair, 4))
     for place in (0.0, 0.4, 3.7, 0.9):
         found = whole(fields, place)
         assert [field.std() for field in found] == pytest.approx([1, 1], abs=1e-5)
@@ -97,8 +105,8 @@ def test_an_evolving_field_has_a_variance_of_one_at_any_time(
 def test_slopes_that_are_summed_up_are_those_of_the_sum() -> None:
     """The sun's light on a cloud that evolves is worked out of its parts' slopes."""
     spectrum = 256, 3.3, None, 60.0, 1.0, 1, "t"
-    parts = Evolving(*spectrum, aside=lambda pair: slope_to_sun(first_of(pair, 2), 5.0, -45.0))
-    whole = Evolving(*spectrum, aside=lambda pair: first_of(pair, 2))
+    parts = EvolvingFields(*spectrum, aside=lambda pair: slope_to_sun(first_of(pair, 2), 5.0, -45.0))
+    whole = EvolvingFields(*spectrum, aside=lambda pair: first_of(pair, 2))
     for place in (0.0, 0.6, 2.9):
         slope, small = parts.at(place).aside, whole.at(place).aside
         assert slope is not None
@@ -111,7 +119,7 @@ def test_an_evolving_field_forgets_as_it_says() -> None:
     """Correlation over many independent tiles: 2/3 after a period, 0 after four, 0.9936 after a step."""
     found: dict[float, list[float]] = {1 / STEPS: [], 1.0: [], 4.0: []}
     for seed in range(40):
-        fields = Evolving(64, 2.0, None, 4.0, 1.0, seed, "t")
+        fields = EvolvingFields(64, 2.0, None, 4.0, 1.0, seed, "t")
         start = whole(fields, 0.25)
         for lag, values in found.items():
             values += [float(np.mean(a * b)) for a, b in zip(start, whole(fields, 0.25 + lag), strict=True)]
@@ -123,7 +131,7 @@ def test_an_evolving_field_forgets_as_it_says() -> None:
 
 
 def test_an_evolving_field_does_not_depend_on_what_was_asked_before() -> None:
-    fields, fresh = (Evolving(64, 3.0, (2.7, 3.6), 20.0, 2.0, 3, "t") for _ in range(2))
+    fields, fresh = (EvolvingFields(64, 3.0, (2.7, 3.6), 20.0, 2.0, 3, "t") for _ in range(2))
     for place in (7.0, 0.0, 2.5, 2.6):
         last = whole(fields, place)
     assert all(map(np.array_equal, last, whole(fresh, 2.6)))
@@ -169,7 +177,7 @@ def test_an_evolving_layer_drifts_with_the_wind_and_changes_smoothly() -> None:
     assert max(steps) < 1.5 * min(steps)
 
 
-@pytest.mark.parametrize(("kind", "step"), [(_Pair, "products"), (Tiled, "window")])
+@pytest.mark.parametrize(("kind", "step"), [(_FieldPair, "products"), (CloudState, "window")])
 def test_what_another_thread_looks_at_meanwhile_changes_nothing(
     kind: type, step: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,14 +248,14 @@ def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> 
         passed, emitted = textures[:, rows, columns] / np.float32(65535)
         return passed, 7 * emitted
 
-    seen_of, tiled = Tiled(side, 7.0, paint), np.tile(textures, (1, 3, 3))
+    seen_of, tiled = CloudState(side, 7.0, paint), np.tile(textures, (1, 3, 3))
     first = seen_of.window(5, 7, 161, 121)
     steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
     for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
         for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
-            np.testing.assert_array_equal(counted(seen), texture[row : row + 121, column : column + 161])
+            np.testing.assert_array_equal(units_of(seen), texture[row : row + 121, column : column + 161])
     for seen, texture in zip(first, tiled, strict=True):
-        np.testing.assert_array_equal(counted(seen), texture[7 : 7 + 121, 5 : 5 + 161])
+        np.testing.assert_array_equal(units_of(seen), texture[7 : 7 + 121, 5 : 5 + 161])
 
 
 def test_only_what_is_looked_at_is_painted_and_once() -> None:
@@ -257,7 +265,7 @@ def test_only_what_is_looked_at_is_painted_and_once() -> None:
         painted.append((rows.start // TILE, columns.start // TILE))
         return np.zeros((TILE, TILE), np.float32), np.ones((TILE, TILE), np.float32)
 
-    tiles = Tiled(8 * TILE, 1.0, paint)
+    tiles = CloudState(8 * TILE, 1.0, paint)
     for column in range(0, 60, 20):
         tiles.window(TILE + column, 0, 2 * TILE, TILE)
     assert sorted(painted) == [(row, column) for row in (0, 1, 7) for column in (0, 1, 2, 3)]
@@ -273,7 +281,7 @@ def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
     for unit, painted, words in zip(
         state.units, state._paint(whole, whole), state.window(0, 0, state.side, state.side), strict=True
     ):
-        assert np.abs(counted(words) * unit - painted).max() < 0.51 * unit
+        assert np.abs(units_of(words) * unit - painted).max() < 0.51 * unit
         assert 0.51 * unit < np.ptp(painted) / 65535
 
 
@@ -291,10 +299,10 @@ def test_an_evolving_layer_fills_the_picture_as_its_light_says(kind: str, air: s
         (transmittance, emission), under = layer.light(view_direction), sky.light(view_direction)[1]
         assert transmittance is not None
         found, patch = np.empty_like(under), (slice(60, 99), slice(20, 50))
-        assert is_veil(layer)
-        (passed,) = layer.veil(under, found, view_direction, [patch])
+        assert is_semi_transparent(layer)
+        (passed,) = layer.blend(under, found, view_direction, [patch])
         np.testing.assert_allclose(found, under * transmittance + emission, rtol=1e-6)
         np.testing.assert_allclose(passed, transmittance[patch], rtol=0, atol=1e-6)
-        layer.veil(under, kept := under.copy(), view_direction, [])
-        layer.veil(kept_under := under.copy(), kept_under, view_direction, [])
+        layer.blend(under, kept := under.copy(), view_direction, [])
+        layer.blend(kept_under := under.copy(), kept_under, view_direction, [])
         np.testing.assert_array_equal(kept, kept_under)

@@ -12,7 +12,7 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.clutter import FORMS, Clutter, FormName, Rough, Thing
+from irsim.backgrounds.clutter import FORMS, Clutter, ClutterObject, FormName, RoughForm
 from irsim.geometry.vegetation import LIGHT
 from irsim.rng import stream
 from irsim.types import Floats
@@ -41,7 +41,7 @@ def test_things_that_are_worked_out_together_are_those_drawn_one_by_one(form: Fo
         x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
         length = draw.uniform(0.2, 16.0) * 2.0 / 2
         width, contrast = length * draw.uniform(0.5, 1), draw.uniform(2.0, 6.0) * (-1 if draw.random() < 0.3 else 1)
-        columns, rows, inside, offset = drawn.drawn(Thing((x, y), angle, length, width, contrast))
+        columns, rows, inside, offset = drawn.drawn(ClutterObject((x, y), angle, length, width, contrast))
         patch = np.ix_(rows % high, columns % wide)
         cover[patch], kelvin[patch] = drawn.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
     for found, expected in zip(clutter.paint(shape, 2.0, 3), (cover, kelvin), strict=True):
@@ -75,9 +75,9 @@ def test_the_form_changes_nothing_but_the_things_and_the_seed_decides_them() -> 
 
 @pytest.mark.parametrize("contrast_k", [5.0, -5.0])
 def test_a_rough_thing_is_as_warm_in_the_mean_as_it_is_to_be_and_warmest_where_it_is_lit(contrast_k: float) -> None:
-    spreads, tilts, form = [], [], Rough(7)
+    spreads, tilts, form = [], [], RoughForm(7)
     for number in range(20):
-        thing = Thing((40.3, 50.6), 0.3 * number, 20.0, 14.0, contrast_k)
+        thing = ClutterObject((40.3, 50.6), 0.3 * number, 20.0, 14.0, contrast_k)
         columns, rows, cover, kelvin = form.drawn(thing)
         assert np.average(kelvin, weights=cover) == pytest.approx(contrast_k, abs=1e-5)
         spreads.append(math.sqrt(float(np.average((kelvin - contrast_k) ** 2, weights=cover))))
@@ -90,8 +90,8 @@ def test_a_rough_thing_is_as_warm_in_the_mean_as_it_is_to_be_and_warmest_where_i
 
 def test_outlines_are_ragged_and_edges_from_sharp_to_soft() -> None:
     """An outline's length squared over the area is 4 pi for a disc; an edge of a pixel is a rim of one px."""
-    thing, lengths, rims = Thing((60.0, 60.0), 0.4, 30.0, 30.0, 5.0), [], []
-    form = Rough(2)
+    thing, lengths, rims = ClutterObject((60.0, 60.0), 0.4, 30.0, 30.0, 5.0), [], []
+    form = RoughForm(2)
     for _ in range(30):
         cover = form.drawn(thing)[2]
         contours, _ = cv2.findContours((cover > 0.5).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)

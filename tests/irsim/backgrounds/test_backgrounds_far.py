@@ -10,7 +10,7 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.terrain_layer import Country
+from irsim.backgrounds.landscape import TerrainLayer
 from irsim.physics.radiometry import temperature
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
@@ -25,10 +25,10 @@ def country(seed: int, **keys: Any) -> tuple[Floats, Floats]:
     """The farthest layer of a landscape, (rows, cols): the share that is sky, and temperature."""
     placed = replace(SCENE, seed=seed)
     layer = Landscape.model_validate({"ground_k": 300.0, "spread_k": 0.0, "horizon_k": 270.0, **keys}).layers(placed)[0]
-    assert isinstance(layer, Country)
+    assert isinstance(layer, TerrainLayer)
     seen = view_direction(placed)
     light = np.asarray(layer.light(seen)[1])
-    return np.asarray(layer.sky_left(seen)), np.asarray(temperature("lwir", light))
+    return np.asarray(layer.sky_share(seen)), np.asarray(temperature("lwir", light))
 
 
 def edge(sky: Floats) -> Floats:

@@ -11,7 +11,7 @@ from scipy import ndimage
 from irsim.backgrounds import Ground, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.patches import Fields, Roads, Water
+from irsim.backgrounds.ground_cover import Fields, Roads, Water
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import temperature

@@ -12,10 +12,9 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.buildings import Buildings
-from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.parallax import Cylinder, seen_from
-from irsim.backgrounds.structures import Trees
+from irsim.backgrounds.panorama import Cylinder, PanoramaGrid, seen_from
+from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.trees import Trees
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import profile
 from irsim.physics.radiometry import radiance, temperature
@@ -58,7 +57,7 @@ def test_the_ground_hides_clouds_and_trees_hide_both() -> None:
 def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
     scene = context(size=(320, 240))
     layer = Trees(range_m=1000, height_m=20, spacing_m=3, leaves=1, undergrowth=0.3).paint(
-        Sheet.of(scene.geometry), 10.0, 290.0, scene
+        PanoramaGrid.of(scene.geometry), 10.0, 290.0, scene
     )
     passed, emission = layer.light(view_direction(scene))
     foot = 119.5 + (math.radians(1.0) + math.atan(10 / 1000)) / 0.5e-3
@@ -76,7 +75,7 @@ def test_a_tree_that_is_far_larger_than_the_picture_fills_it() -> None:
     """At 2 m each px is 1 mm: trees of 14 m stand 14000 px high, and the picture shows the middle of a crown."""
     scene = context(size=(320, 240))
     trees = Trees(range_m=2, leaves=1, spacing_m=0.5, conifers=0)
-    passed, _ = trees.paint(Sheet.of(scene.geometry), 7.0, 290.0, scene).light(view_direction(scene))
+    passed, _ = trees.paint(PanoramaGrid.of(scene.geometry), 7.0, 290.0, scene).light(view_direction(scene))
     assert passed.mean() < 0.05
 
 
@@ -86,7 +85,7 @@ def test_a_wood_has_crowns_of_unequal_height() -> None:
     scene = context(size=(512, 240))
     for seed in range(4):
         placed = replace(scene, seed=seed)
-        layer = Trees(range_m=600, height_m=18, spacing_m=4).paint(Sheet.of(scene.geometry), 4.0, 290.0, placed)
+        layer = Trees(range_m=600, height_m=18, spacing_m=4).paint(PanoramaGrid.of(scene.geometry), 4.0, 290.0, placed)
         solid = layer.light(view_direction(scene))[0] < 0.5
         top = np.argmax(solid, axis=0)[solid.any(axis=0)]
         level = cv2.blur(top.astype(np.float32)[None], (9, 1))[0]
@@ -97,7 +96,7 @@ def test_a_wood_has_crowns_of_unequal_height() -> None:
 
 def test_bare_trees_let_more_through_than_leafy_ones() -> None:
     scene = context(size=(320, 240))
-    sheet = Sheet.of(scene.geometry)
+    sheet = PanoramaGrid.of(scene.geometry)
     shares = [
         Trees(leaves=leaves, undergrowth=0).paint(sheet, 10.0, 290.0, scene).light(view_direction(scene))[0].mean()
         for leaves in (1.0, 0.7, 0.3)
@@ -108,7 +107,7 @@ def test_bare_trees_let_more_through_than_leafy_ones() -> None:
 def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
     scene = context(size=(320, 240))
     trees = Trees(range_m=300, spacing_m=40, leaves=1, undergrowth=0)
-    passed, _ = trees.paint(Sheet.of(scene.geometry), 10.0, 290.0, scene).light(view_direction(scene))
+    passed, _ = trees.paint(PanoramaGrid.of(scene.geometry), 10.0, 290.0, scene).light(view_direction(scene))
     foot = round(119.5 + (math.radians(1.0) + math.atan(10 / 300)) / 0.5e-3)
     assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
 
@@ -125,7 +124,7 @@ def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
 def test_what_is_far_larger_than_it_is_far_away_fills_the_picture(near: Trees | Buildings) -> None:
     """Up to 2e12 px high, of one temperature but for its grain, before a country of another."""
     scene = context()
-    passed, emission = near.paint(Sheet.of(scene.geometry), 10.0, 310.0, scene).light(view_direction(scene))
+    passed, emission = near.paint(PanoramaGrid.of(scene.geometry), 10.0, 310.0, scene).light(view_direction(scene))
     assert passed is not None
     assert np.asarray(passed).max() < 1e-6
     assert np.asarray(emission).mean() == pytest.approx(float(radiance("lwir", 310.0)), rel=0.1)
@@ -136,7 +135,7 @@ def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
     scene = replace(context(), geometry=Geometry((161, 121), 1e-3, math.radians(-0.2)))
     nearest, nearer = (
         Buildings(range_m=20e3, spacing_m=spacing_m, width_m=(4, 4), height_m=(20, 20))  # too narrow for windows
-        .paint(Sheet.of(scene.geometry), 50.0, 290.0, scene)
+        .paint(PanoramaGrid.of(scene.geometry), 50.0, 290.0, scene)
         .light(view_direction(scene))
         for spacing_m in (5, 1)
     )
@@ -148,7 +147,7 @@ def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
 def test_buildings_have_walls_and_warm_windows() -> None:
     scene = context(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(
-        Sheet.of(scene.geometry), 10, 290.0, scene
+        PanoramaGrid.of(scene.geometry), 10, 290.0, scene
     )
     passed, emission = layer.light(view_direction(scene))
     kelvin = temperature("lwir", emission[passed < 1e-6])
@@ -179,7 +178,7 @@ def test_a_moved_camera_sees_near_things_pass_far_ones() -> None:
     """1 m to the right at 500 m is 4 px to the left at 0.5 mrad; at 2000 m, 1 px."""
     scene = context(size=(320, 240))
     for range_m, shift in ((500.0, 4), (2000.0, 1)):
-        layer = Trees(range_m=range_m).paint(Sheet.of(scene.geometry), 10.0, 290.0, scene)
+        layer = Trees(range_m=range_m).paint(PanoramaGrid.of(scene.geometry), 10.0, 290.0, scene)
         still, moved = layer.light(view_direction(scene))[0], layer.light(view_direction(scene, (1.0, 0.0, 0.0)))[0]
         np.testing.assert_allclose(moved[:, 40:-40], still[:, 40 + shift : -40 + shift], rtol=0, atol=0.05)
 

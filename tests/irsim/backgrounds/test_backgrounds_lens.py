@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from irsim.backgrounds.blur import blurred, softened
-from irsim.backgrounds.ground_texture import SOFT_PX, _no_sharper
-from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
+from irsim.backgrounds.ground_texture import SOFT_PX, softened_psf
+from irsim.backgrounds.panorama import ROOM, Panorama, PanoramaGrid
+from irsim.backgrounds.texture import blurred, softened
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Outline, sprite
@@ -129,7 +129,7 @@ def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PSF, tolerance: float
 
 
 def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
-    psf, sheet = Lens().psf("lwir", 0.0), Sheet.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
+    psf, sheet = Lens().psf("lwir", 0.0), PanoramaGrid.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
     assert psf.support_px > ROOM
     picture = np.where(np.abs(sheet.rows)[:, None] <= 5, 1.0, 0.0) * np.ones(sheet.shape)
     panorama = Panorama.on(sheet, picture, psf)
@@ -140,8 +140,8 @@ def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
 def test_what_passes_by_is_never_too_sharp() -> None:
     geometry = Geometry((64, 48), 1e-3, -0.3)
     soft, sharp = Lens().psf("lwir", 0.0), Lens(f_number=1.0).psf("mwir", 0.0)
-    assert _no_sharper(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
-    assert _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.2)) == GaussianPSF(SOFT_PX)
-    widened = _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
+    assert softened_psf(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
+    assert softened_psf(SceneContext(1, geometry, 30.0, "mwir", 0.2)) == GaussianPSF(SOFT_PX)
+    widened = softened_psf(SceneContext(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
     at_half = np.array([0.5])
     assert widened.otf(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)

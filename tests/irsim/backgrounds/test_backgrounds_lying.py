@@ -12,8 +12,8 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds import Landscape, plane
-from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.patches import Roads
+from irsim.backgrounds.ground_cover import Roads
+from irsim.backgrounds.panorama import PanoramaGrid
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import temperature
@@ -36,7 +36,7 @@ def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> N
     rows, columns = np.arange(below - 400.0, below + 401.0), np.arange(-2000.0, 2000.0)
     depths = np.full((len(rows), len(columns)), rows[:, None])
     across, along = (
-        plane.laid(texture, Sheet(columns, rows, 0.0), depths, finer, ifov_rad)
+        plane.laid(texture, PanoramaGrid(columns, rows, 0.0), depths, finer, ifov_rad)
         for texture in (np.tile(wave, (1024, 1)), np.tile(wave[:, None], (1, 1024)))
     )
     under = below + plane.VANISHING_PX

@@ -69,7 +69,7 @@ def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
     for first in range(0, 2**bits, 48 * 64):
         counts = (np.arange(first, first + 48 * 64) % 2**bits).astype(np.uint16).reshape(48, 64)
         layer._last = (0, counts)
-        levels = layer.put_into(layer._light(counts), 0, np.ones(counts.shape, np.float32))
+        levels = layer.insert_into(layer._light(counts), 0, np.ones(counts.shape, np.float32))
         assert np.array_equal(np.rint(levels), counts)
 
 

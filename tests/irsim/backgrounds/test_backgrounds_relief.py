@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from country import context, view_direction
 
-from irsim.backgrounds.buildings import Buildings
-from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.structures import STAGGERED, Canvas, Structure, Trees
+from irsim.backgrounds.panorama import PanoramaGrid
+from irsim.backgrounds.structures import STAGGERED, Buildings, Canvas, Structure, Trees
 from irsim.types import Floats
 
 SCENE = context(size=(640, 240))
@@ -22,7 +21,7 @@ PX_PER_M = 1 / (1000 * 0.5e-3)
 def lowest(row: Structure, seed: int) -> Floats:
     """The lowest covered row of each column that has one; those that see eaves alone are left out."""
     placed = replace(SCENE, seed=seed)
-    layer = row.paint(Sheet.of(placed.geometry), 10.0, 290.0, placed)  # type: ignore[attr-defined]
+    layer = row.paint(PanoramaGrid.of(placed.geometry), 10.0, 290.0, placed)  # type: ignore[attr-defined]
     covered = np.asarray(layer.light(view_direction(placed))[0]) < 0.5
     rows = np.asarray(len(covered) - 1 - np.argmax(covered[::-1], axis=0))[covered.any(axis=0)]
     return np.asarray(rows[rows > np.median(rows) - 20])
@@ -46,7 +45,7 @@ def test_feet_rise_and_fall_by_the_relief_and_not_without_one(kind: type[Structu
 
 
 def test_feet_follow_the_ground_and_differ_a_little_from_one_to_the_next() -> None:
-    sheet, columns = Sheet.of(SCENE.geometry), np.linspace(-500, 500, 4001)
+    sheet, columns = PanoramaGrid.of(SCENE.geometry), np.linspace(-500, 500, 4001)
     row = Trees(range_m=1000.0, relief_m=2.0)
     whole = np.concatenate([row.feet(sheet, 50.0, replace(SCENE, seed=seed), "trees")(columns) for seed in range(20)])
     assert whole.mean() == pytest.approx(50.0, abs=1.5)
@@ -55,7 +54,7 @@ def test_feet_follow_the_ground_and_differ_a_little_from_one_to_the_next() -> No
 
 def test_nearer_trees_stand_before_farther_ones() -> None:
     places = np.array([-30.0, 10.0, 50.0, 90.0])
-    sheet = Sheet.of(SCENE.geometry)
+    sheet = PanoramaGrid.of(SCENE.geometry)
     feet = [foot for _, foot in Trees(range_m=1000.0, relief_m=2.0)._standing(sheet, 50.0, places, SCENE, "trees")]
     assert feet == sorted(feet)
     assert len(set(feet)) == 4
@@ -67,7 +66,7 @@ def test_nearer_buildings_are_drawn_over_farther_ones(monkeypatch: pytest.Monkey
     lowest_rows: list[float] = []
     monkeypatch.setattr(Canvas, "polygon", lambda _, points, kelvin: lowest_rows.append(float(np.max(points[:, 1]))))
     rows = Buildings(range_m=1000.0, relief_m=2.0, height_m=(5.0, 5.0), width_m=(2.0, 2.0))  # too narrow for windows
-    rows.paint(Sheet.of(SCENE.geometry), 10.0, 290.0, SCENE)
+    rows.paint(PanoramaGrid.of(SCENE.geometry), 10.0, 290.0, SCENE)
     feet = lowest_rows[1::2]  # of each a roof, then its wall
     assert len(set(feet)) > 10
     assert feet == sorted(feet)

@@ -12,7 +12,16 @@ from pydantic import ValidationError
 from irsim.backgrounds import Sea, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
-from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
+from irsim.backgrounds.waves import (
+    GRAVITY,
+    PER_WAVE,
+    SIDE_RAD,
+    WaveOctave,
+    leaning,
+    longest_wave,
+    spread_rad,
+    wave_train,
+)
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
@@ -73,7 +82,7 @@ def test_slopes_lean_as_waves_run(number: int) -> None:
     assert across**2 + along**2 == pytest.approx(1)
     right, far = np.random.default_rng(1).uniform(0, 1e4, (2, 200, 200)).astype(np.float32)
     for wind_deg, turned in ((0.0, False), (90.0, True)):
-        to_right, to_camera = Octave(6.0, wind_deg, number, 1).at(right, far, 0.0)
+        to_right, to_camera = WaveOctave(6.0, wind_deg, number, 1).at(right, far, 0.0)
         beside, ahead = (to_camera, to_right) if turned else (to_right, to_camera)
         assert float(beside.var()) == pytest.approx(2 * across**2, rel=0.15)
         assert float(ahead.var()) == pytest.approx(2 * along**2, rel=0.15)

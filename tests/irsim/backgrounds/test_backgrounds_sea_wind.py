@@ -10,7 +10,7 @@ import pytest
 from irsim.backgrounds import Sea, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import SeaSurface, facing, reflectance, slope_variance
-from irsim.backgrounds.waves import Octave
+from irsim.backgrounds.waves import WaveOctave
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import radiance
@@ -32,7 +32,7 @@ def test_waves_run_with_the_wind_as_fast_as_on_deep_water(wind_deg: float) -> No
     like that before moved so far along the wind. Each train runs a little to its own side, c cos(side) along the wind,
     and crests square to its way pass along the wind at c / cos(side): within 7 %."""
     right, ahead = np.meshgrid(np.arange(0, 4000, 11, dtype=np.float32), np.arange(0, 4000, 11, dtype=np.float32))
-    octave, angle = Octave(10.0, wind_deg, 0, 1), math.radians(wind_deg)
+    octave, angle = WaveOctave(10.0, wind_deg, 0, 1), math.radians(wind_deg)
     later = np.stack(octave.at(right, ahead, 1.0)).ravel()
     moves = np.arange(-20.0, 20.5, 0.5)
     alike = [

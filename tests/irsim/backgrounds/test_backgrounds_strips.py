@@ -9,8 +9,8 @@ from country import context, view_direction
 
 from irsim.backgrounds import Ground
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.patches import Roads
-from irsim.backgrounds.texture import Tile, tile_shape
+from irsim.backgrounds.ground_cover import Roads
+from irsim.backgrounds.texture import PeriodicTexture, tile_shape
 from irsim.physics.psf import GaussianPSF
 from irsim.types import Floats
 
@@ -33,7 +33,7 @@ def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple
 def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
     scene = context(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
-    tile, chart = Tile.of(texture, (2500, 16), GaussianPSF(0.5)), view_direction(scene, turn=turn).chart
+    tile, chart = PeriodicTexture.of(texture, (2500, 16), GaussianPSF(0.5)), view_direction(scene, turn=turn).chart
     expected = _wrapped(tile, chart, (0.0, 0.0))
     np.testing.assert_allclose(tile.at(*tile.places(chart, (0.0, 0.0))), expected, rtol=0, atol=0.15)
     assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
@@ -44,7 +44,7 @@ def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float,
 def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, int], axis: int) -> None:
     """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
     texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
-    tile, chart = Tile.of(texture, size, GaussianPSF(0.5)), view_direction(context(size=size)).chart
+    tile, chart = PeriodicTexture.of(texture, size, GaussianPSF(0.5)), view_direction(context(size=size)).chart
     shift = [0.0, 0.0]
     shift[axis] = float(chart.uv[axis].min()) + tile.phase[axis] - 0.01
     right, down = shift
@@ -52,11 +52,11 @@ def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, 
     np.testing.assert_allclose(found, _wrapped(tile, chart, (right, down)), rtol=0, atol=0.01)
 
 
-def _wrapped(tile: Tile, chart: Chart, shift: tuple[float, float]) -> Floats:
+def _wrapped(tile: PeriodicTexture, chart: Chart, shift: tuple[float, float]) -> Floats:
     """The texture where each pixel sees it, wrapped by whole numbers."""
     soft = tile.padded[: tile.shape[0], : tile.shape[1]]
     columns, rows = (
-        np.mod(chart.spread(at - by + phase), period).astype(np.float32)
+        np.mod(chart.at_pixels(at - by + phase), period).astype(np.float32)
         for at, by, phase, period in zip(chart.uv, shift, tile.phase, tile.shape[::-1], strict=True)
     )
     return np.asarray(cv2.remap(np.pad(soft, (0, 1), mode="wrap"), columns, rows, cv2.INTER_LINEAR))

@@ -12,7 +12,7 @@ from country import context, view_direction
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.parallax import Sphere, seen_from
+from irsim.backgrounds.panorama import Sphere, seen_from
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 
@@ -78,7 +78,7 @@ def test_a_cloud_is_where_a_body_in_it_is(
         assert np.linalg.norm(point) == pytest.approx(range_m)
         u = math.atan2(point[0], point[2]) * math.cos(math.radians(12.0)) / 0.5e-3
         v = (math.radians(12.0) - math.asin(-point[1] / range_m)) / 0.5e-3
-        assert (chart.spread(chart.u)[y, x], chart.spread(chart.v)[y, x]) == pytest.approx((u, v), abs=0.02)
+        assert (chart.at_pixels(chart.u)[y, x], chart.at_pixels(chart.v)[y, x]) == pytest.approx((u, v), abs=0.02)
 
 
 @pytest.mark.parametrize("right_m", [-30.0, 0.0, 30.0])

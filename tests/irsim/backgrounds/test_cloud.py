@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief, slope_to_sun
-from irsim.backgrounds.periodic import coarseness, shrunk
+from irsim.backgrounds.clouds import ENTRIES, EXTREME, CloudShading, Relief, slope_to_sun
 from irsim.backgrounds.sky import Clouds
+from irsim.backgrounds.texture import coarseness, shrunk
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import spectral
@@ -21,7 +21,7 @@ WHOLE = slice(0, 512)
 def test_the_light_of_a_thick_cloud_is_that_of_its_warmth(spread_k: float) -> None:
     warmth = np.random.default_rng(0).standard_normal((40, 50)).astype(np.float32)
     warmth[0, :2] = -3 * EXTREME, 3 * EXTREME
-    look = Look.of(0.0, 1e3, (270.0, spread_k, 0.0), "mwir")
+    look = CloudShading.of(0.0, 1e3, (270.0, spread_k, 0.0), "mwir")
     passed, found = look.paint(np.ones_like(warmth), warmth, None)
     kelvin = 270 + spread_k * np.clip(warmth.astype(np.float64), -EXTREME, EXTREME)
     wanted = radiance("mwir", kelvin)
@@ -34,7 +34,7 @@ def test_the_light_of_a_thick_cloud_is_that_of_its_warmth(spread_k: float) -> No
 
 def test_thin_cloud_lets_through_what_its_depth_says() -> None:
     thickness = np.linspace(-1, 2, 301, dtype=np.float32)[None, :]
-    look = Look.of(0.5, 2.0, (270.0, 0.0, 8.0), "mwir")
+    look = CloudShading.of(0.5, 2.0, (270.0, 0.0, 8.0), "mwir")
     lit = np.full_like(thickness, 0.75)
     passed, emitted = look.paint(thickness, np.zeros_like(thickness), lit)
     above = np.maximum(thickness.astype(np.float64) - 0.5, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.backgrounds.periodic import FINE, coarseness, enlarged, shrunk, wrapped_blur
+from irsim.backgrounds.texture import FINE, coarseness, enlarged, shrunk, wrapped_blur
 from irsim.geometry.random_fields import spectral
 
 

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 import irsim
-from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
+from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
 from irsim.camera.detectors import Detector, Response, Setting, Stated
 from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
@@ -38,7 +38,7 @@ class Lake(Background):
     def clear(self, context: SceneContext) -> ClearLayer:
         return Sky(preset="us_standard").clear(context)
 
-    def land(self, context: SceneContext) -> LandLight:
+    def land(self, context: SceneContext) -> GroundRadiance:
         land = Ground(mean_k=self.water_k, spread_k=0).land(context)
         return lambda view_direction: land(view_direction)[:100]
 

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import irsim
 from irsim.backgrounds import evolving
-from irsim.backgrounds.cloud import Look
+from irsim.backgrounds.clouds import CloudShading
 from irsim.render.division import Way
 from irsim.render.frame import Renderer
 from irsim.render.shared_cache import ENTRIES, HEAD, Shelf
@@ -174,7 +174,7 @@ def test_a_second_renderer_draws_and_paints_nothing_that_a_first_has(monkeypatch
             raise AssertionError("it is there already")
 
         monkeypatch.setattr(evolving, "normals", never)
-        monkeypatch.setattr(Look, "paint", never)
+        monkeypatch.setattr(CloudShading, "paint", never)
         assert np.array_equal([second.frame(index)[0].image for index in range(16)], expected)
 
 
