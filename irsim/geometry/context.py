@@ -11,7 +11,6 @@ from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.psf import PSF, GaussianPSF
 from irsim.physics.radiometry import grey_body
-from irsim.render.shared_cache import Shelf
 from irsim.types import Band, Floats
 
 
@@ -41,8 +40,7 @@ class SceneContext:
     that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
     (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
     what is around where the air does not say; leaves_k, how warm leaves are by the hour of the background, K (None: it
-    has none); shelf, what other processes that render the
-    scene have worked out."""
+    has none)."""
 
     seed: int
     geometry: Geometry
@@ -54,7 +52,6 @@ class SceneContext:
     lens: PSF | None = None
     ambient: float = 0.0
     leaves_k: float | None = None
-    shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property
     def psf(self) -> PSF:

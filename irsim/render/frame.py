@@ -35,7 +35,6 @@ class Renderer:
         self.scenario = scenario
         shown = built(scenario)
         self.context = shown.context
-        self.shelf = self.context.shelf
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
@@ -70,42 +69,17 @@ class Renderer:
             image, truth = self._put_into(self.film, index)
             return Frame(_put(image, out), index, truth.time, self.scenario.camera.bits), truth
         light, truth = self.scene(index)
-        return self.developed(light, truth, spent=True, out=out), truth
+        image = self._counts(light, index, out)
+        return Frame(image, index, truth.time, self.scenario.camera.bits), truth
 
-    @property
-    def divides(self) -> bool:
-        """Whether a frame is what is `developed` of its `scene`: not where it is put into a recorded one."""
-        return self.film is None
-
-    @property
-    def steps(self) -> int:
-        """How many of the detector's (`Sensor.step`) may be taken with the scene: none where it needs earlier light."""
-        return 0 if self.lag.remembers else self.sensor.steps
-
-    def stepped(self, picture: Floats, index: int, begin: int, end: int) -> Floats:
-        """The light of a frame's scene after the detector's `steps` before `end`, of what it is after those before
-        `begin`: written over, but where the frame shows an earlier picture."""
-        if begin == end or self.sensor.shown(index) != index:
-            return picture
-        return self.sensor.step(picture, index, begin, end, spent=True)
-
-    def developed(
-        self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None, steps: int = 0
-    ) -> Frame:
-        """The frame of a scene's light, (rows, cols) float32, or of what it is after so many steps (`stepped`); in
-        `out` where it is given. A `spent` light is the renderer's from then on, to write over or to keep; another one
-        it only reads now."""
-        index = truth.index
+    def _counts(self, light: Floats, index: int, out: Counts | None) -> Counts:
+        """Return the counts of a frame whose scene has the light (rows, cols) float32, which is written over."""
         shown = self.sensor.shown(index)
         if shown != index:
-            image = _put(self._standing(shown), out)
-        elif self.lag.remembers:
-            own = light if spent else light.copy()
-            settled = self.lag.light(index, lambda k: own if k == index else self.scene(k)[0])
-            image = self.sensor.expose(settled, index, spent=True, out=out)
-        else:
-            image = self.sensor.expose(light, index, spent, out, steps)
-        return Frame(image, index, truth.time, self.scenario.camera.bits)
+            return _put(self._standing(shown), out)
+        if self.lag.remembers:
+            light = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
+        return self.sensor.expose(light, index, spent=True, out=out)
 
     def _put_into(self, film: RecordedLayer, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""

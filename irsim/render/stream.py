@@ -130,8 +130,8 @@ class Rendering:
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
-        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes, of which this is one: it
-        renders while it waits for the others. InputError as of `frames`.
+        """Yield (frame, truth) of frames start .. stop-1 in order; with jobs > 1, `jobs` worker processes render them.
+        InputError as of `frames`.
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
@@ -139,9 +139,11 @@ class Rendering:
         wanted = span(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
         screen = self._new_screen()
-        for index, each in zip(wanted, rendered(self._renderer, taken, jobs), strict=True):
-            arrived = _numbered(each.frame, index)
-            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(each.truth, index)
+        jobs = min(whole("jobs", jobs, 1), len(taken))
+        pairs = rendered(self.scenario, taken, jobs) if jobs > 1 else map(self._renderer.frame, taken)
+        for index, (frame, truth) in zip(wanted, pairs, strict=True):
+            arrived = _numbered(frame, index)
+            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(truth, index)
 
     @cached_property
     def _screen(self) -> Screen:
@@ -163,9 +165,9 @@ def _numbered(of: Numbered, index: int) -> Numbered:
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
 
-    `jobs` processes render them, of which this is one, the same bit for bit. The others take about a second to start,
-    each time: they pay from some thousand small frames or hundred large ones on. With jobs > 1 the calling script needs
-    the guard ``if __name__ == "__main__"``. Frames may be kept, and written into.
+    With jobs > 1, `jobs` worker processes render them, the same bit for bit. They take about a second to start, and pay
+    from some thousand small frames or some hundred large ones on; the calling script needs the guard
+    ``if __name__ == "__main__"``. Frames may be kept, and written into.
 
     InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
     below 0, and for what is no number of frames or jobs.

@@ -21,8 +21,7 @@ NOT_PIXELS = (
     *("config/schema.py", "config/relative_paths.py", "config/tree.py", "config/wrong_encoding.py"),
     *("config/yaml_file.py", "config/yaml_tabs.py"),
     # share frames out among processes: each is the same as drawn alone (see below)
-    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py", "signals.py"),
-    *("render/shared_memory.py", "render/worker.py"),
+    *("render/workers.py", "render/interrupts.py", "signals.py"),
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("scenario/authoring.py", "scenario/expectation.py", "scenario/space.py", "scenario/variation.py", "strategies"),
     # show, write and measure what is rendered
@@ -34,11 +33,8 @@ NOT_PIXELS = (
 )
 """Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same.
 
-Those that share frames out call `Renderer` and nothing else for a picture, and decide by the clock who draws which
-frame or step: frames that depended on them would differ from run to run, and no digest of code would tell. So it is
-tests that hold frames equal however they are divided: without these rooms at all, alone and backwards, and by two
-processes (test_identity), divided anywhere and dealt out anyhow (test_division), in memory used again (test_places).
-What processes work out for each other, the shelf, stands in the frame's own way and belongs to the digest."""
+Frames that depended on the modules of worker processes would differ from run to run, and no digest of code would tell:
+tests hold frames equal without these modules, alone and backwards, and by two processes (test_identity)."""
 
 
 def scene_code(scene: Part) -> str:

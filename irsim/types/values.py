@@ -8,8 +8,6 @@ from typing import Literal, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from irsim.render.lean import lean
-
 Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
@@ -50,7 +48,6 @@ def arrays_frozen(held: Held) -> Held:
     return held
 
 
-@lean
 @dataclass(frozen=True, slots=True)
 class Box:
     """An axis-aligned box: centre (cx, cy) and full size (w, h), px."""
@@ -114,7 +111,6 @@ class Box:
         return w * h / (self.w * self.h + other.w * other.h - w * h)
 
 
-@lean
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure.
@@ -133,7 +129,6 @@ class Frame:
         return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
 
 
-@lean
 @dataclass(frozen=True, slots=True)
 class TargetTruth:
     """What is true of one target in one frame; None where it is not known.
@@ -185,7 +180,6 @@ class TargetTruth:
         return self.visible is not None and self.visible < SHOWN
 
 
-@lean
 @dataclass(frozen=True, slots=True)
 class Truth:
     """What is true of one frame: the targets that exist in it (absent ones have no entry)."""

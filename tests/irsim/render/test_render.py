@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,8 @@ import pytest
 from mesh_files import GIVEN
 
 import irsim
-from irsim.render.division import Way
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
-from irsim.render.workers import rendered
 from irsim.scenario.model import Scenario
 from irsim.targets import SHAPES
 from irsim.types import Floats
@@ -106,44 +103,6 @@ def test_a_frame_alone_equals_the_frame_in_sequence() -> None:
 def test_fewer_frames_are_the_same_frames() -> None:
     long, short = scene(frames=40, **NOISY), scene(frames=5, **NOISY)
     assert np.array_equal(Rendering(long).frame(4).image, Rendering(short).frame(4).image)
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    "camera",
-    [
-        {},
-        {"detector": {"kind": "stated"}, "time_constant_ms": 60.0},
-        {"correction": {"period_frames": 40, "freeze_frames": 12}},
-    ],
-    ids=["plain", "lag", "corrections"],
-)
-def test_two_processes_give_the_same_frames(way: Way, camera: dict[str, Any], tmp_path: Path) -> None:
-    """The noise `rendezvous` adds nothing, and lets neither process render before the other is there."""
-    noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Rendezvous", "folder": str(tmp_path)}]
-    with_memory = {**NOISY, "camera": {**NOISY["camera"], **camera}}
-    scenario = scene(frames=100, **with_memory)
-    meeting = scene(frames=100, **{**with_memory, "camera": {**with_memory["camera"], "noise": noises}})
-    alone = list(irsim.frames(scenario))
-    found = list(rendered(Renderer(meeting), range(100), 2))
-    assert {each.pid for each in found} == {int(file.name) for file in tmp_path.iterdir()}
-    assert len({each.pid for each in found}) == 2
-    assert [each.truth for each in found] == [truth for _, truth in alone]
-    for each, (expected, _) in zip(found, alone, strict=True):
-        assert each.frame.index == expected.index
-        assert np.array_equal(each.frame.image, expected.image)
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize("fails", [0, 40, 64, 101, 130])
-def test_frames_before_one_that_fails_are_there(way: Way, fails: int) -> None:
-    """Whoever renders it, and however early."""
-    noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Failing", "at": fails}]
-    scenario = scene(frames=150, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
-    frames = rendered(Renderer(scenario), range(150), 2)
-    assert [next(frames).frame.index for _ in range(fails)] == list(range(fails))
-    with pytest.raises(ValueError, match=f"^frame {fails} cannot be$"):
-        next(frames)
 
 
 def test_truth_alone_is_the_truth_of_the_frames() -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import irsim
-from irsim.render import workers as crew
 from irsim.scenario.fingerprint import NOT_PIXELS
 
 KIND = """
@@ -63,12 +62,8 @@ print(*sorted(file.relative_to(root).as_posix() for file in files), sep="\\n", f
 
 @pytest.mark.sampled
 @pytest.mark.parametrize(("name", "count"), [("sky", 128), ("sea", 12), ("correction", 80), ("glare", 8)])
-def test_frames_are_the_same_without_the_rooms_that_are_left_out(
-    name: str, count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Drawn by a process that cannot import them, alone and backwards, and in order by two processes: whole frames by
-    each, or, from LONG frames on, parts of each."""
-    monkeypatch.setattr(crew, "LONG", 128)
+def test_frames_are_the_same_without_the_rooms_that_are_left_out(name: str, count: int) -> None:
+    """Drawn by a process that does not import them, alone and backwards, and in order by two processes."""
     scenario = irsim.load(name)
     indices = (count - 1, count // 2, 0)
     code = ALONE.replace("INDICES", repr(indices))
