@@ -18,9 +18,9 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 
 from irsim.backgrounds import BACKGROUNDS
+from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.ground_cover import Fields, Roads, Water
-from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.structures import Buildings
 from irsim.backgrounds.trees import Trees
 from irsim.camera.camera import Camera

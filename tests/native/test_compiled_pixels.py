@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import ViewDirection, blend_over, cloud, evolving
+from irsim.backgrounds import ViewDirection, blend_over, cloud_evolution, clouds
 from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud_drift import EvolvingCloud, _shares
+from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
 from irsim.backgrounds.cloud_evolution import CloudState
 from irsim.backgrounds.clouds import CloudShading
 from irsim.camera import ar1, process, response, shot
@@ -31,7 +31,7 @@ from irsim.camera.white import White
 from irsim.geometry.projection import Geometry
 from irsim.normal import CELLS, cell_means
 
-FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
+FIELDS = cloud_evolution.EvolvingFields(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -153,7 +153,9 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4e-6)
         tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
         layer.blend(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
-        blend_over(np.full_like(wanted, 2.5), wanted, transmittance, apply_air(transmittance, emission, (tau, path)), [])
+        blend_over(
+            np.full_like(wanted, 2.5), wanted, transmittance, apply_air(transmittance, emission, (tau, path)), []
+        )
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
@@ -164,9 +166,11 @@ def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float)
     layer, (columns, rows) = drifting(128, 1), (90, 61)
     geometry = Geometry((columns, rows), 1e-4, 0.3)
     view_direction = ViewDirection(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
-    step, share = divmod(time / 5.0 * evolving.STEPS, 1)
+    step, share = divmod(time / 5.0 * cloud_evolution.STEPS, 1)
     x, y = -(columns - 1) / 2 - 3.3 * time, -(rows - 1) / 2 + 0.7 * time
-    early, late = (layer._state_at((step + k) / evolving.STEPS)._paint(slice(0, 128), slice(0, 128)) for k in (0, 1))
+    early, late = (
+        layer.state_at((step + k) / cloud_evolution.STEPS).paint(slice(0, 128), slice(0, 128)) for k in (0, 1)
+    )
     for seen, before, after in zip(layer.light(view_direction), early, late, strict=True):
         mixed = (1 - share) * before.astype(float) + share * after.astype(float)
         (left, right), (top, down) = (divmod(place, 1) for place in (x, y))
@@ -187,7 +191,7 @@ def test_fields_are_mixed_as_by_passes(place: float, rows: tuple[int, int], colu
     part = [slice(first, first + length) for first, length in (rows, columns)]
     found = mixture.over(*part)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(evolving, "COMPILED", False)
+        patched.setattr(cloud_evolution, "COMPILED", False)
         for field, plain in zip(found, mixture.over(*part), strict=True):
             np.testing.assert_array_equal(field, plain, strict=True)
 
@@ -225,7 +229,7 @@ def test_clouds_are_painted_as_by_passes(
     lit = None if sunlit_k is None else draws.random(size).astype(np.float32)
     painted = look.paint(thickness, warmth, lit)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(cloud, "COMPILED", False)
+        patched.setattr(clouds, "COMPILED", False)
         for field, plain in zip(painted, look.paint(thickness, warmth, lit), strict=True):
             np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
 
@@ -266,7 +270,7 @@ def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
     """To the last digit but one, and where nothing passes nothing does."""
     state, under = np.full((4, 30), word, np.int16), np.ones((3, 29), np.float32)
     for late, right, down in rng.stream(3, 1).random((50, 3)):
-        shares = _shares(late, right)
+        shares = integer_weights(late, right)
         assert sum(shares) == 32768
         assert min(shares) >= 0
         kernels.veil(under, *shares, down, 1 / 65535, 0.0, light := np.empty_like(under), state, state, state, state)

@@ -38,8 +38,8 @@ class Lake(Background):
     def clear(self, context: SceneContext) -> ClearLayer:
         return Sky(preset="us_standard").clear(context)
 
-    def land(self, context: SceneContext) -> GroundRadiance:
-        land = Ground(mean_k=self.water_k, spread_k=0).land(context)
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance:
+        land = Ground(mean_k=self.water_k, spread_k=0).ground_radiance(context)
         return lambda view_direction: land(view_direction)[:100]
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
@@ -49,7 +49,7 @@ class Lake(Background):
 class Still(Background):
     """A picture that a camera has taken: count 100 everywhere, and what is drawn adds 1 for each W/m2/sr."""
 
-    noisy: ClassVar[bool] = True
+    has_noise: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
@@ -63,7 +63,7 @@ class Picture:
     def light(self, view_direction: Any) -> tuple[None, Floats]:
         return None, np.full((48, 64), 10.0, np.float32)
 
-    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+    def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
         return np.asarray(100 + (light - 10))
 
 

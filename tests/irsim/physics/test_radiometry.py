@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from irsim.physics.radiometry import TABLE_K, band_fault, hemisphere, limits, planck, radiance, slope, temperature
+from irsim.physics.radiometry import (
+    TABLE_K,
+    Scale,
+    band_fault,
+    hemisphere,
+    limits,
+    planck,
+    radiance,
+    slope,
+    temperature,
+)
 from irsim.types import Band, Floats
 
 BANDS: list[Band] = ["mwir", "lwir", (3.4, 4.9), (7.5, 14.0), (19.9, 20.0)]
@@ -118,3 +130,23 @@ def test_surfaces_that_face_all_ways_receive_half_the_mean_of_each_half() -> Non
     half = (hemisphere(lambda elevation: seen(np.sin(elevation))) + 45.0) / 2
     assert received.mean() == pytest.approx(half, rel=2e-3)
     assert received[up > 0.9].mean() < half - 3 < half < received[up < -0.9].mean()
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_scale_with_a_root_is_inverted(kind: type[Any]) -> None:
+    scale = Scale(3784.27, 72.847, 120.0)
+    light = np.linspace(0, 4, 1000).astype(kind)
+    counts = (3784.27 * light + 72.847 * np.sqrt(light) + 120.0).astype(kind)
+    np.testing.assert_allclose(scale.light(counts), light, atol=1e-6 if kind is np.float32 else 1e-13)
+    np.testing.assert_allclose(scale.rise(light[:-1], light[1:]), np.diff(counts), atol=5e-3)
+    assert scale.slope(1.0) == pytest.approx((counts[251] - counts[249]) / (light[251] - light[249]), rel=1e-3)
+    assert scale.light(np.array([100.0], dtype=kind)).item() == 0  # darker than no light at all
+
+
+@pytest.mark.parametrize("bits", [8, 14, 16])
+def test_every_count_comes_back_from_radiance(bits: int) -> None:
+    scale = Scale.between("lwir", (220.0, 400.0), bits)
+    counts = np.arange(2**bits).astype(np.float32)
+    light = scale.light(counts)
+    assert np.array_equal(np.rint(counts + scale.rise(light, light)), counts)
+    np.testing.assert_allclose(scale.linear * scale.light(counts.astype(np.float64)) + scale.zero, counts, atol=1e-6)

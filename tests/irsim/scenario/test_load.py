@@ -10,7 +10,7 @@ from scenario_text import TEXT, errors_of
 
 import irsim
 from irsim.backgrounds import Sky
-from irsim.backgrounds.sky import Clouds
+from irsim.backgrounds.clouds import Clouds
 from irsim.camera.camera import Camera
 from irsim.camera.detectors import Ar1, White
 from irsim.errors import InputError

@@ -1,4 +1,4 @@
-"""The air before targets and occluders is that of where a carried camera is."""
+"""Air before targets and occluders, for a moving camera."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from carried import scene
 
-from irsim.lint import doubts
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -86,15 +85,6 @@ def test_an_occluder_that_has_come_near_still_hides_only_what_was_farther_at_fir
     pieces = {piece.name: piece for piece in Renderer(passing).pieces(60)}
     assert [pieces[name].range_m for name in ("at_2000", "at_2400")] == [2000.0, 2400.0]
     assert [pieces[name].sprite.range_m for name in ("at_2000", "at_2400")] == pytest.approx([400.0, 800.0])
-
-
-def test_a_path_beyond_the_fit_is_told_from_where_the_camera_is() -> None:
-    """Two seconds up, where the air is thin."""
-    target = hot((0.0, 2000.0, 0.0), (0.0, 0.0, 1500.0))
-    climbing, level_one = (level((0.0, 0.0, up), targets=[t]) for up, t in ((1500.0, target), (0.0, hot((0, 2000, 0)))))
-    assert not [notice for notice in doubts(level_one) if notice.at == ("targets", 0, "path")]
-    (told,) = [notice for notice in doubts(climbing) if notice.at == ("targets", 0, "path")]
-    assert told.what.startswith("frame 60: a path up to 3100 m above the sea is not the fitted level one")
 
 
 def test_a_camera_that_stands_sees_the_same_bits() -> None:

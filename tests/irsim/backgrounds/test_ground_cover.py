@@ -1,23 +1,26 @@
-"""What lies on the ground: shares, sizes and counts asked for; day and night; switches."""
+"""Ground cover: shares, sizes and counts of fields, roads, water and clutter; day and night; switches."""
 
 from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from irsim.backgrounds import Ground, ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.clutter import Clutter
+from irsim.backgrounds.clutter import FORMS, Clutter, ClutterObject, FormName, RoughForm
 from irsim.backgrounds.ground_cover import Fields, Roads, Water
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
+from irsim.geometry.vegetation import LIGHT
 from irsim.physics.radiometry import temperature
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import dumps, loads
+from irsim.rng import stream
 from irsim.scenario.model import Scenario
+from irsim.types import Floats
 
 SIDE, PX_PER_MRAD = 512, 2.0
 
@@ -98,11 +101,6 @@ def test_clutter_is_as_long_as_asked_for_and_at_least_half_as_wide() -> None:
     assert 0.5 - 0.05 < (shorts / longs).min() < 0.6
 
 
-def test_no_clutter_where_its_density_is_zero() -> None:
-    cover, _ = Clutter(per_mrad2=0).paint((SIDE, SIDE), PX_PER_MRAD, 1)
-    assert not cover.any()
-
-
 def test_day_and_night_change_places() -> None:
     """By day water is colder than the ground, by night warmer; keys that are given stay."""
     contrast = {}
@@ -145,6 +143,76 @@ def test_all_that_lies_on_the_ground_can_be_switched_off_by_name() -> None:
     assert np.array_equal(bare, Rendering(plain).frame(0).image)
 
 
-def test_an_hour_survives_being_written_out() -> None:
-    assert loads(dumps(scenario())) == scenario()
-    assert np.array_equal(Rendering(loads(dumps(scenario()))).frame(0).image, Rendering(scenario()).frame(0).image)
+SHAPE, PX_PER_MRAD = (512, 512), 2.0
+FORM_NAMES = tuple(FORMS)
+
+
+def painted(form: FormName, seed: int, per_mrad2: float = 0.002) -> tuple[Floats, Floats]:
+    things = Clutter(form=form, per_mrad2=per_mrad2, size_mrad=(5.0, 12.0), contrast_k=(4.0, 6.0), cold=0.25)
+    return things.paint(SHAPE, PX_PER_MRAD, seed)
+
+
+@pytest.mark.parametrize("form", FORM_NAMES)
+def test_things_that_are_worked_out_together_are_those_drawn_one_by_one(form: FormName) -> None:
+    """From under a pixel to a tenth of the map, over its edges and over one another."""
+    clutter = Clutter(form=form, per_mrad2=0.5, size_mrad=(0.2, 16.0), contrast_k=(2.0, 6.0), cold=0.3)
+    high, wide = shape = (96, 128)
+    draw, drawn = stream(3, "clutter"), FORMS[form](3)
+    cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for _ in range(draw.poisson(0.5 * (high / 2.0 * (wide / 2.0)))):
+        x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
+        length = draw.uniform(0.2, 16.0) * 2.0 / 2
+        width, contrast = length * draw.uniform(0.5, 1), draw.uniform(2.0, 6.0) * (-1 if draw.random() < 0.3 else 1)
+        columns, rows, inside, offset = drawn.drawn(ClutterObject((x, y), angle, length, width, contrast))
+        patch = np.ix_(rows % high, columns % wide)
+        cover[patch], kelvin[patch] = drawn.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
+    for found, expected in zip(clutter.paint(shape, 2.0, 3), (cover, kelvin), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_so_many_things_lie_on_each_place_as_is_said() -> None:
+    """So few of them overlap that they cover as much together as each alone."""
+    clutter = Clutter(per_mrad2=0.001, size_mrad=(3.0, 12.0))
+    covers = np.mean([clutter.paint(SHAPE, PX_PER_MRAD, seed)[0].mean() for seed in range(8)])
+    assert -math.log(1 - covers) == pytest.approx(clutter.deep, rel=0.1)
+
+
+def test_rough_things_lie_where_ellipses_lie_and_cover_as_much() -> None:
+    shares = []
+    for seed in range(6):
+        (ellipses, _), (rough, _) = (painted(form, seed) for form in FORM_NAMES)
+        assert np.corrcoef(ellipses.ravel(), rough.ravel())[0, 1] > 0.75
+        shares.append((ellipses.mean(), rough.mean()))
+    even, ragged = np.mean(shares, axis=0)
+    assert ragged == pytest.approx(even, rel=0.04)
+
+
+@pytest.mark.parametrize("contrast_k", [5.0, -5.0])
+def test_a_rough_thing_is_as_warm_in_the_mean_as_it_is_to_be_and_warmest_where_it_is_lit(contrast_k: float) -> None:
+    spreads, tilts, form = [], [], RoughForm(7)
+    for number in range(20):
+        thing = ClutterObject((40.3, 50.6), 0.3 * number, 20.0, 14.0, contrast_k)
+        columns, rows, cover, kelvin = form.drawn(thing)
+        assert np.average(kelvin, weights=cover) == pytest.approx(contrast_k, abs=1e-5)
+        spreads.append(math.sqrt(float(np.average((kelvin - contrast_k) ** 2, weights=cover))))
+        side = (columns - 40.3) * LIGHT[0] + (rows - 50.6)[:, None] * LIGHT[1]
+        tilts.append(float(np.average(side * (kelvin - contrast_k), weights=cover)))
+    assert 0.2 * 5 < np.mean(spreads) < 0.6 * 5
+    assert np.mean(tilts) > 0
+    assert np.mean(np.array(tilts) > 0) > 0.8
+
+
+def test_outlines_are_ragged_and_edges_from_sharp_to_soft() -> None:
+    """An outline's length squared over the area is 4 pi for a disc; an edge of a pixel is a rim of one px."""
+    thing, lengths, rims = ClutterObject((60.0, 60.0), 0.4, 30.0, 30.0, 5.0), [], []
+    form = RoughForm(2)
+    for _ in range(30):
+        cover = form.drawn(thing)[2]
+        contours, _ = cv2.findContours((cover > 0.5).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+        largest = max(contours, key=cv2.contourArea)
+        lengths.append(cv2.arcLength(largest, True) ** 2 / cv2.contourArea(largest) / (4 * math.pi))
+        rims.append(float(np.mean((cover > 0.05) & (cover < 0.95)) * cover.size / (2 * math.pi * 30)))
+    disc = FORMS["ellipse"](2).drawn(thing)[2]
+    assert np.sum((disc > 0.05) & (disc < 0.95)) < 1.3 * 2 * math.pi * 30
+    assert min(lengths) > 1.3
+    assert max(rims) > 3 * min(rims)

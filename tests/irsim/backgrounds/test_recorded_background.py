@@ -1,4 +1,4 @@
-"""A recording as background: bit for bit where nothing is drawn, truth and light of what is."""
+"""Recorded frames as background: unchanged pixels, inserted targets, scale and noise."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from command_line import Run
 
-from irsim.backgrounds import Footage, Recorded
+from irsim.backgrounds import Recorded
 from irsim.camera.presets import PRESETS
 from irsim.errors import InputError
 from irsim.physics.radiometry import Scale, radiance, temperature
-from irsim.recording import Recording, open_recording, record
+from irsim.recording import open_recording, record
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import change, dumps, loads
+from irsim.scenario.loader import dumps, loads
 from irsim.scenario.model import Scenario
 
 SIZE = (64, 48)
@@ -59,18 +59,6 @@ def test_without_targets_frames_are_those_of_the_recording(tmp_path: Path) -> No
     for index in (0, 11, 3, 4, 9):
         assert np.array_equal(looped.frame(index).image, own[(1 + index) % 5])
         assert np.array_equal(held.frame(index).image, own[min(index, 4)])
-
-
-@pytest.mark.parametrize("bits", [8, 14, 16])
-def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
-    """Counts to radiance and back, all of them, by the layer's own way."""
-    file = footage(tmp_path, frames=1, bits=bits)
-    layer = Footage(Recorded.model_validate({"file": str(file)}), scene(file, camera={"bits": bits}).context)
-    for first in range(0, 2**bits, 48 * 64):
-        counts = (np.arange(first, first + 48 * 64) % 2**bits).astype(np.uint16).reshape(48, 64)
-        layer._last = (0, counts)
-        levels = layer.insert_into(layer._light(counts), 0, np.ones(counts.shape, np.float32))
-        assert np.array_equal(np.rint(levels), counts)
 
 
 def test_a_target_is_drawn_with_truth_and_leaves_all_else(tmp_path: Path) -> None:
@@ -187,17 +175,6 @@ def test_counts_of_photons_tell_the_temperature_of_what_was_seen(tmp_path: Path,
     assert given.scale(band) == Scale.between(band, (250.0, 330.0), recording.bits)
 
 
-@pytest.mark.parametrize("kind", [np.float32, np.float64])
-def test_a_curve_with_a_root_is_inverted(kind: type[Any]) -> None:
-    scale = Scale(3784.27, 72.847, 120.0)
-    light = np.linspace(0, 4, 1000).astype(kind)
-    counts = (3784.27 * light + 72.847 * np.sqrt(light) + 120.0).astype(kind)
-    np.testing.assert_allclose(scale.light(counts), light, atol=1e-6 if kind is np.float32 else 1e-13)
-    np.testing.assert_allclose(scale.rise(light[:-1], light[1:]), np.diff(counts), atol=5e-3)
-    assert scale.slope(1.0) == pytest.approx((counts[251] - counts[249]) / (light[251] - light[249]), rel=1e-3)
-    assert scale.light(np.array([100.0], dtype=kind)).item() == 0  # darker than no light at all
-
-
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
@@ -220,20 +197,6 @@ def test_a_camera_of_another_size_is_refused(tmp_path: Path) -> None:
     text = f"background: {{kind: recording, file: {footage(tmp_path)}}}\n"
     with pytest.raises(InputError, match=r"allowed: camera size: \[64, 48\], bits: 14"):
         loads(text)
-
-
-def test_another_recording_of_the_same_name_is_another_scene(tmp_path: Path) -> None:
-    before = scene(footage(tmp_path)).hash
-    after = scene(footage(tmp_path, netd_mk=80.0)).hash
-    assert before != after
-
-
-def test_a_recording_is_read_whole_once_however_many_scenes_are_made_of_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = scene(footage(tmp_path))
-    monkeypatch.setattr(Recording, "hash", property(lambda _: pytest.fail("read again")))
-    assert change(first, {"seed": 3}).background == first.background
 
 
 def test_no_output_replaces_the_footage(tmp_path: Path, run: Run) -> None:

@@ -1,4 +1,4 @@
-"""Landscapes: the horizon, what hides what, parallax, switches."""
+"""Landscapes: the horizon, occlusion by trees and buildings, relief and parallax."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.panorama import Cylinder, PanoramaGrid, seen_from
-from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.panorama import Cylinder, PanoramaGrid, from_origin
+from irsim.backgrounds.structures import STAGGERED, Buildings, Structure
 from irsim.backgrounds.trees import Trees
-from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import profile
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
+from irsim.types import Floats
 
 
 def test_above_the_horizon_is_sky_and_below_it_ground() -> None:
@@ -71,14 +70,6 @@ def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
     assert 0.3 < kelvin.std() < 2.5
 
 
-def test_a_tree_that_is_far_larger_than_the_picture_fills_it() -> None:
-    """At 2 m each px is 1 mm: trees of 14 m stand 14000 px high, and the picture shows the middle of a crown."""
-    scene = context(size=(320, 240))
-    trees = Trees(range_m=2, leaves=1, spacing_m=0.5, conifers=0)
-    passed, _ = trees.paint(PanoramaGrid.of(scene.geometry), 7.0, 290.0, scene).light(view_direction(scene))
-    assert passed.mean() < 0.05
-
-
 def test_a_wood_has_crowns_of_unequal_height() -> None:
     """Trees 4 m apart and 18 m high, 0.5 mrad a px at 600 m: of 60 px, 13 px apart. Their tops rise and fall by a
     quarter; one dome over all would not."""
@@ -92,24 +83,6 @@ def test_a_wood_has_crowns_of_unequal_height() -> None:
         peaks = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] <= level[2:]))
         assert len(peaks) >= 512 / 60
         assert level.std() > 0.12 * 60
-
-
-def test_bare_trees_let_more_through_than_leafy_ones() -> None:
-    scene = context(size=(320, 240))
-    sheet = PanoramaGrid.of(scene.geometry)
-    shares = [
-        Trees(leaves=leaves, undergrowth=0).paint(sheet, 10.0, 290.0, scene).light(view_direction(scene))[0].mean()
-        for leaves in (1.0, 0.7, 0.3)
-    ]
-    assert shares[0] < shares[1] < shares[2]
-
-
-def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
-    scene = context(size=(320, 240))
-    trees = Trees(range_m=300, spacing_m=40, leaves=1, undergrowth=0)
-    passed, _ = trees.paint(PanoramaGrid.of(scene.geometry), 10.0, 290.0, scene).light(view_direction(scene))
-    foot = round(119.5 + (math.radians(1.0) + math.atan(10 / 300)) / 0.5e-3)
-    assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
 
 
 @pytest.mark.filterwarnings("error")
@@ -130,20 +103,6 @@ def test_what_is_far_larger_than_it_is_far_away_fills_the_picture(near: Trees | 
     assert np.asarray(emission).mean() == pytest.approx(float(radiance("lwir", 310.0)), rel=0.1)
 
 
-def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
-    """20 km away a quarter of a pixel, 1 mrad wide, is 5 m."""
-    scene = replace(context(), geometry=Geometry((161, 121), 1e-3, math.radians(-0.2)))
-    nearest, nearer = (
-        Buildings(range_m=20e3, spacing_m=spacing_m, width_m=(4, 4), height_m=(20, 20))  # too narrow for windows
-        .paint(PanoramaGrid.of(scene.geometry), 50.0, 290.0, scene)
-        .light(view_direction(scene))
-        for spacing_m in (5, 1)
-    )
-    for one, other in zip(nearest, nearer, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert np.asarray(nearest[0]).min() < 0.5  # there they are
-
-
 def test_buildings_have_walls_and_warm_windows() -> None:
     scene = context(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(
@@ -160,7 +119,7 @@ def test_buildings_have_walls_and_warm_windows() -> None:
 def test_parallax_is_that_of_points_at_the_range(place: tuple[float, float, float]) -> None:
     """A point of the cylinder, seen from both places by plain geometry."""
     scene, range_m = context(elevation_deg=2.0), 800.0
-    moved = seen_from(view_direction(scene, place), Cylinder(range_m)).chart
+    moved = from_origin(view_direction(scene, place), Cylinder(range_m)).chart
     first = view_direction(scene).chart
     unit, squeeze = 0.5e-3, math.cos(math.radians(2.0))
     for row, column in ((0, 0), (5, 3), (7, 7)):
@@ -195,14 +154,6 @@ def test_ground_moves_with_its_distance() -> None:
     assert np.allclose(moved[:55], still[:55])
 
 
-def test_turning_right_moves_all_to_the_left() -> None:
-    scene = context(size=(321, 121))
-    land = Landscape.model_validate({"trees": [{"range_m": 500.0}], "fields": {}})
-    for layer in land.layers(scene):
-        still, turned = (layer.light(view_direction(scene, turn=(angle, 0, 0)))[1] for angle in (0.0, 4e-3))
-        assert np.abs(turned[:, 20:-28] - still[:, 28:-20]).max() < 0.15 * np.ptp(still)
-
-
 def scenario(**keys: Any) -> Scenario:
     land = {
         "kind": "landscape", "hour": "night", "fields": {}, "clutter": {"per_mrad2": 0.02},
@@ -211,12 +162,6 @@ def scenario(**keys: Any) -> Scenario:
     }  # fmt: skip
     camera = {"size": (160, 120), "elevation_deg": 0.5, "netd_mk": 0.0}
     return Scenario.model_validate({"frames": 3, "camera": camera, "background": land, **keys})
-
-
-def test_all_but_the_country_can_be_switched_off_by_name() -> None:
-    """And is gone then: see test_switches.py."""
-    names = ["fields", "water", "roads", "clutter", "clouds", "trees", "buildings"]
-    assert [name for name, _ in scenario().background.names()] == names
 
 
 def test_a_target_behind_the_trees_is_hidden_and_truth_says_by_whom() -> None:
@@ -238,17 +183,49 @@ def test_a_target_behind_the_trees_is_hidden_and_truth_says_by_whom() -> None:
     assert far.occluders == ("wood", "near")  # both lie before it
 
 
-def test_a_profile_has_the_slope_of_a_cut_through_a_field() -> None:
-    """The cut through a 2-D spectrum f^-beta has the slope beta - 1."""
-    power = np.mean([np.abs(np.fft.rfft(profile(1024, 3.0, 1e6, s, "t"))) ** 2 for s in range(40)], axis=0)
-    f = np.arange(513) / 1024
-    kept = (f > 4 / 1024) & (f < 0.2)
-    assert np.polyfit(np.log(f[kept]), np.log(power[kept]), 1)[0] == pytest.approx(-2.0, abs=0.1)
+SCENE = context(size=(640, 240))
+PX_PER_M = 1 / (1000 * 0.5e-3)
+"""Of a row 1000 m away, as the stage of these tests sees it."""
 
 
-def test_without_a_move_nothing_is_moved() -> None:
-    scene = context()
-    here = view_direction(scene)
-    assert seen_from(here, Cylinder(500.0)) is here
-    keyed = replace(here, key=view_direction(scene))
-    assert seen_from(keyed, Cylinder(500.0)) is keyed
+def lowest(row: Structure, seed: int) -> Floats:
+    """The lowest covered row of each column that has one; those that see eaves alone are left out."""
+    placed = replace(SCENE, seed=seed)
+    layer = row.paint(PanoramaGrid.of(placed.geometry), 10.0, 290.0, placed)  # type: ignore[attr-defined]
+    covered = np.asarray(layer.light(view_direction(placed))[0]) < 0.5
+    rows = np.asarray(len(covered) - 1 - np.argmax(covered[::-1], axis=0))[covered.any(axis=0)]
+    return np.asarray(rows[rows > np.median(rows) - 20])
+
+
+ROWS: list[tuple[type[Structure], dict[str, Any]]] = [
+    (Trees, {"range_m": 1000.0, "spacing_m": 8.0, "undergrowth": 0.3, "leaves": 1.0}),
+    (Buildings, {"range_m": 1000.0, "spacing_m": 25.0, "height_m": (25.0, 30.0)}),
+]
+
+
+@pytest.mark.parametrize(("kind", "keys"), ROWS)
+def test_feet_rise_and_fall_by_the_relief_and_not_without_one(kind: type[Structure], keys: dict[str, Any]) -> None:
+    level = lowest(kind(**keys), 0)
+    assert np.ptp(level) <= 2
+    rows = np.concatenate([lowest(kind(**keys, relief_m=3.0), seed) for seed in range(5)])
+    # Within 320 m the ground's waves show most of their height.
+    assert rows.std() == pytest.approx(3.0 * PX_PER_M, rel=0.3)
+    assert rows.mean() == pytest.approx(level.mean(), abs=3.0 * PX_PER_M)
+
+
+def test_feet_follow_the_ground_and_differ_a_little_from_one_to_the_next() -> None:
+    sheet, columns = PanoramaGrid.of(SCENE.geometry), np.linspace(-500, 500, 4001)
+    row = Trees(range_m=1000.0, relief_m=2.0)
+    whole = np.concatenate([row.feet(sheet, 50.0, replace(SCENE, seed=seed), "trees")(columns) for seed in range(20)])
+    assert whole.mean() == pytest.approx(50.0, abs=1.5)
+    assert np.diff(whole).std() == pytest.approx(np.sqrt(2) * STAGGERED * 2.0 * PX_PER_M, rel=0.05)
+
+
+def test_nearer_trees_stand_before_farther_ones() -> None:
+    places = np.array([-30.0, 10.0, 50.0, 90.0])
+    sheet = PanoramaGrid.of(SCENE.geometry)
+    feet = [foot for _, foot in Trees(range_m=1000.0, relief_m=2.0).feet_places(sheet, 50.0, places, SCENE, "trees")]
+    assert feet == sorted(feet)
+    assert len(set(feet)) == 4
+    as_they_come = Trees(range_m=1000.0).feet_places(sheet, 50.0, places, SCENE, "trees")
+    assert as_they_come == [(x, 50.0) for x in places]

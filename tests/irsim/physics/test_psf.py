@@ -1,4 +1,4 @@
-"""Diffraction and defocus against integrals of the Airy pattern, written out here."""
+"""Point spread functions against integrals: Gaussian, diffraction, defocus and far wings."""
 
 from __future__ import annotations
 
@@ -12,14 +12,85 @@ from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
 from irsim.geometry.silhouette import Grid, spread
-from irsim.physics.diffraction import LensPSF
+from irsim.physics.diffraction import LensPSF, WingedLensPSF, with_wings
 from irsim.physics.lens import Lens
-from irsim.physics.psf import GaussianPSF
+from irsim.physics.psf import GaussianPSF, gaussian_fwhm_px, gaussian_integral, gaussian_kernels, gaussian_support_px
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.5])
+def test_shares_are_the_integral_of_a_gaussian(sigma: float) -> None:
+    from scipy.integrate import quad
+
+    def density(x: float) -> float:
+        return math.exp(-0.5 * (x / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+
+    for offset in (0.0, 0.3, -1.2, 2.0):
+        expected = quad(density, offset - 0.5, offset + 0.5)[0]
+        assert gaussian_integral(np.array([offset]), sigma)[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_energy_on_a_centred_pixel() -> None:
+    # 4.2 um at F/4: sigma = 0.42 * 4.2 * 4 = 7.056 um on a 15-um pixel, .507 of the light (the design's figure).
+    assert gaussian_integral(np.array([0.0]), 7.056 / 15)[0] ** 2 == pytest.approx(0.507, abs=0.002)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.25, 0.6, 2.0])
+@pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
+def test_all_light_falls_within_reach(sigma: float, shift: float) -> None:
+    pixels = np.arange(-gaussian_support_px(sigma), gaussian_support_px(sigma) + 1)
+    assert gaussian_integral(pixels - shift, sigma).sum() == pytest.approx(1.0, abs=1e-8)
+
+
+def test_full_width_of_wide_and_no_blur() -> None:
+    assert gaussian_fwhm_px(0.0) == pytest.approx(1.0)
+    # Far wider than a pixel it is the Gaussian's own 2 sqrt(2 ln 2) sigma.
+    assert gaussian_fwhm_px(8.0) == pytest.approx(2 * math.sqrt(2 * math.log(2)) * 8, rel=1e-3)
+
+
+@pytest.mark.parametrize("fine", [1, 3])
+@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.6, 1.4])
+def test_spreading_keeps_light_and_mirrors(fine: int, sigma: float) -> None:
+    even, slope = gaussian_kernels(gaussian_support_px(sigma), fine, sigma)
+    np.testing.assert_allclose(even.sum(axis=1), 1.0)
+    np.testing.assert_allclose(slope.sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(even, even[::-1, ::-1], atol=1e-12)
+    np.testing.assert_allclose(slope, -slope[::-1, ::-1], atol=1e-10)
+
+
+def test_the_spread_of_a_step_is_the_gaussian_s() -> None:
+    # A half-plane that ends at a pixel's edge: pixel i gets the mean over it of Phi(x / sigma).
+    sigma = 0.6
+    even, _ = gaussian_kernels(6, 3, sigma)
+    edge = np.sum([np.pad(even.sum(axis=0) / 3, (pixel, 19 - pixel)) for pixel in range(10, 20)], axis=0)
+    x = np.arange(-6, 26)
+
+    def integral(u: np.ndarray) -> np.ndarray:
+        phi = np.array([math.erf(v / sigma / math.sqrt(2)) for v in u])
+        density = np.exp(-0.5 * (u / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+        return np.asarray(u * (1 + phi) / 2 + sigma**2 * density)
+
+    expected = integral(x + 0.5 - 9.5) - integral(x - 0.5 - 9.5)
+    np.testing.assert_allclose(edge[:20], expected[:20], atol=1e-8)
+
+
+@pytest.mark.parametrize("fine", [1, 3])
+def test_a_first_moment_spreads_as_light_that_rises_through_the_cell(fine: int) -> None:
+    # A cell with density 1 + 12 m t, t = -1/2 .. 1/2 across it, has mass 1 and first moment m.
+    cell, sigma, moment = fine // 3, 0.6, 0.05
+    even, slope = gaussian_kernels(6, fine, sigma)
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    t = nodes / 2
+    middle = (cell + 0.5) / fine - 0.5
+    spread = gaussian_integral(np.arange(-6, 7)[:, None] - (middle + t / fine), sigma) @ (
+        weights / 2 * (1 + 12 * moment * t)
+    )
+    np.testing.assert_allclose(even[cell] + moment * slope[cell], spread, atol=1e-7)
+
 
 WIDTH = 4.2 * 4 / 15
 """Wavelength times F-number over the pitch: 4.2 um, F/4, 15 um."""
@@ -202,11 +273,74 @@ def test_switched_off_it_leaves_the_frames_of_none() -> None:
     assert not np.array_equal(Rendering(given).frame(1).image, Rendering(none).frame(1).image)
 
 
-def test_smoke_and_the_sea_s_horizon_are_blurred_about_as_much() -> None:
-    context = scene({"kind": "point"}, optics={"f_number": 4.0, "pitch_um": 15.0, "wavelength_um": 4.2}).context
-    assert context.psf_px == pytest.approx(math.hypot(0.2, 0.42 * WIDTH))
-
-
 def test_a_lens_that_cannot_be_drawn_is_refused() -> None:
     with pytest.raises(ValidationError, match=r"wavelength times F-number is .* pixels; allowed: 0.1 to 10"):
         scene({"kind": "point"}, optics={"f_number": 100.0, "pitch_um": 5.0})
+
+
+LENSES = [Lens(f_number=4.0), Lens(f_number=1.5, defocus_px=3.0), Lens(f_number=2.0, pitch_um=20.0)]
+
+
+def winged(lens: Lens) -> tuple[LensPSF, WingedLensPSF]:
+    near = lens.psf("mwir", 0.3)
+    far = with_wings(near, 1e-9)
+    assert isinstance(far, WingedLensPSF)
+    return near, far
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_light_in_a_ring_far_out_is_rayleigh_s(lens: Lens) -> None:
+    """J0^2 + J1^2 of pi r / w of an Airy pattern's light falls outside r, of each colour."""
+    near, far = winged(lens)
+    pixels = np.arange(-far.support_px, far.support_px + 1.0)
+    share, radius = far.pixel_integral(pixels, pixels), np.hypot(pixels[:, None], pixels)
+
+    def outside(r: float) -> float:
+        found = (
+            weight * (j0(v) ** 2 + j1(v) ** 2) for w, weight in lens.airy_widths("mwir") for v in [math.pi * r / w]
+        )
+        return float(sum(found))
+
+    for inner, outer in ((0.6, 1.2), (1.0, 2.0), (1.5, 3.0)):
+        ends = inner * near.support_px, outer * near.support_px
+        ring = (radius > ends[0]) & (radius <= ends[1])
+        assert share[ring].sum() == pytest.approx(outside(ends[0]) - outside(ends[1]), rel=0.05)
+
+
+@pytest.mark.parametrize("lens", LENSES)
+@pytest.mark.parametrize("shift", [0.0, 0.31, -0.5])
+def test_all_light_is_drawn_and_no_edge_is_seen(lens: Lens, shift: float) -> None:
+    """By r^-3 a step of 1 px makes 3 / r of what is there; rings are left of the cosines. The spread without wings ends
+    within three pixels."""
+    near, far = winged(lens)
+    pixels = np.arange(-far.support_px, far.support_px + 1.0) + shift
+    share = far.pixel_integral(pixels, pixels - 0.2)
+    assert share.sum() == pytest.approx(1, abs=2e-4)
+    assert share.min() >= 0
+    middle, reach = far.support_px, near.support_px
+    steps = np.arange(round(0.8 * reach), 3 * reach)
+    for line in (share[middle, middle:], share[middle:, middle], np.diag(share)[middle:]):
+        fall = line[steps + 1] / line[steps]
+        assert 0.7 < fall.min() <= fall.max() < 1.15
+    ending = near.pixel_integral(np.zeros(1), np.arange(reach - 4.0, reach + 1))[0]
+    assert ending[-1] < 1e-9 * ending[0]
+
+
+def test_only_what_shows_them_has_them() -> None:
+    near = LENSES[0].psf("mwir", 0.3)
+    assert with_wings(near, 1e-3) is near
+    gaussian = GaussianPSF(0.7)
+    assert with_wings(gaussian, 1e-12) is gaussian
+
+
+@pytest.mark.parametrize(("area_m2", "wide"), [(0.15, True), (1e-4, False)])
+def test_a_rocket_s_motor_has_wings_where_a_spark_has_none(area_m2: float, wide: bool) -> None:
+    camera = {"preset": "cooled_mwir", "size": (161, 161), "optics": {"f_number": 4}, "psf_px": 0.2}
+    path = {"kind": "straight", "start": (80, 80), "speed": 0, "range_m": 4000}
+    motor = {"id": "motor", "shape": {"kind": "point", "temperature_k": 1800, "area_m2": area_m2}, "path": path}
+    scene = Scenario.model_validate(
+        {"camera": camera, "background": {"kind": "ground", "spread_k": 0}, "targets": [motor]}
+    )
+    light = Renderer(scene).scene(0)[0]
+    reach = scene.context.psf.support_px
+    assert (light[80, 80 + reach + 4] > light[0, 0]) == wide
