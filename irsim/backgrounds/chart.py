@@ -20,7 +20,7 @@ from irsim.types import Floats
 NODES = 12
 """Nodes per axis. A polynomial through 12 x 12 Chebyshev points follows the map from pixel to (u, v) within 0.05 px
 for fields of up to 60 degrees that stay 15 degrees from the zenith and the nadir, where the map is singular, and within
-0.001 px for fields under 20 degrees (tests/irsim/backgrounds/test_chart.py)."""
+0.001 px for fields under 20 degrees (tests/irsim/backgrounds/test_chart_and_sky.py)."""
 
 WIDEST_DEG = 60.0
 """Widest field for that accuracy, degrees."""

@@ -29,7 +29,7 @@ def scene(background: dict[str, Any], air: dict[str, Any] = AIR, *targets: Any, 
 @pytest.mark.parametrize("range_m", [20e3, 82e3])
 @pytest.mark.parametrize("height_m", [10.0, 3000.0])
 @pytest.mark.parametrize("background", [{**GROUND, "height_m": 0.0}, {**LANDSCAPE, "camera_height_m": 0.0}])
-def test_a_target_as_warm_as_the_ground_it_stands_on_has_no_contrast(
+def test_a_target_as_warm_as_its_ground_has_no_contrast(
     background: dict[str, Any], height_m: float, range_m: float, band: BandName
 ) -> None:
     """A black patch two pixels high of 310 K on black ground of 310 K: to 0.02 K. The ground is up to 5.8 K warmer in
@@ -84,7 +84,7 @@ def test_the_sea_has_one_horizon(height_m: float, band: BandName) -> None:
 
 
 @pytest.mark.parametrize(("height_m", "fades"), [(10.0, True), (10_000.0, False)])
-def test_hills_fade_into_the_sky_but_from_high_up(height_m: float, fades: bool) -> None:
+def test_hills_fade_into_the_sky_seen_from_low(height_m: float, fades: bool) -> None:
     """They are as far away as the farthest ground: seen from low through all of the air, as the sky is."""
     country = {**LANDSCAPE, "hills_mrad": 0.5, "camera_height_m": height_m}
     plain = {**country, "hills_mrad": 0.0}

@@ -14,10 +14,8 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.ground_texture import SOFT_PX, softened_psf
 from irsim.backgrounds.panorama import ROOM, Panorama, PanoramaGrid
 from irsim.backgrounds.texture import (
-    FINE_SIGMA_PX,
     PeriodicTexture,
     blurred,
-    blurred_periodic,
     coarseness,
     enlarged,
     periodic_gaussian,
@@ -52,7 +50,7 @@ def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple
 
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.2, 0.0), (0.0, 0.0, 1.2), (0.0, 0.0, np.pi / 2)])
-def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
+def test_a_rotated_strip_samples_its_texture(turn: tuple[float, float, float]) -> None:
     scene = context(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
     tile, chart = PeriodicTexture.of(texture, (2500, 16), GaussianPSF(0.5)), view_direction(scene, turn=turn).chart
@@ -63,7 +61,7 @@ def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float,
 
 @pytest.mark.parametrize("size", [(640, 512), (2500, 16), (16, 2500)])
 @pytest.mark.parametrize("axis", [0, 1])
-def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, int], axis: int) -> None:
+def test_a_drifting_texture_has_no_seam(size: tuple[int, int], axis: int) -> None:
     """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
     texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
     tile, chart = PeriodicTexture.of(texture, size, GaussianPSF(0.5)), view_direction(context(size=size)).chart
@@ -84,14 +82,8 @@ def _wrapped(tile: PeriodicTexture, chart: Chart, shift: tuple[float, float]) ->
     return np.asarray(cv2.remap(np.pad(soft, (0, 1), mode="wrap"), columns, rows, cv2.INTER_LINEAR))
 
 
-@pytest.mark.parametrize(("sigma_px", "coarse"), [(0.5, 1), (4.9, 1), (5.0, 2), (9.9, 2), (10.0, 4), (80.0, 32)])
-def test_what_is_blurred_is_kept_on_no_coarser_pixels_than_tell_it(sigma_px: float, coarse: int) -> None:
-    assert coarseness(sigma_px, 1024) == coarse
-    assert sigma_px / coarse >= FINE_SIGMA_PX or coarse == 1
-
-
 @pytest.mark.parametrize("sigma_px", [5.0, 10.0, 23.0, 60.0])
-def test_a_blurred_picture_made_smaller_and_larger_is_the_same(sigma_px: float) -> None:
+def test_reduction_of_a_blurred_picture_is_reversible(sigma_px: float) -> None:
     """Across its edges, too: it is rolled by an odd number of pixels first."""
     picture = np.roll(spectral((256, 256), 3.0, None, 60.0, 1.0, 4, "t"), (37, 91), axis=(0, 1))
     wanted, coarse = periodic_gaussian(picture, sigma_px), coarseness(sigma_px, 256)
@@ -103,7 +95,7 @@ def test_a_blurred_picture_made_smaller_and_larger_is_the_same(sigma_px: float) 
 
 
 @pytest.mark.parametrize("coarse", [1, 2, 8])
-def test_a_part_is_that_of_the_whole_repeated(coarse: int) -> None:
+def test_a_part_equals_the_repeated_whole(coarse: int) -> None:
     small = np.random.default_rng(0).random((64 // coarse, 64 // coarse)).astype(np.float32)
     whole = enlarged(small, coarse, slice(0, 64), slice(0, 64))
     tiled = np.tile(whole, (3, 3))
@@ -168,17 +160,8 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
     np.testing.assert_allclose(found, expected, atol=0.02)
 
 
-@pytest.mark.parametrize("optics", [GAUSSIAN, DIFFRACTION, DEFOCUS])
-def test_an_even_texture_is_what_the_transform_makes_of_it(optics: str) -> None:
-    """To the last bit, though it takes none."""
-    psf, even = scene(GROUND, optics, 0).context.psf, np.full((1024, 2048), 287.3, np.float32)
-    passed = psf.otf(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(2048)[None, :])
-    expected = np.fft.irfft2(np.fft.rfft2(even) * passed, s=even.shape).astype(np.float32)
-    np.testing.assert_array_equal(blurred_periodic(even, psf), expected)
-
-
 @pytest.mark.parametrize("psf", [GaussianPSF(1.1), Lens().psf("lwir", 0.2), LensPSF(((3.0, 1.0),), 4.0)])
-def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: PSF) -> None:
+def test_otf_is_the_transform_of_the_pixel_integral(psf: PSF) -> None:
     """These pass nothing of what a row of pixels takes for something else: a cycle a px less a few tenths."""
     places = np.arange(-psf.support_px, psf.support_px + 1.0)
     shares = psf.pixel_integral(places, places)
@@ -210,14 +193,14 @@ def target_edge(psf: PSF, left: float) -> Floats:
     ],
 )
 @pytest.mark.parametrize("left", [200.5, 200.75])
-def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PSF, tolerance: float, left: float) -> None:
+def test_background_edges_are_as_soft_as_target_edges(psf: PSF, tolerance: float, left: float) -> None:
     cover = np.clip(np.arange(400) + 0.5 - left, 0, 1).astype(np.float32)
     found = blurred(np.tile(cover, (400, 1)), psf)[200]
     inside = slice(100, 300)
     np.testing.assert_allclose(found[inside], target_edge(psf, left)[inside], atol=tolerance)
 
 
-def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
+def test_wings_end_beyond_a_panorama() -> None:
     psf, sheet = Lens().psf("lwir", 0.0), PanoramaGrid.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
     assert psf.support_px > ROOM
     picture = np.where(np.abs(sheet.rows)[:, None] <= 5, 1.0, 0.0) * np.ones(sheet.shape)
@@ -226,7 +209,7 @@ def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
     assert panorama.padded[round(-panorama.top)].min() > 0.6  # row 0 of the map
 
 
-def test_what_passes_by_is_never_too_sharp() -> None:
+def test_moving_ground_has_a_least_blur() -> None:
     geometry = Geometry((64, 48), 1e-3, -0.3)
     soft, sharp = Lens().psf("lwir", 0.0), Lens(f_number=1.0).psf("mwir", 0.0)
     assert softened_psf(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft

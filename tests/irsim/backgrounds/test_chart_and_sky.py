@@ -54,7 +54,7 @@ def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float,
     assert np.abs(chart.at_pixels(chart.v)[rows, columns] - v).max() < bound_px
 
 
-def test_a_turned_camera_sees_the_same_ground_moved() -> None:
+def test_a_turn_shifts_the_ground() -> None:
     """Turning right by 8 px moves the picture 8 px to the left."""
     scene = context()
     (terrain,) = Ground().layers(scene)
@@ -66,7 +66,7 @@ def test_a_turned_camera_sees_the_same_ground_moved() -> None:
 
 
 @pytest.mark.parametrize("beta", [2.2, 2.6, 3.3, 4.0])
-def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
+def test_the_spectrum_has_its_slope(beta: float) -> None:
     side, slopes = 512, []
     for seed in range(4):
         field = power_law((side, side), beta, 1e6, 1.0, seed, "test")
@@ -80,13 +80,6 @@ def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
     assert np.mean(slopes) == pytest.approx(-beta, abs=0.05)
 
 
-def test_stretch_makes_features_wider_than_high() -> None:
-    field = power_law((512, 512), 3.0, 40.0, 3.0, 3, "clouds")
-    across = np.mean(field * np.roll(field, 20, axis=1))
-    down = np.mean(field * np.roll(field, 20, axis=0))
-    assert across > down + 0.2
-
-
 @pytest.mark.parametrize("elevation_deg", [5.0, 10.0, 45.0, -20.0])
 def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
     scene = context(size=(161, 121), elevation_deg=elevation_deg)
@@ -95,7 +88,7 @@ def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
     assert float(temperature("mwir", light[60, 80])) == pytest.approx(kelvin, abs=0.02)
 
 
-def test_the_sky_with_and_without_a_horizon_in_view_is_one_sky() -> None:
+def test_the_sky_is_equal_with_and_without_a_horizon() -> None:
     sky = ClearSky("mwir", 288.0, 211.0)
     low, high = (context(size=(160, 121), ifov_mrad=1.0, elevation_deg=elevation) for elevation in (3.0, 6.0))
     up = math.radians(6.0 - 3.0)
@@ -111,7 +104,7 @@ def test_the_sky_with_and_without_a_horizon_in_view_is_one_sky() -> None:
 
 
 @pytest.mark.parametrize("coverage", [0.1, 0.5, 0.9])
-def test_clouds_cover_the_share_asked_for(coverage: float) -> None:
+def test_clouds_have_their_coverage(coverage: float) -> None:
     shares = []
     for seed in range(6):
         layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(context(seed=seed))
@@ -119,7 +112,7 @@ def test_clouds_cover_the_share_asked_for(coverage: float) -> None:
     assert np.mean(shares) == pytest.approx(coverage, abs=0.06)
 
 
-def test_thick_cloud_shines_at_its_temperature_and_lets_nothing_through() -> None:
+def test_thick_cloud_is_a_black_body() -> None:
     scene = context()
     layer = Clouds(coverage=0.999, depth=1000, temperature_k=265, texture_k=0).layer(scene)
     passed, emission = layer.light(view_direction(scene))
@@ -128,7 +121,7 @@ def test_thick_cloud_shines_at_its_temperature_and_lets_nothing_through() -> Non
     assert emission[thick] == pytest.approx(float(radiance("mwir", 265)), rel=1e-5)
 
 
-def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
+def test_wind_shifts_clouds() -> None:
     scene = context()
     layer = Clouds(wind_mrad_s=(5.0, -2.5)).layer(scene)
     before, after = layer.light(view_direction(scene))[0], layer.light(view_direction(scene, time=1.0))[0]
@@ -142,7 +135,7 @@ def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
 @pytest.mark.parametrize(
     "turn", [(0.0, 0.0, 0.0), (1e-4, -5e-5, 0.0), (2.2e-3, 1.1e-3, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.1)]
 )
-def test_a_moved_picture_is_the_picture_looked_up(turn: tuple[float, float, float]) -> None:
+def test_a_shifted_key_frame_equals_sampling(turn: tuple[float, float, float]) -> None:
     """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 11 %."""
     scene = context(size=(320, 240), elevation_deg=12.0)
     layer = Clouds(wind_mrad_s=(2.0, 1.0)).layer(scene)
@@ -154,15 +147,7 @@ def test_a_moved_picture_is_the_picture_looked_up(turn: tuple[float, float, floa
         assert np.sqrt(np.mean((asked - expected) ** 2)) < 0.04 * expected.std()
 
 
-def test_a_move_that_would_not_do_is_looked_up() -> None:
-    scene = context(size=(320, 240), elevation_deg=12.0)
-    painting = Clouds().layer(scene).textures
-    wide = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
-    for turn, moves in [((1e-3, 0.0, 0.0), True), ((0.05, 0.0, 0.0), False), ((0.0, 0.0, 1e-2), False)]:
-        assert (painting.move(view_direction(scene, turn), wide) is not None) == moves
-
-
-def test_a_camera_that_stands_sees_the_same_picture_until_something_moves() -> None:
+def test_pictures_are_reused_for_a_camera_at_rest() -> None:
     scene = context(size=(64, 48))
     painting = Clouds().layer(scene).textures
     wide = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))

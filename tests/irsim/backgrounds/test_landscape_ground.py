@@ -47,7 +47,7 @@ def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> N
     assert np.abs(np.diff(phases)).mean() == pytest.approx(a_px / (under * ifov_rad), rel=0.05)
 
 
-def test_roads_are_as_wide_as_the_ground_is_near() -> None:
+def test_roads_widen_towards_the_camera() -> None:
     """A road of 6 m, seen from 10 m up: wherever it is crossed, at d px below the horizon, where ground is 10 m /
     (d + 40 px) / 0.5 mrad away, its cover across is 6 m at that distance, times how slantwise it is crossed."""
     scene = context(elevation_deg=-4.0, size=(641, 401))
@@ -65,7 +65,7 @@ def test_roads_are_as_wide_as_the_ground_is_near() -> None:
         assert 0.97 < min(found) / (12.0 / 0.5 * (below + 40) / 40) < 1.3, below
 
 
-def test_roads_thinner_than_a_pixel_cover_their_share_of_it() -> None:
+def test_thin_roads_cover_their_share_of_a_pixel() -> None:
     """Within 12 px of the horizon a px is some 30 texels or more high and a road 4 wide: no pixel is all road."""
     scene = context(elevation_deg=-4.0, size=(641, 401))
     cover, _ = lying({"roads": {"count": 50}}, scene)
@@ -90,7 +90,7 @@ def test_edges_are_sharp_near_and_water_lies_flat() -> None:
     assert np.abs(np.diff(cover[120:220], axis=1)).max() > 0.5
 
 
-def test_clutter_is_larger_and_rarer_the_nearer_it_is() -> None:
+def test_near_clutter_is_larger_and_rarer() -> None:
     """Things of 4 mrad at the horizon, 8 px there; d px below it all is p = 1 + d / 40 times as wide, and there are
     1 / p^3 as many on a px."""
     scene = context(elevation_deg=-5.0, size=(641, 501))
@@ -112,7 +112,7 @@ def test_clutter_is_larger_and_rarer_the_nearer_it_is() -> None:
 
 
 @pytest.mark.parametrize(("hour", "ground", "roads", "water"), [("day", 303, 9, -11), ("night", 283, 4, 5)])
-def test_roads_and_water_are_as_warm_as_their_hour_has_it(hour: str, ground: float, roads: float, water: float) -> None:
+def test_roads_and_water_have_the_temperature_of_the_hour(hour: str, ground: float, roads: float, water: float) -> None:
     scene = context(elevation_deg=-2.0)
     for name, contrast in (("roads", roads), ("water", water)):
         keys = {name: {"count": 20} if name == "roads" else {"share": 0.5}}
@@ -151,7 +151,7 @@ def unruly(line: Floats) -> Floats:
     return np.asarray((blocks - (level + columns[:, None] * slope)).std(axis=0))
 
 
-def test_behind_rows_of_trees_the_ground_ends_in_no_straight_line() -> None:
+def test_woods_make_the_horizon_irregular() -> None:
     """Whatever the seed: a bare horizon is straight within a fifth of a pixel in most places."""
     for seed in range(5):
         bare, grown = (edge(country(seed, **FEW, **keys)[0]) for keys in ({"far_woods_mrad": 0.0}, {}))
@@ -161,12 +161,12 @@ def test_behind_rows_of_trees_the_ground_ends_in_no_straight_line() -> None:
         assert (bare - grown).min() > -1e-3  # they stand on it
 
 
-def test_they_are_as_high_on_the_mean_as_they_are_said_to_be() -> None:
+def test_woods_have_their_mean_height() -> None:
     high = np.mean([edge(country(seed)[0]) - edge(country(seed, far_woods_mrad=4.0)[0]) for seed in range(20)])
     assert high == pytest.approx(4.0 * PX_PER_MRAD, rel=0.2)
 
 
-def test_they_are_as_warm_as_the_trees_before_them_and_the_ground_below_is_not() -> None:
+def test_woods_have_the_temperature_of_the_trees() -> None:
     sky, kelvin = country(1, **{**FEW, "trees": [{**FEW["trees"][0], "spread_k": 0.0}]}, far_woods_mrad=4.0)
     bare, _ = country(1, **FEW, far_woods_mrad=0.0)
     woods = (bare > 0.999) & (sky < 1e-3)  # before what else were sky
@@ -176,31 +176,9 @@ def test_they_are_as_warm_as_the_trees_before_them_and_the_ground_below_is_not()
     np.testing.assert_allclose(kelvin[rows > 20], 300.0, atol=0.05)
 
 
-def test_without_rows_of_trees_and_switched_off_the_horizon_is_bare() -> None:
+def test_woods_are_off_without_trees_or_by_name() -> None:
     assert Landscape().far_woods_mrad == 0
     assert Landscape.model_validate(FEW).far_woods_mrad == 1.5
     scene = {"frames": 1, "background": {"kind": "landscape", **FEW}}
     off = Scenario.model_validate({**scene, "without": ["far_woods"]})
     assert off.shown.background == Landscape.model_validate({**FEW, "far_woods_mrad": 0.0})
-
-
-def test_what_lies_on_the_ground_does_not_lie_on_them() -> None:
-    """Warm fields end where woods begin."""
-    keys = {"fields": {"spread_k": 0.0, "lane_k": 30.0, "lane_mrad": 50.0}, "far_woods_mrad": 6.0}
-    placed = replace(SCENE, seed=3)
-    land = Landscape.model_validate({"hills_mrad": 0.0, **keys})
-    fields = land.layers(placed)[1]
-    bare = land.model_copy(update={"far_woods_mrad": 0.0}).layers(placed)[1]
-    seen = view_direction(placed)
-    passed, unhidden = (np.asarray(layer.light(seen)[0]) for layer in (fields, bare))
-    horizon = int(np.argmax(unhidden[:, 100] < 0.5))
-    assert passed[horizon + 1].mean() > 0.8
-    assert unhidden[horizon + 1].mean() < 0.1
-    assert passed[horizon + 40].max() < 1e-3
-
-
-def test_the_bare_ground_of_a_landscape_has_none() -> None:
-    """That which warnings ask for (`Background.land`)."""
-    placed = replace(SCENE, seed=1)
-    land = Landscape.model_validate({**FEW, "ground_k": 300.0, "spread_k": 0.0}).ground_radiance(placed)
-    np.testing.assert_allclose(temperature("lwir", land(view_direction(placed))), 300.0, atol=0.05)

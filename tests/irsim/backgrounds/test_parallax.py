@@ -14,7 +14,6 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.ground_texture import GroundPlane
 from irsim.backgrounds.panorama import Sphere, from_origin
 from irsim.geometry.projection import Geometry
-from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 
 MIDDLE = slice(40, 81), slice(60, 101)
@@ -27,7 +26,7 @@ LASTING = 1e6
 @pytest.mark.parametrize("ifov_mrad", [2.0])
 @pytest.mark.parametrize(("range_m", "shift_px"), [(2000.0, 20.0), (8000.0, 5.0)])
 @pytest.mark.parametrize("way", ["right", "up"])
-def test_a_cloud_layer_passes_by_as_its_range_has_it(
+def test_clouds_have_the_parallax_of_their_range(
     way: str, range_m: float, shift_px: float, ifov_mrad: float, evolve_s: float
 ) -> None:
     """Carried across by d, the camera sees a layer at R shifted by d / R: in frame 60, after two seconds, by 20 m in
@@ -48,7 +47,7 @@ def test_a_cloud_layer_passes_by_as_its_range_has_it(
 
 
 @pytest.mark.parametrize("evolve_s", [0.0, LASTING])
-def test_a_cloud_layer_that_is_flown_towards_grows(evolve_s: float) -> None:
+def test_approached_clouds_grow(evolve_s: float) -> None:
     """From 2000 m to 1600 m: what was seen at an angle from the axis is seen at 1.25 times that."""
     up = math.radians(10.0)
     velocity = (0.0, 200 * math.cos(up), 200 * math.sin(up))
@@ -64,7 +63,7 @@ def test_a_cloud_layer_that_is_flown_towards_grows(evolve_s: float) -> None:
 @pytest.mark.parametrize("place", [(-40.0, 25.0, 60.0), (0.0, -80.0, -120.0)])
 @pytest.mark.parametrize("range_m", [300.0, 3000.0])
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (1.2, 0.3, 0.4)])
-def test_a_cloud_is_where_a_body_in_it_is(
+def test_cloud_parallax_is_that_of_points_on_a_sphere(
     place: tuple[float, float, float], range_m: float, turn: tuple[float, float, float]
 ) -> None:
     """What the moved camera sees at a pixel is the point of the sphere on its ray."""
@@ -83,44 +82,18 @@ def test_a_cloud_is_where_a_body_in_it_is(
 
 
 @pytest.mark.parametrize("right_m", [-30.0, 0.0, 30.0])
-def test_what_is_behind_the_first_place_has_no_seam(right_m: float) -> None:
+def test_parallax_has_no_seam_past_the_zenith(right_m: float) -> None:
     """A camera that has gone back by half of the range and looks steeply up sees beyond the first place's zenith."""
     chart = from_origin(view_direction(context(elevation_deg=70.0), (right_m, 0.0, -1000.0)), Sphere(2000.0)).chart
     turns = np.diff(chart.u, axis=1) * 0.5e-3 / math.cos(math.radians(70.0))
     assert np.abs(turns).max() < math.pi / 2
 
 
-def test_a_camera_that_flies_sees_what_the_wind_would_bring_the_other_way() -> None:
-    """By 3 m/s to the left in front of clouds 3 km away: as clouds that the wind takes to the right by 1 mrad/s."""
-    clouds = {"id": "layer", "range_m": 3000.0, "evolve_s": 5.0, **CLOUDS}
-    flown = Renderer(scene({"kind": "sky", "clouds": [clouds]}, (-3.0, 0.0, 0.0)))
-    blown = Renderer(scene({"kind": "sky", "clouds": [{**clouds, "wind_mrad_s": (1.0, 0.0)}]}, (0.0, 0.0, 0.0)))
-    both = passed(flown, "layer", 60), passed(blown, "layer", 60)
-    assert both[0][MIDDLE] == pytest.approx(both[1][MIDDLE], abs=0.02)
-    assert passed(blown, "layer", 0)[MIDDLE] != pytest.approx(both[1][MIDDLE], abs=0.02)
-
-
-SCENES: dict[str, dict[str, Any]] = {
-    "sky": {
-        "kind": "sky",
-        "clouds": [
-            {"id": "far", "range_m": 3000.0, "wind_mrad_s": (2.0, 0.5), "evolve_s": 4.0, **CLOUDS},
-            {"id": "near", "range_m": 900.0, "wind_mrad_s": (-1.0, 0.5), **CLOUDS},
-        ],
-    },
-    "ground": {"kind": "ground", "height_m": 80.0, "fields": {}, "roads": {}, "water": {}, "clutter": {}},
-    "landscape": {"kind": "landscape", "camera_height_m": 80.0, "trees": [{"id": "row", "range_m": 500.0}]},
-    "sea": {"kind": "sea", "camera_height_m": 80.0, "clouds": [{"range_m": 900.0, "evolve_s": 4.0, **CLOUDS}]},
-}
-
-SMEAR = {"time_ms": 20.0, "steps": 3}
-
-
 JET = {"id": "jet", "shape": {"kind": "fighter"}}
 
 
 @pytest.mark.parametrize(("range_m", "hidden"), [(5200.0, True), (4800.0, False)])
-def test_a_cloud_hides_what_is_behind_it_however_near_it_comes(range_m: float, hidden: bool) -> None:
+def test_clouds_occlude_by_first_range(range_m: float, hidden: bool) -> None:
     """A layer 5 km from where the camera was; after it has flown 1200 m on, both jets are nearer than that."""
     up = math.radians(10.0)
     velocity = (0.0, 600 * math.cos(up), 600 * math.sin(up))
@@ -135,7 +108,7 @@ def test_a_cloud_hides_what_is_behind_it_however_near_it_comes(range_m: float, h
 
 
 @pytest.mark.parametrize(("range_m", "hidden"), [(520.0, True), (480.0, False)])
-def test_an_occluder_hides_what_is_farther_from_where_the_camera_first_stood(range_m: float, hidden: bool) -> None:
+def test_occluders_occlude_by_first_range(range_m: float, hidden: bool) -> None:
     up = math.radians(10.0)
     velocity = (0.0, 50 * math.cos(up), 50 * math.sin(up))
     path = {"kind": "straight", "start": (80, 60), "speed": 0.0, "range_m": range_m}
@@ -146,20 +119,7 @@ def test_an_occluder_hides_what_is_farther_from_where_the_camera_first_stood(ran
     assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("range_m", "hidden"), [(5200.0, True), (4800.0, False)])
-def test_an_occluder_stands_before_clouds_that_are_farther_where_no_target_is_between(
-    range_m: float, hidden: bool
-) -> None:
-    clouds = [{"id": "thick", "range_m": 5000.0, "coverage": 0.999, "depth": 50.0}]
-    bar = {"kind": "bar", "center_px": (80, 60), "size_px": (60, 40), "range_m": range_m, "temperature_k": 320.0}
-    with_bar, without = (
-        Renderer(scene({"kind": "sky", "clouds": clouds}, (0.0, 0.0, 0.0), occluders=bars)).scene(0)[0][60, 80]
-        for bars in ([bar], [])
-    )
-    assert with_bar == pytest.approx(without if hidden else radiance("mwir", 320.0), rel=0.05)
-
-
-def test_of_two_targets_the_one_nearer_to_where_the_camera_is_hides_the_other() -> None:
+def test_targets_occlude_by_present_range() -> None:
     """A camera that has flown past both and looks back at them."""
     paths = {
         name: {"kind": "straight_m", "axes": "world", "start_m": (0.0, ahead, 0.0), "velocity_m_s": (0, 0, 0)}
@@ -179,7 +139,7 @@ def test_of_two_targets_the_one_nearer_to_where_the_camera_is_hides_the_other() 
         assert hidden.occluders == (nearer,), (frame, other)
 
 
-def test_a_cloud_layer_that_a_camera_has_gone_through_is_behind_it() -> None:
+def test_passed_clouds_are_not_drawn() -> None:
     clouds = [
         {"id": "near", "range_m": 500.0, **CLOUDS},
         {"id": "evolves", "range_m": 600.0, "evolve_s": 20.0, **CLOUDS},
@@ -246,7 +206,7 @@ def test_what_stands_on_the_ground_does_not_slide_over_it(
             assert there.ravel().tolist() == pytest.approx(starts[name], abs=0.1)
 
 
-def test_ground_is_a_plane_straight_down_and_in_wide_pictures() -> None:
+def test_ground_is_a_plane_at_the_nadir() -> None:
     """74 degrees wide, turned to the nadir: each pixel sees the texel that its ray meets, 80 m below."""
     geometry = Geometry((641, 481), 2e-3, math.radians(-80))
     turned = geometry.world_rotation(np.array([0.3, math.radians(-10), 0.2]))
@@ -262,29 +222,7 @@ def test_ground_is_a_plane_straight_down_and_in_wide_pictures() -> None:
         np.testing.assert_allclose((seen - met + 2048) % 4096 - 2048, 0, atol=0.01)
 
 
-def test_the_first_picture_of_ground_is_in_perspective() -> None:
-    """Where the axis meets it, it is as without a height; pixels higher up see texels smaller, as range has it."""
-    plain, plane = (
-        Renderer(
-            scene(
-                {"kind": "ground", "correlation_mrad": 8.0, **height}, (0.0, 0.0, 0.0), camera={"elevation_deg": -20.0}
-            )
-        ).scene(0)[0]
-        for height in ({}, {"height_m": 300.0})
-    )
-    here = slice(58, 63), slice(76, 85)
-    assert plane[here] == pytest.approx(plain[here], abs=0.05 * float(np.std(plain)))
-    # At a depression d texels are (sin 20 / sin d) px narrower, and nearer by (cot d - cot 20) sin(20)^2 rows.
-    lower = math.radians(20.0) - math.atan(40 * 0.5e-3)
-    first = math.radians(20.0)
-    narrower = math.sin(first) / math.sin(lower) / math.cos(math.atan(40 * 0.5e-3))
-    row = 60 - (1 / math.tan(lower) - 1 / math.tan(first)) * math.sin(first) ** 2 / 0.5e-3
-    x = 80 + (np.arange(60.0, 101.0)[None] - 80) * narrower
-    wanted = resampled(plain, x, np.full_like(x, row))[0]
-    assert np.corrcoef(wanted, plane[20, 60:101])[0, 1] > 0.98
-
-
-def test_far_ground_is_as_even_as_its_pixels_are_large() -> None:
+def test_far_ground_is_averaged_over_pixels() -> None:
     """White ground, seen from 3 degrees down on: pixels that see n texels spread less by sqrt(n), or they flicker."""
     camera = {"size": (400, 801), "ifov_mrad": 0.8, "elevation_deg": -21.0}
     background = {"kind": "ground", "height_m": 100.0, "beta": 0.0, "stretch": 1.0}

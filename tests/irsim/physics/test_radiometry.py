@@ -88,7 +88,7 @@ def test_far_beyond_the_peak_is_rayleigh_jeans() -> None:
     assert planck(wavelength_um, kelvin) == pytest.approx(expected, rel=1e-4)
 
 
-def test_a_band_of_its_own_limits_is_the_named_one_of_these_limits() -> None:
+def test_custom_bands_equal_named_bands() -> None:
     kelvin = np.array([200.0, 300.0, 700.0])
     assert np.array_equal(radiance((3.0, 5.0), kelvin), radiance("mwir", kelvin))
     # Radiance adds over the parts of a band.
@@ -96,19 +96,14 @@ def test_a_band_of_its_own_limits_is_the_named_one_of_these_limits() -> None:
     np.testing.assert_allclose(parts, radiance("lwir", kelvin), rtol=6e-6)
 
 
-@pytest.mark.parametrize("kelvin", [20.0, 180.1, 300.0, 1234.5])
-def test_the_widest_band_keeps_its_tolerance(kelvin: float) -> None:
-    assert radiance((2.0, 20.0), kelvin) == pytest.approx(in_band((2.0, 20.0), kelvin), rel=1e-5)
-
-
 @pytest.mark.parametrize("band", [(5.0, 3.0), (4.0, 4.0), (1.9, 4.0), (8.0, 20.1), (4.0, 4.04), (float("nan"), 4.0)])
-def test_impossible_bands_are_told(band: Band) -> None:
+def test_invalid_bands_are_reported(band: Band) -> None:
     assert band_fault(band) is not None
     assert band_fault("mwir") is None
     assert band_fault((3.4, 4.9)) is None
 
 
-def test_a_sky_counts_evenly_over_its_directions() -> None:
+def test_hemispherical_mean_of_closed_forms() -> None:
     """By Archimedes' hat-box theorem the sine of elevation is spread evenly: the mean of sin^n is 1 / (n + 1)."""
     assert hemisphere(lambda elevation: 3.0 + 2.0 * np.sin(elevation)) == pytest.approx(4.0, rel=1e-12)
     assert hemisphere(lambda elevation: np.sin(elevation) ** 5) == pytest.approx(1 / 6, rel=1e-12)
@@ -116,7 +111,7 @@ def test_a_sky_counts_evenly_over_its_directions() -> None:
     assert steep == pytest.approx(0.01 * (1 - np.exp(-100)), rel=1e-9)
 
 
-def test_surfaces_that_face_all_ways_receive_half_the_mean_of_each_half() -> None:
+def test_all_orientations_average_sky_and_ground() -> None:
     """The irradiance over pi of each of 800 directions, summed over the sphere: in the mean (sky + ground) / 2."""
 
     def seen(sine: Floats) -> Floats:
