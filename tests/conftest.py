@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, settings
 import irsim
 import irtrack.cli
 from irsim.cli.app import main
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -15,7 +15,7 @@ import irsim
 from irsim.scenario.fingerprint import NOT_PIXELS
 
 KIND = """
-from irsim.motion.straight import Straight
+from irsim.motion.scripted import Straight
 
 class Mine(Straight):
     pass
