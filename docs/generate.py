@@ -22,13 +22,16 @@ from pydantic.fields import FieldInfo
 import irsim
 import irtrack
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.buildings import Buildings
+from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.structures import Trees
 from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.camera.bloom import Bloom
+from irsim.backgrounds.ground_cover import Fields, Roads, Water
+from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.trees import Trees
 from irsim.camera.camera import Camera
 from irsim.camera.drift import Correction
 from irsim.camera.motion_blur import MotionBlur
@@ -44,7 +47,7 @@ from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.turbulence import Turbulence
 from irsim.scenario.catalog import examples, shipped
 from irsim.scenario.expectation import EXPECTATIONS

@@ -27,7 +27,7 @@ from irsim.config.fields import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, CameraMotion
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.radiometry import band_fault
 from irsim.types import BandName, Floats
 

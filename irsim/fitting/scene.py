@@ -20,8 +20,7 @@ from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
 from irsim.measure import EIGHT_BITS, Figures, Measured, perhaps_pictures
-from irsim.physics.radiometry import radiance, slope, temperature
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale, radiance, slope, temperature
 from irsim.types import Band, Curve, Source
 
 NOMINAL_RANGE_K = (220.0, 400.0)

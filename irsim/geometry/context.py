@@ -9,7 +9,7 @@ from typing import Protocol
 
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.physics.radiometry import grey_body
 from irsim.types import Band, Floats
 
@@ -76,7 +76,7 @@ class SceneContext:
         if blur_rad == 0:
             return replace(self, geometry=geometry)
         more_px = blur_rad * math.sqrt(max(ifovs[0] ** -2 - ifovs[1] ** -2, 0.0))
-        wider = self.lens and self.lens.wider(more_px)
+        wider = self.lens and self.lens.broadened(more_px)
         return replace(self, geometry=geometry, psf_px=math.hypot(self.psf_px, more_px), lens=wider)
 
     @cached_property

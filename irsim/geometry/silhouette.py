@@ -17,6 +17,8 @@ from irsim.geometry.polygon import centroids, row_differences, visible_edges
 from irsim.geometry.projection import blocked_matmul
 from irsim.geometry.sprite import Sprite
 from irsim.physics.optics import PSF
+from irsim.geometry.visible_edges import visible_edges
+from irsim.physics.psf import PSF
 from irsim.types import Box, Floats
 
 Ints = npt.NDArray[np.int64]
@@ -165,7 +167,7 @@ def blur_to_pixels(
     """
     center, signal_center = centers
     rows, columns, fine = grid.rows, grid.columns, grid.fine
-    margin = psf.reach_px
+    margin = psf.support_px
     light = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
     for (down, down_slope), (across, across_slope) in zip(
         _column_matrices(psf, rows, fine), _row_matrices(psf, columns, fine), strict=True
@@ -206,7 +208,7 @@ def _column_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
             whole[pixel : pixel + reached, pixel] = shares.T
         return _frozen(whole.reshape(-1, pixels * fine))
 
-    return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.spreading(fine))
+    return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.separable_kernels(fine))
 
 
 @lru_cache(maxsize=32)

@@ -125,7 +125,7 @@ def large_features(scenario: Scenario) -> Iterator[Notice]:
 def folded(scenario: Scenario) -> Iterator[Notice]:
     """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
     context, camera = scenario.context, scenario.camera
-    if not scenario.background.folds:
+    if not scenario.background.has_poles:
         return
     frames = watched(scenario.frames)
     mount = CameraTrajectory.of(scenario.motions, frames, context)

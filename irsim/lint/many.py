@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from irsim.backgrounds import Ground, Landscape
-from irsim.backgrounds.panorama import Sheet
+from irsim.backgrounds.panorama import PanoramaGrid
 from irsim.backgrounds.texture import tile_shape
 from irsim.errors import Notice, decimal_text
 from irsim.scenario.model import Scenario
@@ -24,9 +24,9 @@ def crowded(scenario: Scenario) -> Iterator[Notice]:
         return
     clutter, px_per_mrad = background.clutter, 1e-3 / geometry.ifov_rad
     if isinstance(background, Ground):
-        count = clutter.thrown(tile_shape(geometry.size), px_per_mrad)
+        count = clutter.mean_count(tile_shape(geometry.size), px_per_mrad)
     else:
-        count = clutter.stood(Sheet.of(geometry).shape[1], 0.0, px_per_mrad)
+        count = clutter.mean_count_perspective(PanoramaGrid.of(geometry).shape[1], 0.0, px_per_mrad)
     share = min(DEEP / max(clutter.deep, DEEP), MANY / max(count, MANY))
     if share < 1:
         deep = f"{decimal_text(clutter.deep, 2)} of them lie on each place in the mean and hide the ground"

@@ -71,7 +71,7 @@ class _Scene:
             return None
         if wanted < 0 and found > ENOUGH * wanted:
             return f"{found:.3g} is the most, as darker than without any light it cannot be"
-        return None if self.scenario.background.noisy else self._cut_off(light, sprite.box, frame)
+        return None if self.scenario.background.has_noise else self._cut_off(light, sprite.box, frame)
 
     def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
         """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""

@@ -14,6 +14,9 @@ import numpy as np
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
 from irsim.geometry.sprite import AREA_ROUNDING, FULL_PATCH, OccludedBlur, Sprite, overlap
+from irsim.backgrounds import Layer, ViewDirection, blend_over, is_semi_transparent, opaque_error
+from irsim.geometry.occluded_blur import WHOLE, Unsteady
+from irsim.geometry.sprite import Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, scr, with_radiance
 from irsim.types import Band, Floats, Slices

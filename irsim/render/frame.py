@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from irsim.backgrounds import Filmed, Layer, Swept
+from irsim.backgrounds import Layer, MotionBlurredLayer, RecordedLayer
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.sprite import Sprite, exposure_mean
 from irsim.motion import angles_deg
@@ -39,7 +39,7 @@ class Renderer:
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.film = cast(Filmed, farthest) if scenario.background.noisy else None
+        self.film = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.response_time = camera.response_time(scenario.is_on)
         self._frozen: tuple[int, Counts] | None = None

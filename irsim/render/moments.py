@@ -100,7 +100,7 @@ class Moments:
         return variance if within is None else variance[_slices(within)]
 
     def _refuse_recorded(self) -> None:
-        if self.scenario.background.noisy:
+        if self.scenario.background.has_noise:
             raise InputError(
                 "background: the noise of a recording is not known; allowed: contribution(), or a background that is "
                 "rendered"

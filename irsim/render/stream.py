@@ -78,7 +78,7 @@ class Rendering:
             camera.range_k if ranged else None,
             None if ranged else camera.response().curve,
         )
-        return self.scenario.background.taken_by(own)
+        return self.scenario.background.recorded_camera(own)
 
     @property
     def size(self) -> tuple[int, int]:

@@ -28,7 +28,7 @@ from irsim.types import Counts, Frame, Truth
 
 BLOCKS = (64, 32, 16, 8, 4, 2, 1)
 """Frames that a worker may be given at a time. A multiple of eight, where there are enough frames: these share a key
-frame (`irsim.backgrounds.painting`). The more, the less often noise with memory begins anew."""
+frame (`irsim.backgrounds.texture`). The more, the less often noise with memory begins anew."""
 
 BLOCKS_EACH = 4
 """Blocks that each worker has at least, where there are frames enough, so that all end at about the same time."""

@@ -111,7 +111,7 @@ class Scenario(Part):
             math.hypot(psf_px, lens.sigma_px(camera.band)) if lens else psf_px,
             cast,
             air,
-            lens.spread(camera.band, psf_px) if lens else None,
+            lens.psf(camera.band, psf_px) if lens else None,
             leaves_k=self.background.leaves_k,
         )
         given = air.surroundings(camera.band) is not None

@@ -17,6 +17,8 @@ from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.physics.optics import reaching
+from irsim.geometry.sprite import Sprite, Wanted
+from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
 from irsim.targets.base import Shape, View
 from irsim.types import Band, Box, Floats
@@ -97,13 +99,13 @@ def _unresolved(
 ) -> Sprite:
     """Return a point of solid angle `phi` pixels, its PSF widened by the variance of a disc."""
     x, y = middle.tolist()
-    spread = context.psf.wider(math.sqrt(phi / math.pi) / 2)
+    spread = context.psf.broadened(math.sqrt(phi / math.pi) / 2)
     if phi * glow > 0:
-        spread = reaching(spread, _faint(context.band) / (phi * glow))
-    reach = spread.reach_px
+        spread = with_wings(spread, _faint(context.band) / (phi * glow))
+    reach = spread.support_px
     x0, y0 = round(x) - reach, round(y) - reach
     pixels = np.arange(2 * reach + 1)
-    cover = spread.share(y0 + pixels - y, x0 + pixels - x)
+    cover = spread.pixel_integral(y0 + pixels - y, x0 + pixels - x)
     alpha, width = phi * cover, context.psf.fwhm_px
     return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, requested)
 

@@ -13,14 +13,19 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import ViewDirection, cloud, evolving, veiled
-from irsim.backgrounds.base import in_air
+from irsim.backgrounds import ViewDirection, blend_over, cloud_evolution, clouds
+from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _shares
 from irsim.backgrounds.tiles import Tiled
 from irsim.camera import ar1, response
 from irsim.camera import noise as noise_module
+from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
+from irsim.backgrounds.cloud_evolution import CloudState
+from irsim.backgrounds.clouds import CloudShading
+from irsim.camera import ar1, process, response, shot
+from irsim.camera import temporal_sigma as grain
 from irsim.camera.ar1 import Ar1
 from irsim.camera.buffers import Int16Image, int16_image
 from irsim.camera.noise import Noise3d, Shot, White
@@ -30,7 +35,7 @@ from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
 from irsim.rng import CELLS, cell_means
 
-FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
+FIELDS = cloud_evolution.EvolvingFields(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -115,12 +120,12 @@ def test_states_are_as_far_out_as_words_reach() -> None:
     np.testing.assert_array_equal(found, np.clip(np.rint(-32_700 + spread * drawn), -(2**15), 2**15 - 1))
 
 
-def drifting(side: int, seed: int) -> Drifting:
-    def state_at(place: float) -> Tiled:
+def drifting(side: int, seed: int) -> EvolvingCloud:
+    def state_at(place: float) -> CloudState:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
-        return Tiled(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
+        return CloudState(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
 
-    return Drifting("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
+    return EvolvingCloud("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)
@@ -142,17 +147,19 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         found = np.empty_like(under)
         patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
         passed, (transmittance, emission) = (
-            layer.veil(under, found, view_direction, [patch]),
+            layer.blend(under, found, view_direction, [patch]),
             plain.light(view_direction),
         )
-        layer.veil(under, under, view_direction, [])
+        layer.blend(under, under, view_direction, [])
         np.testing.assert_array_equal(under, found)
-        veiled(wanted, wanted, transmittance, emission, [])
+        blend_over(wanted, wanted, transmittance, emission, [])
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=1e-6)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4e-6)
         tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
-        layer.veil(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
-        veiled(np.full_like(wanted, 2.5), wanted, transmittance, in_air(transmittance, emission, (tau, path)), [])
+        layer.blend(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
+        blend_over(
+            np.full_like(wanted, 2.5), wanted, transmittance, apply_air(transmittance, emission, (tau, path)), []
+        )
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
@@ -163,9 +170,11 @@ def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float)
     layer, (columns, rows) = drifting(128, 1), (90, 61)
     geometry = Geometry((columns, rows), 1e-4, 0.3)
     view_direction = ViewDirection(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
-    step, share = divmod(time / 5.0 * evolving.STEPS, 1)
+    step, share = divmod(time / 5.0 * cloud_evolution.STEPS, 1)
     x, y = -(columns - 1) / 2 - 3.3 * time, -(rows - 1) / 2 + 0.7 * time
-    early, late = (layer._state_at((step + k) / evolving.STEPS)._paint(slice(0, 128), slice(0, 128)) for k in (0, 1))
+    early, late = (
+        layer.state_at((step + k) / cloud_evolution.STEPS).paint(slice(0, 128), slice(0, 128)) for k in (0, 1)
+    )
     for seen, before, after in zip(layer.light(view_direction), early, late, strict=True):
         mixed = (1 - share) * before.astype(float) + share * after.astype(float)
         (left, right), (top, down) = (divmod(place, 1) for place in (x, y))
@@ -186,7 +195,7 @@ def test_fields_are_mixed_as_by_passes(place: float, rows: tuple[int, int], colu
     part = [slice(first, first + length) for first, length in (rows, columns)]
     found = mixture.over(*part)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(evolving, "COMPILED", False)
+        patched.setattr(cloud_evolution, "COMPILED", False)
         for field, plain in zip(found, mixture.over(*part), strict=True):
             np.testing.assert_array_equal(field, plain, strict=True)
 
@@ -218,19 +227,19 @@ def test_clouds_are_painted_as_by_passes(
     size: tuple[int, int], seed: int, edge: float, depth: float, sunlit_k: float | None
 ) -> None:
     """The exponential's own error is 2e-7; warmth is beyond the table now and then."""
-    look = Look.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
+    look = CloudShading.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
     draws = np.random.default_rng(seed)
     thickness, warmth = (3 * draws.standard_normal((2, *size))).astype(np.float32)
     lit = None if sunlit_k is None else draws.random(size).astype(np.float32)
     painted = look.paint(thickness, warmth, lit)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(cloud, "COMPILED", False)
+        patched.setattr(clouds, "COMPILED", False)
         for field, plain in zip(painted, look.paint(thickness, warmth, lit), strict=True):
             np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
 
 
 def test_clouds_of_another_size_are_refused() -> None:
-    look, one = Look.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
+    look, one = CloudShading.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
     other, out = one[1:], (np.empty_like(one), np.empty_like(one))
     table = look.glow, 1.0, 1.0
     kernels.cloud(one, one, None, 0.0, 1.0, 1.0, *table, *out)
@@ -265,7 +274,7 @@ def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
     """To the last digit but one, and where nothing passes nothing does."""
     state, under = np.full((4, 30), word, np.int16), np.ones((3, 29), np.float32)
     for late, right, down in rng.stream(3, 1).random((50, 3)):
-        shares = _shares(late, right)
+        shares = integer_weights(late, right)
         assert sum(shares) == 32768
         assert min(shares) >= 0
         kernels.veil(under, *shares, down, 1 / 65535, 0.0, light := np.empty_like(under), state, state, state, state)

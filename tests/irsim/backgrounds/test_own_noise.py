@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.backgrounds.own_noise import MEDIAN_OF_NOISE, folded, own_noise
+from irsim.backgrounds.recorded import MEDIAN_OF_NOISE, folded, recorded_noise
 from irsim.recording import open_recording, record
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
@@ -97,7 +97,7 @@ def drawn(deviation: float, seed: int, shape: tuple[int, int] = (256, 256)) -> n
 def test_noise_finer_or_coarser_than_counts_is_kept(deviation: float) -> None:
     for seed in range(3):
         image = drawn(deviation, seed)
-        noise = own_noise(image, 16383)
+        noise = recorded_noise(image, 16383)
         assert noise.std() == pytest.approx(image.std(), rel=0.08)
 
 
@@ -112,7 +112,7 @@ def test_clipped_pixels_do_not_say_how_strong_noise_is() -> None:
     """Two thirds of the frame are bars or clipped sky; on the rest noise is kept."""
     image = drawn(5.0, 0)
     image[:100], image[-71:] = 0, 16383
-    noise = own_noise(image, 16383)
+    noise = recorded_noise(image, 16383)
     assert noise[102:-73].std() == pytest.approx(5, rel=0.06)
     assert not noise[:99].any()
 
@@ -121,7 +121,7 @@ def test_clipped_pixels_do_not_say_how_strong_noise_is() -> None:
 def test_footage_without_noise_gets_none(level: int) -> None:
     image = np.full((40, 50), level, np.uint16)
     image[20, 20] = 9000
-    assert np.abs(own_noise(image, 16383)).max() < 1
+    assert np.abs(recorded_noise(image, 16383)).max() < 1
 
 
 def test_what_stands_out_is_folded_without_a_jump() -> None:

@@ -149,7 +149,7 @@ def test_a_textured_scene_has_no_bad_pixels_at_its_edge_but_the_true_ones(seed: 
 @pytest.mark.parametrize("speed_px", [1.0, 1.7, 2.5, 4.0, 7.0])
 def test_a_point_that_passes_leaves_no_bad_pixels_and_hides_none(speed_px: float) -> None:
     """Fast ones light up a pixel here and a pixel there, each for a frame."""
-    from irsim.physics.optics import GaussianPSF
+    from irsim.physics.psf import GaussianPSF
 
     shape, spread = (60, 64, 96), GaussianPSF(0.6)
     frames = rendered(5, shape, {"kind": "white"})
@@ -157,7 +157,7 @@ def test_a_point_that_passes_leaves_no_bad_pixels_and_hides_none(speed_px: float
     frames[20:31:5, 20, 70] += 300
     for k in range(shape[0]):
         x, y = 3.3 + speed_px * k, 20.4 + 0.31 * k
-        frames[k] += 4000 * spread.share(np.arange(64) - y, np.arange(96) - x)
+        frames[k] += 4000 * spread.pixel_integral(np.arange(64) - y, np.arange(96) - x)
     assert sorted(map(tuple, np.argwhere(defects(frames).all).tolist())) == [(20, 70), (50, 50)]
 
 

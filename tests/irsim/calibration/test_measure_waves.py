@@ -13,7 +13,7 @@ from irsim.camera.bad_pixels import clustered_pixels
 from irsim.measure import defects, measure_figures, measure_noise
 from irsim.measure.noise_3d import TERMS
 from irsim.measure.words import noise_lines
-from irsim.physics.optics import GaussianPSF
+from irsim.physics.psf import GaussianPSF
 from irsim.types import Floats
 
 CAMERA = """\
@@ -85,7 +85,7 @@ def test_bad_pixels_are_found_before_what_moves(scene: str) -> None:
 @pytest.mark.parametrize("place", [(30.0, 40.0), (30.5, 40.0), (30.0, 40.5)])
 @pytest.mark.parametrize("psf", [0.47, 0.7])
 def test_a_point_that_stands_is_no_hot_or_cold_pixel(place: tuple[float, float], psf: float) -> None:
-    light = GaussianPSF(psf).share(np.arange(64) - place[0], np.arange(64) - place[1])
+    light = GaussianPSF(psf).pixel_integral(np.arange(64) - place[0], np.arange(64) - place[1])
     frames = rendered(3, (30, 64, 64), {"kind": "white"})
     for height in (600, -600):
         assert not defects(frames + np.float32(height) * light).all.any()
@@ -93,7 +93,7 @@ def test_a_point_that_stands_is_no_hot_or_cold_pixel(place: tuple[float, float],
 
 @pytest.mark.parametrize("psf", [0.4, 0.7])
 def test_a_point_that_flickers_is_no_blinking_pixel(psf: float) -> None:
-    light = GaussianPSF(psf).share(np.arange(64) - 30.1, np.arange(64) - 40.2)
+    light = GaussianPSF(psf).pixel_integral(np.arange(64) - 30.1, np.arange(64) - 40.2)
     frames = rendered(3, (60, 64, 64), {"kind": "white"})
     frames[np.random.default_rng(1).random(60) < 0.3] += np.float32(600) * light.astype(np.float32)
     assert not defects(frames).all.any()

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.structures import Trees
+from irsim.backgrounds.panorama import PanoramaGrid
+from irsim.backgrounds.trees import Trees
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.vegetation import Crown, Foliage, broadleaf, bush, conifer, wood
@@ -140,7 +140,7 @@ def test_unresolved_trees_are_not_drawn_one_by_one(monkeypatch: pytest.MonkeyPat
     drawn = []
     monkeypatch.setattr(Trees, "_tree", lambda *arguments: drawn.append(arguments))
     geometry = Geometry((64, 48), 5e-4)
-    sheet = Sheet.of(geometry)
+    sheet = PanoramaGrid.of(geometry)
     context = SceneContext(1, geometry, 30.0, "mwir", 0.6)
     Trees(range_m=1e6, spacing_m=0.5, undergrowth=0).paint(sheet, 10.0, 290.0, context)
     assert len(sheet.columns) < len(drawn) <= 4 * len(sheet.columns)

@@ -13,6 +13,8 @@ import irsim
 from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
 from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
+from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
+from irsim.camera.detectors import Detector, Response, Setting, Stated
 from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
@@ -39,8 +41,8 @@ class Lake(Background):
     def clear(self, context: SceneContext) -> ClearLayer:
         return Sky(preset="us_standard").clear(context)
 
-    def land(self, context: SceneContext) -> LandLight:
-        land = Ground(mean_k=self.water_k, spread_k=0).land(context)
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance:
+        land = Ground(mean_k=self.water_k, spread_k=0).ground_radiance(context)
         return lambda view_direction: land(view_direction)[:100]
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
@@ -50,7 +52,7 @@ class Lake(Background):
 class Still(Background):
     """A picture that a camera has taken: count 100 everywhere, and what is drawn adds 1 for each W/m2/sr."""
 
-    noisy: ClassVar[bool] = True
+    has_noise: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
@@ -64,7 +66,7 @@ class Picture:
     def light(self, view_direction: Any) -> tuple[None, Floats]:
         return None, np.full((48, 64), 10.0, np.float32)
 
-    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+    def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
         return np.asarray(100 + (light - 10))
 
 

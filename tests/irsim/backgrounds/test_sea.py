@@ -1,4 +1,4 @@
-"""The sea: reflectance and slopes against printed figures, waves that travel, the horizon, glint."""
+"""Sea: reflectance and slopes against published figures, travelling waves, glint and visible facets."""
 
 from __future__ import annotations
 
@@ -11,8 +11,16 @@ from pydantic import ValidationError
 
 from irsim.backgrounds import Sea, ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
-from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
+from irsim.backgrounds.sea import DRAWN_OCTAVES, reflectance, slope_variance, visible_facets
+from irsim.backgrounds.waves import (
+    GRAVITY,
+    TRAIN_RAD,
+    WaveOctave,
+    directional_rms_rad,
+    longest_wave,
+    slope_components,
+    wave_train,
+)
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
@@ -55,38 +63,31 @@ def directions(number: int) -> tuple[Floats, Floats]:
     power = [
         np.mean([np.abs(np.fft.fft2(wave_train(seed, number, k))) ** 2 for seed in range(2)], axis=0) for k in (0, 1)
     ]
-    return np.stack([angle - SIDE_RAD, angle + SIDE_RAD]), np.stack(power)
+    return np.stack([angle - TRAIN_RAD, angle + TRAIN_RAD]), np.stack(power)
 
 
 @pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (1, 32.9), (2, 42.7)])
 def test_short_waves_run_more_ways(number: int, degrees: float) -> None:
-    assert math.degrees(spread_rad(number)) == pytest.approx(degrees, abs=0.1)
+    assert math.degrees(directional_rms_rad(number)) == pytest.approx(degrees, abs=0.1)
     angle, power = directions(number)
     assert math.degrees(math.sqrt(np.average(angle**2, weights=power))) == pytest.approx(degrees, rel=0.08)
 
 
-@pytest.mark.parametrize("number", range(BANDS))
+@pytest.mark.parametrize("number", range(DRAWN_OCTAVES))
 def test_slopes_lean_as_waves_run(number: int) -> None:
     angle, power = directions(number)
-    across, along = leaning(number)
+    across, along = slope_components(number)
     assert across**2 == pytest.approx(np.average(np.sin(angle) ** 2, weights=power), abs=0.02)
     assert across**2 + along**2 == pytest.approx(1)
     right, far = np.random.default_rng(1).uniform(0, 1e4, (2, 200, 200)).astype(np.float32)
     for wind_deg, turned in ((0.0, False), (90.0, True)):
-        to_right, to_camera = Octave(6.0, wind_deg, number, 1).at(right, far, 0.0)
+        to_right, to_camera = WaveOctave(6.0, wind_deg, number, 1).at(right, far, 0.0)
         beside, ahead = (to_camera, to_right) if turned else (to_right, to_camera)
         assert float(beside.var()) == pytest.approx(2 * across**2, rel=0.15)
         assert float(ahead.var()) == pytest.approx(2 * along**2, rel=0.15)
 
 
-def test_waves_are_as_long_as_they_say() -> None:
-    power = np.mean([np.abs(np.fft.fft2(wave_train(seed, 0, 0))) ** 2 for seed in range(4)], axis=0)
-    line = power.sum(axis=1)[: len(power) // 2]
-    assert len(power) / np.argmax(line) == pytest.approx(PER_WAVE, rel=0.25)
-    assert power.sum(axis=1)[20:50].sum() > 3 * power.sum(axis=0)[20:50].sum()  # crests lie across the way
-
-
-def test_above_the_horizon_is_sky_and_still_water_mirrors_it() -> None:
+def test_still_water_mirrors_the_sky() -> None:
     """Without wind, at grazing angle d: rho(d) of the sky at d above the horizon and 1 - rho(d) of the water."""
     scene = context()
     sea = Sea(wind_m_s=0, horizon_k=270, zenith_k=270, water_k=290)
@@ -98,7 +99,7 @@ def test_above_the_horizon_is_sky_and_still_water_mirrors_it() -> None:
     assert light[64:, 80] == pytest.approx(expected, rel=2e-3)
 
 
-def test_waves_travel_and_change_and_any_frame_stands_alone() -> None:
+def test_waves_travel_and_frames_stand_alone() -> None:
     scene = context(elevation_deg=-3.0)
     sea = Sea(wind_m_s=5.0)
     (water,) = sea.layers(scene)
@@ -114,13 +115,6 @@ def test_waves_travel_and_change_and_any_frame_stands_alone() -> None:
     assert alike(0, 2) < alike(0, 1)
     assert abs(alike(0, 3)) < 0.5
     assert frames[3].std() == pytest.approx(frames[0].std(), rel=0.5)
-
-
-def test_more_wind_makes_more_clutter() -> None:
-    scene = context(elevation_deg=-3.0)
-    drawn = [Sea(wind_m_s=wind).layers(scene)[0].light(view_direction(scene))[1][40:] for wind in (0.0, 3.0, 12.0)]
-    spreads = [light.std(axis=1).mean() for light in drawn]  # along rows: a calm sea mirrors the sky's gradient
-    assert spreads[0] < spreads[1] < spreads[2]
 
 
 @pytest.mark.filterwarnings("error")
@@ -141,20 +135,9 @@ def test_a_calm_sea_is_the_limit_of_small_winds(sun: tuple[float, float] | None)
     assert kelvin(1e-12) == pytest.approx(calm, abs=1e-3)
 
 
-def test_slopes_below_the_winds_that_were_measured_fall_to_none() -> None:
+def test_slope_variance_falls_to_zero_in_a_calm() -> None:
     """Evenly, from the line of Cox and Munk at 1 m/s."""
     assert [slope_variance(wind) for wind in (0.0, 0.25, 1.0, 2.0)] == pytest.approx([0, 0.00203, 0.00812, 0.01324])
-
-
-def test_the_sun_glints_below_where_it_stands() -> None:
-    scene = context(elevation_deg=-3.0, size=(321, 121))
-    dark = Sea(wind_m_s=4.0).layers(scene)[0].light(view_direction(scene))[1]
-    for azimuth in (-3.0, 2.0):
-        lit = Sea(wind_m_s=4.0, sun_deg=(azimuth, 12.0)).layers(scene)[0].light(view_direction(scene))[1]
-        gain = (lit - dark)[40:].sum(axis=0)
-        assert gain.min() >= 0
-        middle = float(gain @ np.arange(321) / gain.sum())
-        assert (middle - 160) * azimuth > 0  # on the sun's side
 
 
 WATER = {"mwir": 1.351 + 0.0046j, "lwir": 1.218 + 0.0508j}
@@ -185,7 +168,7 @@ def fresnel(band: str, incidence: float) -> float:
 
 @pytest.mark.parametrize("azimuth", [0.0, 2.0])
 @pytest.mark.parametrize(("band", "sun", "down", "rho"), PRINTED)
-def test_glint_is_that_of_the_facet_that_mirrors_the_sun(
+def test_glint_is_that_of_the_mirroring_facet(
     band: BandName, sun: float, down: float, rho: float, azimuth: float
 ) -> None:
     """rho E p / (4 sin d cos^4 tilt) (Cox and Munk 1954) of a sea so far off that no wave is drawn.
@@ -217,7 +200,7 @@ def test_glint_is_that_of_the_facet_that_mirrors_the_sun(
     assert lit - dark == pytest.approx(expected, rel=2e-3)
 
 
-def test_the_air_weakens_the_sun_on_its_way_down_and_on_to_the_camera() -> None:
+def test_the_air_attenuates_the_glint_on_both_paths() -> None:
     """From space down by the clear depth a g^b of the gas above the sea and haze for what haze there is."""
     clear = SceneContext(1, Geometry((17, 17), 0.5e-3, math.radians(-20)), 30.0, "mwir", 0.0)
     air = Atmosphere(preset="us_standard", altitude_m=300.0)
@@ -252,21 +235,102 @@ def test_a_sun_that_has_set_is_refused() -> None:
     assert Sea(sun_deg=(-400.0, 0.0)).sun_deg == (-400.0, 0.0)
 
 
-def test_the_sea_turns_with_the_camera() -> None:
-    scene = context(elevation_deg=-2.0, size=(321, 121))
-    (water,) = Sea().layers(scene)
-    still, turned = (water.light(view_direction(scene, turn=(angle, 0.0, 0.0)))[1] for angle in (0.0, 4e-3))
-    near = slice(90, 121)
-    assert np.corrcoef(turned[near, :-8].ravel(), still[near, 8:].ravel())[0, 1] > 0.98
+FAR_M = 10_000.0
+"""From so high a pixel is far wider than the longest wave: none is drawn, all roughen the surface within a pixel."""
 
 
-def test_the_sea_hides_clouds_below_the_horizon() -> None:
-    scene = context()
-    sea = Sea.model_validate({"clouds": ({"coverage": 0.999, "depth": 100.0},)})
-    water, cloud = sea.layers(scene)
-    seen = view_direction(scene)
-    water.light(seen)
-    passed, _ = cloud.light(seen)
-    assert passed is not None
-    assert passed[63:].min() == 1
-    assert passed[:57].mean() < 0.1
+def seen_from(
+    context: SceneContext, time: float = 0.0, place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> ViewDirection:
+    return ViewDirection(time, Chart.at(context.geometry, context.geometry.world_rotation(np.zeros(3))), place=place)
+
+
+@pytest.mark.parametrize("wind_deg", [0.0, 90.0, 200.0])
+def test_waves_have_the_phase_speed_of_deep_water(wind_deg: float) -> None:
+    """At 10 m/s the longest take their 7.3 s for their 83 m (Pierson and Moskowitz): after a second the water is most
+    like that before moved so far along the wind. Each train runs a little to its own side, c cos(side) along the wind,
+    and crests square to its way pass along the wind at c / cos(side): within 7 %."""
+    right, ahead = np.meshgrid(np.arange(0, 4000, 11, dtype=np.float32), np.arange(0, 4000, 11, dtype=np.float32))
+    octave, angle = WaveOctave(10.0, wind_deg, 0, 1), math.radians(wind_deg)
+    later = np.stack(octave.at(right, ahead, 1.0)).ravel()
+    moves = np.arange(-20.0, 20.5, 0.5)
+    alike = [
+        later @ np.stack(octave.at(right - move * math.sin(angle), ahead - move * math.cos(angle), 0.0)).ravel()
+        for move in moves.astype(np.float32)
+    ]
+    assert moves[np.argmax(alike)] == pytest.approx(83.4 / 7.3, rel=0.1)
+
+
+@pytest.mark.parametrize("wind_deg", [60.0, -150.0])
+def test_gusts_run_with_the_wind(wind_deg: float) -> None:
+    """A camera that goes with the wind sees the same ones; one that stands sees others."""
+    context, angle = (
+        SceneContext(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0),
+        math.radians(wind_deg),
+    )
+    water, even = (
+        Sea(wind_m_s=6.0, wind_deg=wind_deg, gusts=share, camera_height_m=FAR_M).layers(context)[0]
+        for share in (0.3, 0.0)
+    )
+    way_m = 6.0 * 200.0
+    gone = (way_m * math.sin(angle), 0.0, way_m * math.cos(angle))
+
+    def gusts(view_direction: ViewDirection) -> Floats:
+        return (
+            water.light(view_direction)[1] - even.light(view_direction)[1]
+        ).ravel()  # without what comes of the angle
+
+    before, carried, stood = (
+        gusts(view_direction)
+        for view_direction in (seen_from(context), seen_from(context, 200.0, gone), seen_from(context, 200.0))
+    )
+    assert np.corrcoef(before, carried)[0, 1] > 0.98
+    assert np.corrcoef(before, stood)[0, 1] < 0.5
+
+
+SKY_K, WATER_K, WIND = 250.0, 290.0, 8.0
+
+
+def of_all_seen(down_rad: float) -> Floats:
+    """(mean, sigma) of the radiance of all facets that are seen `down_rad` below the horizon: a Gaussian of grazing
+    angles, each weighted by the area that it turns to the camera, summed up."""
+    grazing = down_rad + math.sqrt(slope_variance(WIND) / 2) * np.linspace(-6, 6, 4001)
+    weights = np.maximum(grazing, 0) * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
+    share = reflectance("lwir", np.maximum(grazing, 0))
+    light = share * float(radiance("lwir", SKY_K)) + (1 - share) * float(radiance("lwir", WATER_K))
+    mean = np.average(light, weights=weights)
+    return np.array([mean, math.sqrt(np.average((light - mean) ** 2, weights=weights))])
+
+
+def water(down_deg: float, height_m: float, rows: int) -> Floats:
+    context = SceneContext(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
+    sea = Sea(wind_m_s=WIND, gusts=0.0, camera_height_m=height_m, horizon_k=SKY_K, zenith_k=SKY_K, water_k=WATER_K)
+    (layer,) = sea.layers(context)
+    return np.stack([layer.light(seen_from(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
+
+
+@pytest.mark.parametrize("down_deg", [2.0, 4.0, 10.0, 30.0])
+def test_mean_radiance_does_not_depend_on_drawn_waves(down_deg: float) -> None:
+    """From 10 km up none is drawn, from 10 m up the six octaves: half of the slopes' variance."""
+    exact, spread = of_all_seen(math.radians(down_deg))
+    far, near = water(down_deg, FAR_M, 3), water(down_deg, 10.0, 3)
+    assert far.mean() == pytest.approx(exact, rel=0.01)
+    assert near.mean() == pytest.approx(exact, rel=0.02)
+    assert far.std() < 0.25 * spread
+    assert 0.2 * spread < near.std() < 0.9 * spread
+
+
+def test_visible_facets_are_weighted_by_projected_area() -> None:
+    """Against sums over Gaussians: sqrt(pi / 2) spreads where half lean away; all of them where they all face it."""
+    spread = 0.1
+    for mean in (-0.1, -0.05, 0.0, 0.05, 0.2, 1.0):
+        grazing = np.maximum(mean + spread * np.linspace(-6, 6, 4001), 0)
+        weights = grazing * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
+        middle = np.average(grazing, weights=weights)
+        variance = np.average((grazing - middle) ** 2, weights=weights)
+        seen, left = visible_facets(np.array([mean]), np.array([spread**2]))
+        assert seen[0] == pytest.approx(middle, rel=0.12)
+        if mean >= 0:
+            assert left[0] == pytest.approx(variance / spread**2, abs=0.06)
+    assert visible_facets(np.zeros(1), np.array([spread**2]))[0][0] == pytest.approx(spread * math.sqrt(math.pi / 2))
+    assert [float(each[0]) for each in visible_facets(np.array([0.2]), np.zeros(1))] == [0.2, 1.0]  # a mirror

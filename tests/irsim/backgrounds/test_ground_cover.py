@@ -1,4 +1,4 @@
-"""What lies on the ground: shares, sizes and counts asked for; day and night; switches."""
+"""Ground cover: shares, sizes and counts of fields, roads, water and clutter; day and night; switches."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from scipy import ndimage
 
 from irsim.backgrounds import Ground, ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.patches import Fields, Roads, Water
+from irsim.backgrounds.clutter import FORMS, Clutter, ClutterObject, FormName, RoughForm
+from irsim.backgrounds.ground_cover import Fields, Roads, Water
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
+from irsim.geometry.vegetation import LIGHT
 from irsim.physics.radiometry import temperature
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import dumps, loads
+from irsim.rng import stream
 from irsim.scenario.model import Scenario
+from irsim.types import Floats
 
 SIDE, PX_PER_MRAD = 512, 2.0
 
@@ -34,7 +36,7 @@ def test_water_covers_its_share(share: float) -> None:
     assert np.mean((cover > 0) & (cover < 1)) < 0.1  # shores are thin
 
 
-def test_fields_are_of_the_size_and_spread_asked_for() -> None:
+def test_fields_have_their_size_and_spread() -> None:
     sizes, spreads = [], []
     for seed in range(5):
         cover, kelvin = Fields(size_mrad=30, lane_mrad=2.0, lane_k=50.0).paint((SIDE, SIDE), PX_PER_MRAD, 3.0, seed)
@@ -49,7 +51,7 @@ def test_fields_are_of_the_size_and_spread_asked_for() -> None:
     assert np.mean(spreads) == pytest.approx(3.0, rel=0.15)
 
 
-def test_a_road_is_as_wide_as_asked_for() -> None:
+def test_a_road_has_its_width() -> None:
     """Cover over length: a road of 8 px crosses the map; where it winds it is longer by a little."""
     cover, kelvin = Roads(count=2, width_mrad=4.0).paint((SIDE, SIDE), PX_PER_MRAD, 6.0, 3)
     assert set(np.unique(kelvin)) == {6.0}
@@ -58,7 +60,7 @@ def test_a_road_is_as_wide_as_asked_for() -> None:
 
 
 @pytest.mark.parametrize("per_mrad2", [0.001, 0.01])
-def test_clutter_has_the_density_contrasts_and_share_of_cold_asked_for(per_mrad2: float) -> None:
+def test_clutter_has_its_density_contrast_and_cold_share(per_mrad2: float) -> None:
     counts, covered, covered_by_cold = [], 0, 0
     for seed in range(8):
         cover, kelvin = Clutter(per_mrad2=per_mrad2, size_mrad=(2, 3), contrast_k=(4, 6), cold=0.25).paint(
@@ -76,31 +78,6 @@ def test_clutter_has_the_density_contrasts_and_share_of_cold_asked_for(per_mrad2
     assert np.mean(counts) == pytest.approx(expected, abs=4 * math.sqrt(expected / 8) + overlap * expected)
     # Cold and warm ones are of the same sizes, so cold ones cover their share: binomial over all things.
     assert covered_by_cold / covered == pytest.approx(0.25, abs=4 * math.sqrt(0.25 * 0.75 / (8 * expected)))
-
-
-def test_clutter_is_as_long_as_asked_for_and_at_least_half_as_wide() -> None:
-    """An even ellipse's variance along an axis is a quarter of its half axis squared; what overlaps or is cut by the
-    map's edge is no even ellipse of its area, and is left out."""
-    axes = []
-    for seed in range(12):
-        cover, _ = Clutter(per_mrad2=0.0002, size_mrad=(6, 12)).paint((SIDE, SIDE), PX_PER_MRAD, seed)
-        labels, count = ndimage.label(cover > 0.5)
-        for places in (np.argwhere(labels == number) for number in range(1, count + 1)):
-            short, long = 4 * np.sqrt(np.linalg.eigvalsh(np.cov(places.T)))
-            inner = places.min() > 0 and places.max() < SIDE - 1
-            if inner and len(places) == pytest.approx(math.pi / 4 * short * long, rel=0.02):
-                axes.append((short / PX_PER_MRAD, long / PX_PER_MRAD))
-    shorts, longs = np.array(axes).T
-    assert len(longs) > 100
-    # A quarter of a mrad is half a pixel. The mean: evenly from 6 to 12, four standard errors.
-    assert 6 - 0.25 < longs.min() < longs.max() < 12 + 0.25
-    assert longs.mean() == pytest.approx(9, abs=4 * 6 / math.sqrt(12 * len(longs)))
-    assert 0.5 - 0.05 < (shorts / longs).min() < 0.6
-
-
-def test_no_clutter_where_its_density_is_zero() -> None:
-    cover, _ = Clutter(per_mrad2=0).paint((SIDE, SIDE), PX_PER_MRAD, 1)
-    assert not cover.any()
 
 
 def test_day_and_night_change_places() -> None:
@@ -134,7 +111,7 @@ def scenario(**keys: object) -> Scenario:
     return Scenario.model_validate({"frames": 1, "camera": camera, "background": background, **keys})
 
 
-def test_all_that_lies_on_the_ground_can_be_switched_off_by_name() -> None:
+def test_ground_cover_is_switched_off_by_name() -> None:
     names = ["fields", "water", "roads", "clutter"]
     assert [name for name, _ in scenario().background.names()] == names
     whole = Rendering(scenario()).frame(0).image
@@ -145,6 +122,60 @@ def test_all_that_lies_on_the_ground_can_be_switched_off_by_name() -> None:
     assert np.array_equal(bare, Rendering(plain).frame(0).image)
 
 
-def test_an_hour_survives_being_written_out() -> None:
-    assert loads(dumps(scenario())) == scenario()
-    assert np.array_equal(Rendering(loads(dumps(scenario()))).frame(0).image, Rendering(scenario()).frame(0).image)
+SHAPE, PX_PER_MRAD = (512, 512), 2.0
+FORM_NAMES = tuple(FORMS)
+
+
+def painted(form: FormName, seed: int, per_mrad2: float = 0.002) -> tuple[Floats, Floats]:
+    things = Clutter(form=form, per_mrad2=per_mrad2, size_mrad=(5.0, 12.0), contrast_k=(4.0, 6.0), cold=0.25)
+    return things.paint(SHAPE, PX_PER_MRAD, seed)
+
+
+@pytest.mark.parametrize("form", FORM_NAMES)
+def test_clutter_in_batches_equals_single_objects(form: FormName) -> None:
+    """From under a pixel to a tenth of the map, over its edges and over one another."""
+    clutter = Clutter(form=form, per_mrad2=0.5, size_mrad=(0.2, 16.0), contrast_k=(2.0, 6.0), cold=0.3)
+    high, wide = shape = (96, 128)
+    draw, drawn = stream(3, "clutter"), FORMS[form](3)
+    cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for _ in range(draw.poisson(0.5 * (high / 2.0 * (wide / 2.0)))):
+        x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
+        length = draw.uniform(0.2, 16.0) * 2.0 / 2
+        width, contrast = length * draw.uniform(0.5, 1), draw.uniform(2.0, 6.0) * (-1 if draw.random() < 0.3 else 1)
+        columns, rows, inside, offset = drawn.drawn(ClutterObject((x, y), angle, length, width, contrast))
+        patch = np.ix_(rows % high, columns % wide)
+        cover[patch], kelvin[patch] = drawn.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
+    for found, expected in zip(clutter.paint(shape, 2.0, 3), (cover, kelvin), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_clutter_has_its_mean_overlap() -> None:
+    """So few of them overlap that they cover as much together as each alone."""
+    clutter = Clutter(per_mrad2=0.001, size_mrad=(3.0, 12.0))
+    covers = np.mean([clutter.paint(SHAPE, PX_PER_MRAD, seed)[0].mean() for seed in range(8)])
+    assert -math.log(1 - covers) == pytest.approx(clutter.deep, rel=0.1)
+
+
+def test_rough_clutter_covers_as_much_as_ellipses() -> None:
+    shares = []
+    for seed in range(6):
+        (ellipses, _), (rough, _) = (painted(form, seed) for form in FORM_NAMES)
+        assert np.corrcoef(ellipses.ravel(), rough.ravel())[0, 1] > 0.75
+        shares.append((ellipses.mean(), rough.mean()))
+    even, ragged = np.mean(shares, axis=0)
+    assert ragged == pytest.approx(even, rel=0.04)
+
+
+@pytest.mark.parametrize("contrast_k", [5.0, -5.0])
+def test_rough_clutter_has_its_mean_and_a_lit_side(contrast_k: float) -> None:
+    spreads, tilts, form = [], [], RoughForm(7)
+    for number in range(20):
+        thing = ClutterObject((40.3, 50.6), 0.3 * number, 20.0, 14.0, contrast_k)
+        columns, rows, cover, kelvin = form.drawn(thing)
+        assert np.average(kelvin, weights=cover) == pytest.approx(contrast_k, abs=1e-5)
+        spreads.append(math.sqrt(float(np.average((kelvin - contrast_k) ** 2, weights=cover))))
+        side = (columns - 40.3) * LIGHT[0] + (rows - 50.6)[:, None] * LIGHT[1]
+        tilts.append(float(np.average(side * (kelvin - contrast_k), weights=cover)))
+    assert 0.2 * 5 < np.mean(spreads) < 0.6 * 5
+    assert np.mean(tilts) > 0
+    assert np.mean(np.array(tilts) > 0) > 0.8

@@ -1,4 +1,4 @@
-"""Far ground and sea: the air before them is that before a target as far away, up to the one horizon there is."""
+"""Air before far ground and sea: that before a target as far away, up to one horizon."""
 
 from __future__ import annotations
 
@@ -25,12 +25,11 @@ def scene(background: dict[str, Any], air: dict[str, Any] = AIR, *targets: Any, 
     return Scenario.model_validate(value)
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("band", ["lwir", "mwir"])
-@pytest.mark.parametrize("range_m", [20e3, 31e3, 82e3])
-@pytest.mark.parametrize("height_m", [10.0, 62.0, 1000.0, 3000.0, 10_000.0])
+@pytest.mark.parametrize("range_m", [20e3, 82e3])
+@pytest.mark.parametrize("height_m", [10.0, 3000.0])
 @pytest.mark.parametrize("background", [{**GROUND, "height_m": 0.0}, {**LANDSCAPE, "camera_height_m": 0.0}])
-def test_a_target_as_warm_as_the_ground_it_stands_on_has_no_contrast(
+def test_a_target_as_warm_as_its_ground_has_no_contrast(
     background: dict[str, Any], height_m: float, range_m: float, band: BandName
 ) -> None:
     """A black patch two pixels high of 310 K on black ground of 310 K: to 0.02 K. The ground is up to 5.8 K warmer in
@@ -61,7 +60,7 @@ def passed(**sea: Any) -> tuple[Scenario, Floats]:
         return scenario, np.asarray(rises[0].mean(axis=1) / rises[1].mean(axis=1))
 
 
-@pytest.mark.parametrize("height_m", [15.0, 60.0, 100.0])
+@pytest.mark.parametrize("height_m", [15.0, 100.0])
 def test_the_sea_has_the_air_of_a_target_on_it(height_m: float) -> None:
     """Row for row up to 80 km away, with nothing to be seen of the dip of the round Earth's horizon: from 15 m that is
     2.2 mrad below the level, 43 px here."""
@@ -74,9 +73,7 @@ def test_the_sea_has_the_air_of_a_target_on_it(height_m: float) -> None:
     np.testing.assert_allclose(found[near], expected, atol=2e-3)
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("band", ["lwir", "mwir"])
-@pytest.mark.parametrize("height_m", [5.0, 15.0, 100.0])
+@pytest.mark.parametrize(("height_m", "band"), [(5.0, "lwir"), (100.0, "mwir")])
 def test_the_sea_has_one_horizon(height_m: float, band: BandName) -> None:
     """At the level it grows out of the sky, to 0.2 K from the last row above it to the first below, and from there the
     air clears all the way down, without a band."""
@@ -87,7 +84,7 @@ def test_the_sea_has_one_horizon(height_m: float, band: BandName) -> None:
 
 
 @pytest.mark.parametrize(("height_m", "fades"), [(10.0, True), (10_000.0, False)])
-def test_hills_fade_into_the_sky_but_from_high_up(height_m: float, fades: bool) -> None:
+def test_hills_fade_into_the_sky_seen_from_low(height_m: float, fades: bool) -> None:
     """They are as far away as the farthest ground: seen from low through all of the air, as the sky is."""
     country = {**LANDSCAPE, "hills_mrad": 0.5, "camera_height_m": height_m}
     plain = {**country, "hills_mrad": 0.0}
