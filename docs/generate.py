@@ -24,9 +24,7 @@ import irtrack
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.structures import Trees
 from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.camera.bloom import Bloom
 from irsim.backgrounds.ground_cover import Fields, Roads, Water

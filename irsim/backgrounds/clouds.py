@@ -29,12 +29,12 @@ from irsim.backgrounds.texture import (
     tile_side,
 )
 from irsim.config.base import Name, Part, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
-from irsim.lookup import lookup
 from irsim.physics.radiometry import radiance
+from irsim.rng import lookup
 from irsim.types import Band, Floats
 
 EXTREME = 6.0

@@ -14,12 +14,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Layer, ViewDirection
-from irsim.backgrounds.own_noise import own_noise
 from irsim.config.paths import Stamp, check_unchanged, with_digest
 from irsim.config.quantities import FileName, Index, ScaleKelvin
-from irsim.config.field_annotations import FileName
-from irsim.config.file_digests import Stamp, unchanged, with_digest
-from irsim.config.quantities import Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import Scale, limits

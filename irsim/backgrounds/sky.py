@@ -13,17 +13,6 @@ import numpy as np
 from irsim.backgrounds.air import attenuated_shells
 from irsim.backgrounds.base import FARTHEST, Background, Layer, Names, Surfaces, ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import Look, Relief, slope_to_sun
-from irsim.backgrounds.drifting import Drifting
-from irsim.backgrounds.evolving import Evolving, first_of
-from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.parallax import Sphere, Standing
-from irsim.backgrounds.periodic import coarseness, shrunk
-from irsim.backgrounds.texture import Tile, tile_shape, tile_side
-from irsim.backgrounds.tiles import Tiled
-from irsim.config.base import Name, Part, Several, Switches
-from irsim.config.fields import Plausible
-from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.panorama import Sphere
 from irsim.config.base import Several

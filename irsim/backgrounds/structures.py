@@ -13,8 +13,6 @@ from irsim.backgrounds.panorama import Cylinder, Panorama, PanoramaGrid, Panoram
 from irsim.backgrounds.texture import TILE, DriftingTextures
 from irsim.config.base import Name, Part, Switches
 from irsim.config.fields import Plausible
-from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
-from irsim.config.field_annotations import Plausible
 from irsim.config.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, NotNegative, Range, Rising
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import profile, spectral

@@ -11,7 +11,7 @@ from pydantic import Field
 from irsim.backgrounds.panorama import PanoramaGrid, PanoramicLayer
 from irsim.backgrounds.structures import FINE, MOST_RELIEF, NEAREST_PX, Canvas, Spacing, Structure, texture_on
 from irsim.config.base import Name, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Metres
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import profile

@@ -11,14 +11,8 @@ import numpy as np
 
 from irsim._native import COMPILED, kernels
 from irsim.camera.buffers import Int16Image
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale
 from irsim.types import Counts, Curve, Floats
-from irsim.camera.int16_image import Words
-from irsim.camera.photons import photon_radiance, photon_slope
-from irsim.config.base import Family, Kind
-from irsim.config.quantities import NotNegative, Positive
-from irsim.physics.radiometry import Scale, radiance, slope
-from irsim.types import Band, Counts, Curve, Floats
 
 MAX_COUNTS = 2**16 - 1
 """The highest count of 16 bits."""

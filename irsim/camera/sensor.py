@@ -13,8 +13,7 @@ from pydantic import Field
 from irsim.camera.response import Response
 from irsim.config.base import Kind
 from irsim.config.quantities import NotNegative, Positive
-from irsim.physics.radiometry import PHOTON_J_M, planck, planck_slope, quadrature, radiance, slope
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import PHOTON_J_M, Scale, planck, planck_slope, quadrature, radiance, slope
 from irsim.types import Band, Curve
 
 NETD_K = 300.0

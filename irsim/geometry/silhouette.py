@@ -16,8 +16,6 @@ from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import centroids, row_differences, visible_edges
 from irsim.geometry.projection import blocked_matmul
 from irsim.geometry.sprite import Sprite
-from irsim.physics.optics import PSF
-from irsim.geometry.visible_edges import visible_edges
 from irsim.physics.psf import PSF
 from irsim.types import Box, Floats
 
@@ -92,7 +90,7 @@ def draw_sprite(picture: LayeredPolygons) -> Sprite:
 
 def _draw_compiled(picture: LayeredPolygons) -> Sprite:
     """Draw one object by the compiled kernel."""
-    grid, (left, top), margin = Grid.over(picture.window), picture.origin, picture.psf.reach_px
+    grid, (left, top), margin = Grid.over(picture.window), picture.origin, picture.psf.support_px
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
         *picture.edges,
@@ -121,7 +119,7 @@ def _draw_compiled(picture: LayeredPolygons) -> Sprite:
 @lru_cache(maxsize=32)
 def psf_table(psf: PSF, fine: int) -> kernels.Spread:
     """Return the PSF as a table for the compiled kernels."""
-    terms = psf.spreading(fine)
+    terms = psf.separable_kernels(fine)
     weights = np.array([weight / fine**2 for weight, _, _ in terms])
     return kernels.spread(weights, np.array([shares for _, *shares in terms]), fine)
 
@@ -218,7 +216,7 @@ def _row_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     They blur along rows: the first applies to row-wise differences, which count in all cells further right, the second
     to x moments.
     """
-    weights = [weight / fine**2 for weight, _, _ in psf.spreading(fine)]
+    weights = [weight / fine**2 for weight, _, _ in psf.separable_kernels(fine)]
     return tuple(
         (
             _frozen(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
@@ -240,7 +238,7 @@ def clip_or_corner(box: Box, context: SceneContext) -> Box:
 
 def clip_to_view(box: Box, context: SceneContext) -> Box | None:
     """Return the part of a box whose light can reach the frame, or None if none can."""
-    reach, (columns, rows), (west, north, east, south) = context.psf.reach_px + 0.5, context.geometry.size, box.edges
+    reach, (columns, rows), (west, north, east, south) = context.psf.support_px + 0.5, context.geometry.size, box.edges
     right, bottom = columns - 1 + reach, rows - 1 + reach
     if -reach <= west < east <= right and -reach <= north < south <= bottom:
         return box

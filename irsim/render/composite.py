@@ -12,11 +12,8 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
-from irsim.geometry.sprite import AREA_ROUNDING, FULL_PATCH, OccludedBlur, Sprite, overlap
 from irsim.backgrounds import Layer, ViewDirection, blend_over, is_semi_transparent, opaque_error
-from irsim.geometry.occluded_blur import WHOLE, Unsteady
-from irsim.geometry.sprite import Sprite, overlap
+from irsim.geometry.sprite import AREA_ROUNDING, FULL_PATCH, OccludedBlur, Sprite, overlap
 from irsim.physics.radiometry import temperature_of
 from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, scr, with_radiance
 from irsim.types import Band, Floats, Slices
@@ -284,13 +281,13 @@ def _draw_layer(
     """Draw a semi-transparent layer over `under` into `light`, and occlude the targets behind it."""
     behind = [(target, target.within) for target in targets if target.within is not None]
     patches = [within[1] for _, within in behind] + [each.patch for each in moving]
-    if is_veil(layer):
-        transmittances = layer.veil(under, light, view_direction, patches)
+    if is_semi_transparent(layer):
+        transmittances = layer.blend(under, light, view_direction, patches)
     else:
         transmittance, emission = layer.light(view_direction)
         if transmittance is None:
-            raise opaque(layer.name)
-        transmittances = veiled(under, light, transmittance, emission, patches)
+            raise opaque_error(layer.name)
+        transmittances = blend_over(under, light, transmittance, emission, patches)
     for (target, within), part in zip(behind, transmittances, strict=False):
         target.occlude(layer.name, within[0], part)
     for each, part in zip(moving, transmittances[len(behind) :], strict=True):

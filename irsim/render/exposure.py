@@ -11,7 +11,7 @@ import numpy as np
 from irsim.backgrounds import ViewDirection
 from irsim.backgrounds.base import Place
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.painting import BLOCK, MARGIN
+from irsim.backgrounds.texture import BLOCK, MARGIN
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
@@ -47,7 +47,7 @@ class Instant:
         """Return the trajectories of the targets that are switched on and of the camera, with the atmosphere's tilt."""
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         frames = np.arange(float(count)) + offset
-        tilt = context.air.turbulence.turns(frames, context.band, context.rate_hz, context.seed)
+        tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
         still = CameraTrajectory.of(scenario.motions, frames, context)
         mount = replace(still, turns=still.turns + tilt)
         targets = (target for target in scenario.targets if scenario.is_on(target.id))
@@ -138,7 +138,7 @@ def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) 
     if name is not None and air.turbulence.cn2 > 0:
         area = sprite.alpha.sum() * (sprite.range_m * pose.lens.ifov_rad) ** 2
         width = 2 * float(np.sqrt(area / np.pi))
-        factor = air.turbulence.twinkle(name, pose.time, sprite.range_m, width, context.band, context.seed)
+        factor = air.turbulence.scintillation(name, pose.time, sprite.range_m, width, context.band, context.seed)
         sprite = sprite._replace(contrast=sprite.contrast * factor)
     if air.is_clear:
         return sprite

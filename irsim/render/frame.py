@@ -89,12 +89,12 @@ class Renderer:
             light = self.response_time.light(index, lambda k: light if k == index else self.scene(k)[0])
         return self.sensor.expose(light, index, spent=True, out=out)
 
-    def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
+    def _put_into(self, film: RecordedLayer, index: int) -> tuple[Counts, Truth]:
         """Return a recorded frame with all targets and occluders drawn into it, and its truth."""
         self.check(index)
         pieces = self._prefetch.pieces(index)
         light, drawn = self._composed(index, pieces)
-        levels = film.put_into(light, index, uncovered(pieces, light))
+        levels = film.insert_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
         return image, self._truth(index, drawn)
 
@@ -136,7 +136,9 @@ class Renderer:
 
     def noise(self, index: int) -> NoiseRadiance:
         """Return the camera's noise in a frame, as radiance; none where a recorded background holds it already."""
-        return no_noise if self.scenario.background.noisy else self.sensor.noise_equivalent(self.sensor.shown(index))
+        return (
+            no_noise if self.scenario.background.has_noise else self.sensor.noise_equivalent(self.sensor.shown(index))
+        )
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """Return the layers of the background, each averaged over the exposure of a frame."""
@@ -144,7 +146,7 @@ class Renderer:
             return self.layers
         key = self.now.view_direction(index).key  # the same for all instants, so that painted textures are kept
         directions = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
-        return [Swept(layer, directions) for layer in self.layers]
+        return [MotionBlurredLayer(layer, directions) for layer in self.layers]
 
     @cached_property
     def _complete(self) -> Renderer:

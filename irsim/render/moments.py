@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from irsim.backgrounds import Layer, cut
+from irsim.backgrounds import Layer, crop
 from irsim.camera.signal_chain import SignalChain
 from irsim.config.base import no_such
 from irsim.errors import InputError, as_int, frame_number
@@ -189,7 +189,7 @@ class MeanCounts:
         if renderer.film is not None:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
-            return renderer.film.put_into(light, index, uncovered(pieces, light))
+            return renderer.film.insert_into(light, index, uncovered(pieces, light))
         response_time = renderer.scenario.camera.response_time(
             renderer.scenario.is_on
         )  # a new one: it keeps light of these targets
@@ -245,7 +245,7 @@ class MeanCounts:
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
         """Return the layers of a region of a frame; None where one of them can only be computed as a whole."""
         view_direction = self._renderer.now.view_direction(frame)
-        parts = [cut(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
+        parts = [crop(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]
         return found if len(found) == len(parts) else None
 

@@ -48,7 +48,7 @@ def check_atmosphere(air: Atmosphere, background: Background, camera: Camera) ->
 
 def check_background(background: Background, camera: Camera) -> None:
     """Check that the background fits this camera."""
-    why = background.refuses(camera.size, camera.bits)
+    why = background.camera_fault(camera.size, camera.bits)
     if why is not None:
         raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
 

@@ -17,7 +17,7 @@ from irsim.config.base import suggestion
 from irsim.config.quantities import Fraction, Kelvin, Length
 from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprites, psf_table
 from irsim.geometry.sprite import Sprite
-from irsim.physics.optics import PSF
+from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
 from irsim.targets.base import Shape, View
 from irsim.targets.parts import RigidTransform, Solid

@@ -16,8 +16,6 @@ from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import RequestedContrast, Sprite
-from irsim.physics.optics import reaching
-from irsim.geometry.sprite import Sprite, Wanted
 from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
 from irsim.targets.base import Shape, View

@@ -18,7 +18,6 @@ from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.physics.optics import PSF, GaussianPSF, LensPSF
 from irsim.targets import View, body, draw_shapes
 from irsim.targets.body import PosedBody, RestPose, draw_bodies, draw_body
 from irsim.targets.parts import RigidTransform, Solid, hinge
@@ -26,12 +25,8 @@ from irsim.targets.polyhedra import build_polyhedra
 from irsim.targets.visibility import Joints
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.psf import PSF, GaussianPSF
-from irsim.targets import View, body, draw_all
-from irsim.targets.joints import Rigid, hinge
+from irsim.targets import View, body
 from irsim.targets.mesh import mesh
-from irsim.targets.part_outlines import Joints
-from irsim.targets.posed import Posed, Rest, posed_sprite, posed_sprites
-from irsim.targets.solids import Solid
 from irsim.types import Box, Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")

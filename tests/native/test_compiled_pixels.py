@@ -16,16 +16,14 @@ from irsim._native import COMPILED, kernels
 from irsim.backgrounds import ViewDirection, blend_over, cloud_evolution, clouds
 from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import Look
-from irsim.backgrounds.drifting import Drifting, _shares
-from irsim.backgrounds.tiles import Tiled
+from irtrack.trackers.fusion_looks import Look
 from irsim.camera import ar1, response
 from irsim.camera import noise as noise_module
 from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
 from irsim.backgrounds.cloud_evolution import CloudState
 from irsim.backgrounds.clouds import CloudShading
-from irsim.camera import ar1, process, response, shot
-from irsim.camera import temporal_sigma as grain
+from irsim.camera import ar1, response
+from irsim.render.interrupts import process
 from irsim.camera.ar1 import Ar1
 from irsim.camera.buffers import Int16Image, int16_image
 from irsim.camera.noise import Noise3d, Shot, White

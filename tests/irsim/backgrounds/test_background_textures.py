@@ -25,7 +25,6 @@ from irsim.backgrounds.texture import (
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import spectral
-from irsim.geometry.silhouette import Outline, sprite
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.lens import Lens
 from irsim.physics.psf import PSF, GaussianPSF

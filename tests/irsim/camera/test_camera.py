@@ -15,7 +15,7 @@ from irsim.camera.presets import PRESETS
 from irsim.camera.sensor import ElectronSensor, NetdSensor
 from irsim.camera.vignetting import Vignetting
 from irsim.geometry.projection import Geometry
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import dumps, loads

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
-from irsim.geometry.silhouette import Grid, spread
+from irsim.geometry.silhouette import Grid
 from irsim.physics.diffraction import LensPSF, WingedLensPSF, with_wings
 from irsim.physics.lens import Lens
 from irsim.physics.psf import GaussianPSF, gaussian_fwhm_px, gaussian_integral, gaussian_kernels, gaussian_support_px

@@ -10,11 +10,10 @@ import pytest
 from pydantic import ValidationError
 
 import irsim
-from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
+from irsim.backgrounds import Background, ClearLayer, Ground, Layer, Sky
 from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
-from irsim.camera.detectors import Detector, Response, Setting, Stated
 from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
