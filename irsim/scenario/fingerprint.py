@@ -22,9 +22,9 @@ NOT_PIXELS = (
     # share frames out among processes: each is the same as drawn alone (see below)
     *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py"),
     *("render/shared_memory.py", "render/worker.py"),
-    # say what a scene may be instead, make some up, and hold tracks to rules
+    # vary scenes, generate them, and hold tracks to rules
     *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
-    # show, write and measure what is rendered
+    # show, write and measure rendered frames
     *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
     *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
     *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),

@@ -43,7 +43,7 @@ def test_the_hash_follows_the_code_of_a_users_own_kind(tmp_path: Path, monkeypat
     assert scene.hash == first
 
 
-WORDS = {"errors.py", "notebook.py", "wording.py", "scenario/expectation.py", "scenario/variation.py"}
+WORDS = {"errors.py", "notebook.py", "scenario/expectation.py", "scenario/variation.py"}
 """Files that those of a frame import for their messages, or whose values a scenario holds and no pixel depends on."""
 
 ALONE = """
@@ -76,7 +76,7 @@ def test_frames_are_the_same_without_the_rooms_that_are_left_out(
     done = subprocess.run([sys.executable, "-c", code], input=text, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     left_out = {file for file in done.stderr.split() if any(Path(file).is_relative_to(each) for each in NOT_PIXELS)}
-    assert left_out <= WORDS | {"lazy.py", "scenario/loader.py"}
+    assert left_out <= WORDS | {"scenario/loader.py"}
     spread = {frame.index: (frame, truth) for frame, truth in irsim.frames(scenario, stop=count, jobs=2)}
     told = [
         hashlib.sha256(frame.image.tobytes() + repr((frame.time, truth)).encode()).hexdigest()
