@@ -1,7 +1,7 @@
 """Parts, kinds and families: how YAML becomes frozen values, and how a kind is added.
 
 A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds that may stand in one
-place, told apart by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind is
+place, distinguished by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind is
 named as ``module:Class``, which imports that module.
 """
 

@@ -33,7 +33,7 @@ _ALLOWED = {
     "quoted scalar: found unexpected end": "a text that ends in the quote that it begins with",
     "unknown escape": "\\\\ for a \\, or single quotes",
     "<stream end>": "each [ and { closed",
-    "undefined alias": "*NAME of what stands before it as &NAME",
+    "undefined alias": "*NAME of a value marked &NAME before it",
     "duplicate anchor": "each &NAME once",
     "mapping values": "one KEY: VALUE a line; a text that holds ': ' in quotes",
     "cannot start": "a text that begins so in quotes",
@@ -250,7 +250,7 @@ class _Builder:
         if isinstance(node, ScalarNode):
             return self._scalar(node)
         if node in self._open:
-            self._wrong(node, "an alias that holds itself; allowed: aliases of what is whole before them")
+            self._wrong(node, "an alias that holds itself; allowed: aliases of values that end before them")
             return None
         self._open.add(node)
         try:

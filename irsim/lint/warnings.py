@@ -84,7 +84,7 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
     for place, key in keys.items():
         path = set_value(document, key, None, place, Scenario)[1]
         if any(path[: len(part)] == part for part in places):
-            found.append(Notice(path, "what it changes is switched off"))
+            found.append(Notice(path, "its part is switched off"))
     return [_warning(document, notice) for notice in found]
 
 
@@ -149,7 +149,7 @@ def _range_notices(document: Document, scenario: Scenario) -> Iterator[Notice]:
     for key, variation in scenario.vary.items():
         path = set_value(document, key, None, "vary", Scenario)[1]
         if any(path[: len(place)] == place for place in off):
-            yield Notice(("vary", key), "what it varies is switched off")
+            yield Notice(("vary", key), "its part is switched off")
         yield from islice(_ineffective_range(document, key, path, variation), 1)
         yield from islice(_unplaceable(document, key, variation), 1)
 

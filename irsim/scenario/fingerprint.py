@@ -15,9 +15,21 @@ from irsim.config.fields import Located
 from irsim.config.paths import DIGEST, FILE
 
 NOT_PIXELS = (
-    *("lint", "cli", "calibration", "strategies"),
-    *("__main__.py", "errors.py", "notebook.py"),
-    *("render/interrupts.py", "render/masks.py", "render/moments.py", "render/sources.py", "render/workers.py"),
+    # read and check scenarios, and word error messages
+    *("lint", "errors.py", "scenario/loader.py", "scenario/severity.py", "scenario/catalog.py"),
+    *("scenario/validation.py", "config/diagnostics.py", "config/overrides.py", "config/schema.py"),
+    *("config/relative_paths.py", "config/serialization.py", "config/yaml_text.py"),
+    # share frames out among processes: each is the same as drawn alone (see below)
+    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py"),
+    *("render/shared_memory.py", "render/worker.py"),
+    # vary scenes, generate them, and hold tracks to rules
+    *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
+    # show, write and measure rendered frames
+    *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
+    *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
+    *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),
+    # commands, and ways in
+    *("__main__.py", "cli", "render/sources.py"),
 )
 """Packages and files of irsim that no pixel and no truth depends on.
 

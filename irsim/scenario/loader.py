@@ -166,7 +166,7 @@ def scenario_document(scenario: Scenario, as_value: Callable[[Scenario], Any] = 
 def _recording_problem(file: Path) -> str:
     """Return why a file that is a recording, by its content or its name, is no YAML."""
     if begins_as_recording(file):
-        return "is a recording, no YAML; irsim info tells what is in it"
+        return "is a recording, no YAML; irsim info describes it"
     allowed = "allowed: YAML text, in a file whose name ends in .yaml"
     if file.stat().st_size == 0:
         return f"is empty, no recording and no YAML; {allowed}"

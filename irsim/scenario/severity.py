@@ -13,7 +13,7 @@ from irsim.errors import InputError
 
 _NOT_VARIABLE = {"about", "seed", "expect", "severities", "vary"}
 """Keys that make a scene no harder: they cannot stand in a table."""
-_VARIABLE = "keys that change what is seen, such as camera.netd_mk"
+_VARIABLE = "keys that change the picture, such as camera.netd_mk"
 
 
 def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:

@@ -17,8 +17,8 @@ Place = tuple[str | int, ...]
 @st.composite
 def invalid_texts(draw: st.DrawFn) -> tuple[str, str]:
     """Draw (fault, a text that is no scenario)."""
-    what = draw(st.sampled_from(list(_FAULTS)))
-    return what, _FAULTS[what](draw, draw(documents()))
+    fault = draw(st.sampled_from(list(_FAULTS)))
+    return fault, _FAULTS[fault](draw, draw(documents()))
 
 
 @st.composite

@@ -163,9 +163,9 @@ BAD = {
     "two documents": ("a: 1\n---\nb: 1", "f.yaml:2:1: a second document begins; allowed: one document a file"),
     "alias in itself": (
         "a: &x [*x]",
-        "f.yaml:1:4: an alias that holds itself; allowed: aliases of what is whole before them",
+        "f.yaml:1:4: an alias that holds itself; allowed: aliases of values that end before them",
     ),
-    "unknown alias": ("a: *u", "f.yaml:1:4: not YAML: found undefined alias 'u'; allowed: *NAME of what stands be"),
+    "unknown alias": ("a: *u", "f.yaml:1:4: not YAML: found undefined alias 'u'; allowed: *NAME of a value marked"),
     "open bracket": (
         "a: [1",
         "f.yaml:1:6: not YAML: while parsing a flow sequence: expected ',' or ']', but got '<stream end>'; allowed: a "

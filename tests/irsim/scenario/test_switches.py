@@ -434,7 +434,7 @@ def test_overrides_of_switched_off_parts_are_warned_of(tmp_path: Path) -> None:
     path = tmp_path / "x.yaml"
     path.write_text(text)
     assert irsim.unheeded(path, ["camera.psf_px=2"], ["psf"]) == [
-        "override camera.psf_px: warning: what it changes is switched off"
+        "override camera.psf_px: warning: its part is switched off"
     ]
     assert [notice.at for notice in doubts(loads(text))] == [("camera", "agc", "low")]
     assert list(doubts(without(loads(text), "agc"))) == []

@@ -64,7 +64,6 @@ def test_a_hunt_that_can_note_no_trial_is_one_line(tmp_path: Path) -> None:
         hunt(tmp_path)
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("more", "said"),
     [(-1, r"minimal\.mcap: cannot be written: File too large"), (0, r"minimal\.db: cannot use the results file")],
