@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import yaml
 from mcap.reader import make_reader
-from net_values import SCRATCH, Item, command, digest, document, lasting, leaves, plain, summary
+from net_values import SCRATCH, Item, clean, command, digest, document, lasting, leaves, plain, summary
 
 import irsim
 import irtrack
@@ -65,6 +65,7 @@ VARIANTS: dict[str, tuple[str, Sequence[str]]] = {
 }
 """Scenes of kinds that no shipped scenario has: an example and its overrides."""
 RECORDED = {"sky": ("sky", SMALL), "electrons": VARIANTS["electrons"], "faults": VARIANTS["faults"]}
+PLAIN = (str, int, float, tuple, type(None))
 TRACKERS = ("grey_pf", "kalman", "template", "mean_shift", "change_kalman")
 
 
@@ -85,7 +86,10 @@ def scene(path: str | Path, overrides: Sequence[str] = ()) -> Iterator[Item]:
     for name in names:
         yield f"source/{name}", partial(getattr, source, name)
     yield "source/length", len(source)
-    yield "dumps", lambda: digest([yaml.safe_load(irsim.dumps(scenario, short=short)) for short in (True, False)])
+    yield (
+        "dumps",
+        lambda: digest([yaml.safe_load(clean(irsim.dumps(scenario, short=short))) for short in (True, False)]),
+    )
     truth, (columns, rows) = source.truth(last), source.size
     targets = list(truth.targets) if truth else []
     x, y = targets[0].center if targets else (columns / 2, rows / 2)
@@ -275,7 +279,10 @@ def public(package: Any) -> Iterator[Item]:
 
 def _parameters(value: Any) -> list[list[str]]:
     parameters = inspect.signature(value).parameters.values()
-    return [[each.name, each.kind.name, digest(each.default)[:6]] for each in parameters]
+    return [
+        [each.name, each.kind.name, digest(each.default)[:6] if isinstance(each.default, PLAIN) else "object"]
+        for each in parameters
+    ]
 
 
 def tasks(scenarios: Sequence[Path]) -> Iterator[tuple[str, Any]]:
