@@ -72,14 +72,6 @@ def fit(
             "-o", "--output", metavar="YAML", help="The scenario to write; default: standard output.", parser=given_path
         ),
     ] = None,
-    display: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PICTURES",
-            help="What the camera showed of the same frames, in 8 bits: a folder of PNG or TIFF, a .npy, a video or a "
-            "recording. The AGC is fitted to it.",
-        ),
-    ] = None,
     region: RegionOption = None,
     frames: Frames = None,
     as_json: Json = False,
@@ -87,16 +79,16 @@ def fit(
     without: WithoutOption = None,
 ) -> None:
     """Fit a camera and a background to a recording: a scenario that has them, its figures with 95 %
-    intervals; of the display, how far each number may be turned before the pictures tell."""
+    intervals."""
     from irsim.config.files import check_output
     from irsim.fitting import check_replaced
     from irsim.scenario.loader import find
 
     opened = open_changed(source, overrides, seed, without)
-    check_output(output, find(source), _shown(display), endings=(".yaml", ".yml"))
+    check_output(output, find(source), endings=(".yaml", ".yml"))
     check_replaced(output)
     where, wanted = _region(region, opened.size), _wanted(frames, opened)
-    _tell_fit(_fitted(source, opened, display, where, wanted), output, as_json)
+    _tell_fit(_fitted(source, opened, where, wanted), output, as_json)
 
 
 def realism(
@@ -154,31 +146,13 @@ def _told_of(source: str) -> Iterator[None]:
         raise InputError(f"{source}: {error}") from None
 
 
-def _shown(display: str | None) -> Path | None:
-    """Where the pictures lie that --display names."""
-    from irsim.scenario.loader import find
+def _fitted(source: str, opened: Source, where: Region | None, wanted: range) -> Fit:
+    """Fit the wanted frames, with a progress bar."""
+    from irsim.fitting import fit_frames
 
-    try:
-        return None if display is None else find(display)
-    except InputError:
-        raise InputError(
-            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
-            "or TIFF, a .npy, a video or a recording"
-        ) from None
-
-
-def _fitted(source: str, opened: Source, display: str | None, where: Region | None, wanted: range) -> Fit:
-    """What is fitted to the frames that are wanted, and to the pictures of them, with progress bars."""
-    from irsim.displayed import FITS
-    from irsim.fitting import fit_frames, open_pictures
-
-    with open_pictures(display, opened) as pictures:
-        read = _read(opened, wanted)
-        with _told_of(source):
-            if pictures is None:
-                return fit_frames(read, opened, where, wanted.start)
-            with progress_bar("fit display", len(FITS)) as progress:
-                return fit_frames(read, opened, where, wanted.start, pictures, progress)
+    read = _read(opened, wanted)
+    with _told_of(source):
+        return fit_frames(read, opened, where, wanted.start)
 
 
 def _tell_fit(found: Fit, output: Path | None, as_json: bool) -> None:

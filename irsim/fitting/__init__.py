@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from irsim.displayed import FittedDisplay, Pairs, fit_display, paired
 from irsim.errors import InputError
-from irsim.fitting.pictures import Pictures, open_pictures
 from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
-from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed
+from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_timed
 from irsim.measure.boxes import boxes_of_targets
 from irsim.render.sources import open_source
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
 from irsim.types import Source
-
-Counts = npt.NDArray[np.integer]
 
 
 @dataclass(frozen=True)
@@ -33,7 +26,6 @@ class Fit:
     """What a recording tells of its camera and background, and a scenario that has it.
 
     figures     in counts, px and frames, with intervals
-    display     its AGC, fitted to what the camera showed, with tolerances; None where no pictures tell it
     text        the scenario as YAML, with the ranges as comments; `irsim render` takes it. Its last line tells a later
                 `irsim fit -o` that nothing in it was changed
     notes       what could not be told, and what was taken for it; what limits all figures first
@@ -41,7 +33,6 @@ class Fit:
 
     name: str
     figures: Figures
-    display: FittedDisplay | None
     text: str
     notes: tuple[str, ...]
 
@@ -51,7 +42,7 @@ class Fit:
 
     def summary(self) -> Iterator[tuple[str, str]]:
         """Labels and texts of what was found, for people."""
-        return summary_lines(self.figures, self.display)
+        return summary_lines(self.figures)
 
     def _ages(self) -> dict[str, float | None]:
         """Times since a correction, of those figures whose noise began at one; None where it was always there."""
@@ -78,7 +69,6 @@ class Fit:
             "figures": {name: m.as_json() for name, m in measured.items()} | self._of_bad_pixels(),
             "ages_s": self._ages(),
             "bounds": [name for name, m in measured.items() if m.bound],
-            "display": None if self.display is None else self.display.as_json(),
             "notes": list(self.notes),
         }
 
@@ -88,21 +78,17 @@ def fit(
     region: Region | None = None,
     start: int = 0,
     stop: int | None = None,
-    display: str | PathLike[str] | Source | None = None,
 ) -> Fit:
     """Measure a recording (or a scenario, rendered for it) and write a scenario with its camera and background.
 
     region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
     start, stop frames that are looked at; the first 300 where not given
-    display     what the camera showed of the same frames, picture k of frame k: a folder of PNG or TIFF, a .npy, a
-                video or a recording of 8 bits, to which the AGC is fitted; frames before `start` run it in
 
-    InputError where frames are too few or too small, a source cannot be opened, or the pictures are none of its frames.
+    InputError where frames are too few or too small, or a source cannot be opened.
     """
     opened = open_source(source)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
-    with open_pictures(display, opened) as pictures:
-        return fit_frames(read_timed(opened, range(start, last)), opened, region, start, pictures)
+    return fit_frames(read_timed(opened, range(start, last)), opened, region, start)
 
 
 def fit_frames(
@@ -110,24 +96,16 @@ def fit_frames(
     source: Source,
     region: Region | None = None,
     start: int = 0,
-    pictures: Pictures | None = None,
-    progress: Callable[[int], None] | None = None,
 ) -> Fit:
-    """The same of frames that were read from a source already, from frame `start` on.
-
-    pictures    what was shown of the source's frames, as `open_pictures` gives it
-    progress    called with the number of kinds of AGC tried, of `irsim.displayed.FITS`
-    """
+    """The same of frames that were read from a source already, from frame `start` on."""
     stack, times = read
     boxes = boxes_of_targets(source, start, start + len(stack))
     top = 2.0**source.bits - 1
     figures = measure_figures(stack, source.rate_hz, region, top, start=start, times=times, boxes=boxes)
-    shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
-    scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
+    scene = Scene.of(source, figures)
     lines = "\n".join(scene.lines(len(stack)))
-    fitted = shown if isinstance(shown, FittedDisplay) else None
     notes = (*scene.notes, *_refused(lines))
-    return Fit(source.name, figures, fitted, sealed(lines + "\n"), notes)
+    return Fit(source.name, figures, sealed(lines + "\n"), notes)
 
 
 def _refused(text: str) -> Iterator[str]:
@@ -138,12 +116,4 @@ def _refused(text: str) -> Iterator[str]:
         yield from (f"irsim render refuses this: {line}" for line in str(error).splitlines())
 
 
-def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs:
-    """Counts of `stack` and their pictures, with frames before it, of which a slow gain has a memory."""
-    lead = min(start, max(FRAMES - len(stack), 0))
-    if lead:
-        stack = np.concatenate([read_counts(source, range(start - lead, start)), stack])
-    return paired(stack, source.bits, pictures, start - lead, lead)
-
-
-__all__ = ["Fit", "check_replaced", "fit", "fit_frames", "open_pictures", "sealed"]
+__all__ = ["Fit", "check_replaced", "fit", "fit_frames", "sealed"]

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from irsim.camera.detectors import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
-from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
@@ -44,12 +43,9 @@ class Scene:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(
-        cls, source: Source, figures: Figures, display: FittedDisplay | str | None, read: tuple[str, ...] = ()
-    ) -> Scene:
-        """`display` as `ChosenAgc.of` has it, `read` notes on how its pictures were read."""
+    def of(cls, source: Source, figures: Figures) -> Scene:
         facts = source.camera
-        agc = ChosenAgc.of(source, display)
+        agc = ChosenAgc.of(source)
         unknown = [
             word
             for word, known in (
@@ -75,7 +71,7 @@ class Scene:
             curve=facts.curve,
             agc=agc,
             figures=figures,
-            notes=(*limits, *figures.notes, *nominal, *read, *agc.notes),
+            notes=(*limits, *figures.notes, *nominal, *agc.notes),
         )
 
     @cached_property

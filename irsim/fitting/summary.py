@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from irsim.displayed import FittedDisplay
 from irsim.fitting.numbers import interval, plain
 from irsim.measure import Figures, Measured
 
 
-def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tuple[str, str]]:
-    """Labels and texts: noise in counts, bad pixels as shares of all, the blur, the display."""
+def summary_lines(found: Figures) -> Iterator[tuple[str, str]]:
+    """Labels and texts: noise in counts, bad pixels as shares of all, the blur."""
     yield "noise", f"{_told(found.noise)} counts in time, of each pixel"
     if found.memory is not None and found.memory_frames is not None and found.memory.value:
         yield "", f"of it {_told(found.memory)} with a memory of {_told(found.memory_frames)} frames"
@@ -39,8 +38,6 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
     if unknown := [name for name, share in shares if share.high >= 1 and not share.low]:
         yield "" if told else "bad", f"not told how many are {' or '.join(unknown)}"
     yield "psf", f"{_told(found.psf)} px" + ("" if found.blur is not None else ", taken: no point is seen")
-    if display is not None:
-        yield "display", f"{display.agc.kind}, {plain(display.rms_grey, 2)} greys rms"
 
 
 def _named(values: tuple[tuple[str, Measured | None], ...]) -> str:

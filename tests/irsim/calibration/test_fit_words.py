@@ -80,7 +80,7 @@ def written() -> Scenario:
         region=Region(0, 0, 64, 64),
         notes=(),
     )
-    return loads("\n".join(Scene.of(Rendering(loads(SOURCE)), figures, None).lines(4)))
+    return loads("\n".join(Scene.of(Rendering(loads(SOURCE)), figures).lines(4)))
 
 
 def test_bad_pixels_are_written_as_they_were_found(written: Scenario) -> None:
