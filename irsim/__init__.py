@@ -54,10 +54,10 @@ _PUBLIC = {
     "open_source": "irsim.render.sources",
     "unheeded": "irsim.render.sources",
     "is_recording": "irsim.config.files",
-    "Fit": "irsim.fitting",
-    "fit": "irsim.fitting",
-    "measure_noise": "irsim.measure",
-    "measure_realism": "irsim.measure",
+    "Fit": "irsim.calibration.fit",
+    "fit": "irsim.calibration.fit",
+    "measure_noise": "irsim.calibration.noise",
+    "measure_realism": "irsim.calibration.realism",
     "import_frames": "irsim.recording.conversion",
 }
 

@@ -26,9 +26,9 @@ NOT_PIXELS = (
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("scenario/authoring.py", "scenario/expectation.py", "scenario/space.py", "scenario/variation.py", "strategies"),
     # show, write and measure what is rendered
-    *("notebook.py", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
+    *("notebook.py", "calibration", "render/masks.py", "render/moments.py", "render/levels.py"),
     *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
-    *("recording/pictures.py", "recording/tiff.py", "stated.py"),
+    *("recording/pictures.py", "recording/tiff.py"),
     # commands, and ways in
     *("__main__.py", "cli", "lazy.py", "render/sources.py"),
 )
