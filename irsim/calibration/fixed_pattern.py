@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from irsim.calibration.selection import WINDOW_SIDE, Region
-from irsim.calibration.statistics import Estimate, chi_square, jackknife, root
+from irsim.calibration.statistics import Estimate, chi_square, hull, jackknife, root
 from irsim.calibration.texture import Spectrum, fit_texture, periodogram
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
@@ -66,7 +66,8 @@ def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> Fixe
     if window is not None:
         part = picture[window.rows, window.columns]
         floor = fit_texture(periodogram(part), part.shape, blur)[0].floor
-    return FixedPattern(spectrum, psf, floor, line_sigma(picture), line_sigma(picture.T), window)
+    row, column = line_sigma(picture, edges), line_sigma(picture.T, edges)
+    return FixedPattern(spectrum, psf, floor, row, column, window)
 
 
 def _quietest(sharp: Floats) -> Region | None:
@@ -80,16 +81,18 @@ def _quietest(sharp: Floats) -> Region | None:
     return Region(int(column) + 1, int(row) + 1, side, side)
 
 
-def line_sigma(picture: Floats) -> Estimate:
+def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
     """Return the sigma of the offsets of whole rows of a picture (rows, columns).
 
-    Each row less the mean of its neighbours has 3/2 of their variance. Rows that stand out in the whole picture are a
-    horizon or a road, and left out with their neighbours.
+    Each row less the mean of its neighbours has 3/2 of their variance. Where edges are seen, rows that stand out in the
+    whole picture are a horizon or a road, and left out with their neighbours.
     """
     bent = _bend(picture)
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
+    if not edges:
+        return _shared_sigma(parts, math.inf)
     found = [_shared_sigma(parts, sigmas) for sigmas in _OUTSTANDING]
-    return Estimate(found[1].value, min(each.low for each in found), max(each.high for each in found))
+    return hull(found[1], found)
 
 
 def _shared_sigma(parts: Floats, sigmas: float) -> Estimate:

@@ -32,6 +32,8 @@ _MISFIT = 0.03
 _RIM = 0.2
 """Rms of a window's rim about a plane as a share of its height, at most: edges have 0.4 and more."""
 _OVERSAMPLED = 4
+_SYSTEMATIC = 0.01
+"""Relative error of a sigma by lag, gain differences and the sampling of the model."""
 _STILL_ERROR = 2.5
 """Factor on the error of a still point: what lies beneath it is the same in all frames, and not white."""
 
@@ -72,7 +74,7 @@ def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Est
             spot = fit_spot(window)
             if spot.is_point and peak < FULL * top:
                 standing += 1
-                reach = 1.96 * _STILL_ERROR * spot.error
+                reach = math.hypot(1.96 * _STILL_ERROR * spot.error, _SYSTEMATIC * spot.minor)
                 found.append(Estimate(spot.minor, spot.minor - reach, spot.minor + reach))
     sharpest = []
     for k in picked:
@@ -81,7 +83,9 @@ def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Est
         if points := [spot.minor for spot in spots if spot.is_point]:
             sharpest.append(min(points))
     if len(sharpest) >= _LEAST_POINTS:
-        found.append(order_median(np.array(sharpest)))
+        blur = order_median(np.array(sharpest))
+        reach = _SYSTEMATIC * blur.value
+        found.append(Estimate(blur.value, blur.low - reach, blur.high + reach))
     return min(found, key=lambda sigma: sigma.high, default=None), standing
 
 

@@ -96,6 +96,11 @@ def may_be_hidden(sigma: Estimate, hidden: bool) -> Estimate:
     return replace(sigma, low=0.0, high=max(sigma.high, _HIDDEN)) if hidden else sigma
 
 
+def hull(middle: Estimate, found: list[Estimate]) -> Estimate:
+    """Return the value of one estimate with the interval that covers those of all."""
+    return Estimate(middle.value, min(one.low for one in found), max(one.high for one in found))
+
+
 def chi_square(value: float, freedom: float) -> Estimate:
     """Return a variance estimated by a mean square of that many independent normal values."""
     from scipy.stats import chi2

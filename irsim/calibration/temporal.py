@@ -27,6 +27,7 @@ from irsim.calibration.statistics import (
     check_positive,
     check_size,
     frame_numbers,
+    hull,
     jackknife,
     root,
     spatial_blocks,
@@ -40,12 +41,12 @@ LEAST_CORRELATION = 0.02
 LINE_CORRELATION = 0.3
 """The same for rows, columns and the level, of which there are few."""
 _LINE_BLOCKS = 12
-_FIT_LAGS = 16
+_FIT_LAGS = 12
 _SLOWEST = 3.0
 """Longest time constant of the grid, in lengths of the recording."""
 _FASTEST = 0.33
 """Shortest time constant of the grid, frames: its correlation from frame to frame is 0.05."""
-_GRID = 48
+_GRID = 20
 
 
 @dataclass(frozen=True)
@@ -237,8 +238,9 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         return np.array([*parts, parts[0] + parts[1], math.log(time), left, means[-1] - left])
 
     found = jackknife(blocks, lambda means: statistic(True, means))
-    if found[2].low <= 0:
-        found = jackknife(blocks, lambda means: statistic(False, means))
+    if found[2].low <= 0:  # no significant walk: the values are those without one, the intervals allow for one
+        without = jackknife(blocks, lambda means: statistic(False, means))
+        found = [hull(one, [one, other]) for one, other in zip(without, found, strict=True)]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
         # Noise that lasts as long as the recording is not told from fixed pattern.

@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from irsim.calibration.statistics import Estimate, Values, check_frames
+from irsim.calibration.statistics import Estimate, Values, check_frames, hull
 from irsim.errors import InputError
 from irsim.types import Floats
 
@@ -103,19 +103,15 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
     tried = [_fit(powers, shape, psf_px) for psf_px in (middle, low, high)]
     taken = 0 if blur is not None else int(np.argmin([each.loss for each in tried] + np.array([0.0, 2.0, 2.0])))
     best = tried[taken]
-    floor = _hull(best.floor, [each.floor for each in tried])
+    floor = hull(best.floor, [each.floor for each in tried])
     texture = best.texture
     if texture is not None:
         others = [each.texture for each in tried if each.texture is not None]
         names = [field.name for field in fields(PowerLaw)]
-        texture = PowerLaw(**{n: _hull(getattr(texture, n), [getattr(other, n) for other in others]) for n in names})
+        texture = PowerLaw(**{n: hull(getattr(texture, n), [getattr(other, n) for other in others]) for n in names})
         if min(texture.beta_x.value, texture.beta_y.value) > _STEEPEST:
             texture = None
     return Spectrum(texture, floor, best.density, best.loss), Estimate((middle, low, high)[taken], low, high)
-
-
-def _hull(middle: Estimate, found: list[Estimate]) -> Estimate:
-    return Estimate(middle.value, min(one.low for one in found), max(one.high for one in found))
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,10 +210,11 @@ def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 def _log_variance(theta: Floats) -> float:
     """Return the log of the texture's variance over a field of TILE x TILE px, unblurred, without its mean."""
-    x, y = np.abs(np.fft.fftfreq(TILE))[None], np.abs(np.fft.fftfreq(TILE))[:, None]
-    shape = _shape(theta, x, y)
+    half = np.arange(TILE // 2 + 1) / TILE
+    shape = _shape(theta, half[None], half[:, None])
     shape[0, 0] = 0
-    return float(np.log(_strength(theta) * shape.mean()))
+    count = np.where((half == 0) | (half == 0.5), 1, 2)  # negative frequencies are alike
+    return float(np.log(_strength(theta) * (count @ shape @ count) / TILE**2))
 
 
 def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:

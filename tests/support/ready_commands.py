@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 
 NAMES = ("irsim", "irtrack")
 IMPORTED = (
-    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.fitting", "irtrack.cli"),
+    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.calibration.fit", "irtrack.cli"),
     *("irtrack.bench", "irtrack.trackers", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
     *("scipy.ndimage", "scipy.optimize", "scipy.stats", "matplotlib.pyplot", "jinja2"),
 )
