@@ -274,7 +274,9 @@ def _scatter(apart: Floats) -> Floats:
 
 
 def _alone(height: Floats, found: Bools) -> Bools:
-    """Return the found pixels in groups of up to 16 whose peak at most two of its four neighbours share.
+    """Return the found pixels in groups of up to 16 whose peak is shared by at most two of its four neighbours.
+
+    Nor are more than four of its eight neighbours found, as around a bright point.
 
     Pixels up to 3 px apart are one group: a cluster of bad pixels, or a thing that is lit.
     """
@@ -288,7 +290,8 @@ def _alone(height: Floats, found: Bools) -> Bools:
     wide = np.pad(height, 1)
     for group, (row, column) in enumerate(maximum_position(height, members, np.arange(1, count + 1)), 1):
         beside = (wide[row, column + 1], wide[row + 2, column + 1], wide[row + 1, column], wide[row + 1, column + 2])
-        good[group] &= sum(value > _SHARES * height[row, column] for value in beside) <= 2
+        near = members[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] == group
+        good[group] &= sum(value > _SHARES * height[row, column] for value in beside) <= 2 and near.sum() <= 5
     alone: Bools = found & good[members]
     return alone
 
