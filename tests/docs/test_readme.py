@@ -47,7 +47,7 @@ def commands() -> Iterator[str]:
         yield path
 
 
-LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "measure.md"}
+LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "calibration.md"}
 """Each of these tracks dozens of scenes, or fits displays: half a minute and more."""
 
 
@@ -130,7 +130,7 @@ def resolved(name: str) -> object:
     return found
 
 
-TOLD_AS_MODULES = {"irsim.measure", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+TOLD_AS_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
 """What readers are told of as a module or a group of entry points; any other name is a function or a class."""
 
 TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}

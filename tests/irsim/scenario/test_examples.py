@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.measure.jumps import jumps
+from irsim.calibration.stretch import jumps
 from irsim.occluders.standing import Building
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
@@ -28,7 +28,7 @@ def loaded(name: str) -> irsim.Scenario:
 @pytest.mark.sampled
 @pytest.mark.parametrize("path", examples().values(), ids=examples().keys())
 def test_every_example_says_what_it_is_for_shows_its_target_and_is_not_cut(path: Path) -> None:
-    """No picture of it is told to be another than the one before, as of a shutter (`irsim.measure.jumps`)."""
+    """No picture of it is told to be another than the one before, as of a shutter (`irsim.calibration.stretch.jumps`)."""
     rendering = irsim.Rendering(loaded(path.stem))
     assert rendering.scenario.about
     assert path.read_text().startswith("#")
