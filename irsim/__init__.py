@@ -58,7 +58,7 @@ _PUBLIC = {
     "fit": "irsim.calibration.fit",
     "measure_noise": "irsim.calibration.noise",
     "measure_realism": "irsim.calibration.realism",
-    "import_frames": "irsim.recording.conversion",
+    "import_frames": "irsim.recording.importers",
 }
 
 __all__ = sorted(_PUBLIC)

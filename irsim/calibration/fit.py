@@ -31,7 +31,7 @@ from irsim.config.base import dump
 from irsim.errors import InputError
 from irsim.physics.radiometry import radiance, slope, temperature
 from irsim.physics.scale import Scale
-from irsim.recording.write import default_agc
+from irsim.recording.writer import default_agc
 from irsim.render.sources import open_source
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario

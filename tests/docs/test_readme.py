@@ -169,7 +169,7 @@ def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> No
 
 
 def calls(code: ast.Module, package: ModuleType) -> list[ast.Call]:
-    """The calls of a package's names: `irsim.load(...)`, `irsim.measure.measure_noise(...)`."""
+    """The calls of a package's names: `irsim.load(...)`, `irsim.calibration.measure_noise(...)`."""
     return [
         each
         for each in ast.walk(code)

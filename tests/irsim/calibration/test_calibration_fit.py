@@ -111,7 +111,9 @@ def test_a_sliding_scene_has_an_upper_bound_of_noise() -> None:
 
 
 def test_photon_counting_cameras_are_written_with_electrons() -> None:
-    found = irsim.fit(irsim.loads("frames: 30\ncamera: {preset: cooled_mwir, size: [96, 80]}\nbackground: {kind: sky}\n"))
+    found = irsim.fit(
+        irsim.loads("frames: 30\ncamera: {preset: cooled_mwir, size: [96, 80]}\nbackground: {kind: sky}\n")
+    )
     detector = found.scenario.camera.detector
     assert detector is not None
     assert detector.kind == "electrons"

@@ -24,7 +24,7 @@ from irsim.config.yaml_file import read
 from irsim.errors import InputError
 from irsim.geometry.random_fields import spectral
 from irsim.recording import open_recording
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 from irsim.scenario.loader import examples
 from irsim.types import BackgroundClass, Floats
 
