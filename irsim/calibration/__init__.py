@@ -5,12 +5,12 @@ Recordings are real or rendered; every estimator is a pure function of an array 
 
 from irsim.calibration.bad_pixels import BadPixels, find_bad_pixels
 from irsim.calibration.figures import FRAMES, Figures, measure_figures
-from irsim.calibration.fit import Fit, fit
+from irsim.calibration.fit import Fit
 from irsim.calibration.noise import Noise3dTerms, NoiseReport, measure_noise, noise_3d
 from irsim.calibration.realism import CAMERAS, CLASSES, Realism, compare_noise, compare_texture, measure_realism
 from irsim.calibration.selection import Region, flattest
 from irsim.calibration.statistics import Estimate
-from irsim.calibration.temporal import Memory, Temporal, temporal
+from irsim.calibration.temporal import Memory, Temporal, temporal_noise
 from irsim.calibration.texture import PowerLaw, TextureFigures, texture_figures
 
 __all__ = [
@@ -32,12 +32,11 @@ __all__ = [
     "compare_noise",
     "compare_texture",
     "find_bad_pixels",
-    "fit",
     "flattest",
     "measure_figures",
     "measure_noise",
     "measure_realism",
     "noise_3d",
-    "temporal",
+    "temporal_noise",
     "texture_figures",
 ]

@@ -118,7 +118,7 @@ def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, 
         times=times,
         boxes=target_boxes(source, start, start + len(counts)),
     )
-    writer = _Writer.of(source, figures)
+    writer = Writer.of(source, figures)
     text = "\n".join(writer.lines(len(counts))) + "\n"
     return Fit(source.name, figures, sealed(text), (*writer.notes, *_refusals(text)))
 
@@ -156,7 +156,7 @@ def check_replaced(path: Path | None) -> None:
 
 
 @dataclass(frozen=True)
-class _Writer:
+class Writer:
     """Writer of figures as keys of a scenario."""
 
     name: str
@@ -173,7 +173,7 @@ class _Writer:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, source: Source, figures: Figures) -> _Writer:
+    def of(cls, source: Source, figures: Figures) -> Writer:
         facts = source.camera
         agc, reason, agc_notes = _agc(source)
         known = (

@@ -37,7 +37,7 @@ from irsim.calibration.temporal import (
     Temporal,
     fit_level,
     line_memories,
-    temporal,
+    temporal_noise,
     time_freedom,
 )
 from irsim.rng import stream
@@ -261,7 +261,7 @@ def _decompose(
     flat: Floats, number: Indices, rate_hz: float, moving: bool
 ) -> tuple[Noise3dTerms, Temporal, dict[str, Memory], Level]:
     """Return terms, memory of pixels, memory of lines and the level; whole sigmas of terms that have memory."""
-    over_time = temporal(flat, rate_hz, number)
+    over_time = temporal_noise(flat, rate_hz, number)
     memory = over_time.memory
     terms = noise_3d(flat, time_freedom(memory, number), moving)
     if memory is not None:

@@ -102,7 +102,7 @@ class Level:
     time_frames: Estimate | None
 
 
-def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> Temporal:
+def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None) -> Temporal:
     """Return structure function, correlations and memory of the pixels in frames (T, rows, columns) of a flat scene.
 
     number  (T,) frame numbers of the camera at `rate_hz`; 0, 1, 2 ... by default

@@ -15,7 +15,7 @@ import irsim
 from irsim.backgrounds import Ground
 from irsim.calibration import Estimate, Figures, Fit, PowerLaw, Region, measure_figures
 from irsim.calibration.bad_pixels import BadPixelFigures
-from irsim.calibration.fit import _Writer
+from irsim.calibration.fit import Writer, fit
 from irsim.camera.detectors import BadPixels
 from irsim.cli.app import app
 from irsim.errors import InputError
@@ -46,7 +46,7 @@ def text(camera: str, background: str = EVEN, frames: int = 80) -> str:
 
 @lru_cache
 def fitted(camera: str, background: str) -> Fit:
-    return irsim.fit(irsim.loads(text(camera, background)))
+    return fit(irsim.loads(text(camera, background)))
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_texture_is_found_beside_the_camera() -> None:
 @pytest.mark.parametrize(("camera", "background"), [("uncooled", EVEN), ("white", TEXTURED)])
 def test_rendered_and_fitted_again_the_figures_agree(camera: str, background: str) -> None:
     first = fitted(camera, background)
-    again = dict(irsim.fit(first.scenario).figures.estimates())
+    again = dict(fit(first.scenario).figures.estimates())
     for name, found in first.figures.estimates():
         if not name.startswith("flaws."):
             assert found.low <= again[name].high, name
@@ -100,7 +100,7 @@ def test_the_scenario_has_the_kinds_that_were_found() -> None:
 
 def test_a_sliding_scene_has_an_upper_bound_of_noise() -> None:
     sliding = text("netd_mk: 30, motion: [{kind: pan, azimuth_deg_s: 0.8}]", TEXTURED, 40)
-    found = irsim.fit(irsim.loads(sliding))
+    found = fit(irsim.loads(sliding))
     assert found.figures.pixel is None
     assert found.figures.memory is None
     assert found.notes[0].startswith("the scene moves")
@@ -111,9 +111,7 @@ def test_a_sliding_scene_has_an_upper_bound_of_noise() -> None:
 
 
 def test_photon_counting_cameras_are_written_with_electrons() -> None:
-    found = irsim.fit(
-        irsim.loads("frames: 30\ncamera: {preset: cooled_mwir, size: [96, 80]}\nbackground: {kind: sky}\n")
-    )
+    found = fit(irsim.loads("frames: 30\ncamera: {preset: cooled_mwir, size: [96, 80]}\nbackground: {kind: sky}\n"))
     detector = found.scenario.camera.detector
     assert detector is not None
     assert detector.kind == "electrons"
@@ -155,7 +153,7 @@ def test_figures_are_written_in_the_unit_of_their_key() -> None:
         notes=(),
     )
     source = "frames: 4\ncamera: {size: [64, 64], rate_hz: 25, bits: 14, band: lwir, range_k: [270, 320]}\n"
-    writer = _Writer.of(irsim.Rendering(irsim.loads(f"{source}background: {{kind: sky}}\n")), figures)
+    writer = Writer.of(irsim.Rendering(irsim.loads(f"{source}background: {{kind: sky}}\n")), figures)
     scene = irsim.loads("\n".join(writer.lines(4)))
     bad = next(noise for noise in scene.camera.noise if isinstance(noise, BadPixels))
     assert (bad.dead, bad.hot, bad.blinking, bad.cluster, bad.dead_level) == (0.001, 0.002, 0.003, 1.8, 0.25)
@@ -196,7 +194,7 @@ def test_a_fit_replaces_nothing_but_an_unchanged_fit(tmp_path: Path) -> None:
     scene, camera = tmp_path / "scene.yaml", tmp_path / "camera.yaml"
     scene.write_text(SMALL)
     words = ["fit", str(scene), "-o", str(camera)]
-    camera.write_text(irsim.fit(scene).text)
+    camera.write_text(fit(scene).text)
     assert CliRunner().invoke(app, words).exit_code == 0
     fit_text = camera.read_text()
     for changed, said in (

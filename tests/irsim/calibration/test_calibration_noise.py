@@ -10,7 +10,7 @@ import pytest
 from calibration_clips import noise_frames, real, real_counts, rendered, series
 from intervals import held
 
-from irsim.calibration import Region, measure_noise, noise_3d, temporal
+from irsim.calibration import Region, measure_noise, noise_3d, temporal_noise
 from irsim.calibration.report import noise_lines, noise_notes
 from irsim.calibration.temporal import fit_level, time_freedom
 from irsim.errors import InputError
@@ -21,7 +21,7 @@ SEEDS = range(6)
 
 
 def test_the_seven_terms_lie_in_their_intervals() -> None:
-    found = [noise_3d(noise_frames(seed, **TERMS)) for seed in range(12)]
+    found = [noise_3d(noise_frames(seed, (60, 48, 48), **TERMS)) for seed in range(12)]
     for term, true in TERMS.items():
         held([getattr(each, term) for each in found], true)
 
@@ -34,7 +34,7 @@ def test_terms_that_are_absent_may_be_zero() -> None:
 @pytest.mark.parametrize(("rho", "count"), [(0.8, 60), (0.95, 200)])
 def test_white_and_correlated_noise_are_told_apart(rho: float, count: int) -> None:
     frames = [noise_frames(seed, (count, 48, 48), tvh=3.0, vh=2.0, correlated=4.0, rho=rho) for seed in SEEDS]
-    memories = [temporal(each, 30.0).memory for each in frames]
+    memories = [temporal_noise(each, 30.0).memory for each in frames]
     assert None not in memories
     found = [memory for memory in memories if memory is not None]
     held([each.white for each in found], 3.0, widest=0.2)
@@ -50,7 +50,9 @@ def test_drift_is_told_from_correlated_noise() -> None:
     found = []
     for seed in SEEDS:
         walk = np.random.default_rng(seed + 100).normal(0, 0.1, (300, 48, 48)).cumsum(axis=0)
-        found.append(temporal(walk + noise_frames(seed, (300, 48, 48), tvh=1.0, correlated=1.0, rho=0.7), 30.0).memory)
+        found.append(
+            temporal_noise(walk + noise_frames(seed, (300, 48, 48), tvh=1.0, correlated=1.0, rho=0.7), 30.0).memory
+        )
     memories = [memory for memory in found if memory is not None]
     held([memory.walk for memory in memories], 0.1 * math.sqrt(30), widest=0.2)
     held([memory.correlated for memory in memories], 1.0)
@@ -60,7 +62,7 @@ def test_lost_frames_count_as_time() -> None:
     """Every third frame is missing; correlation over the gap is rho squared."""
     number = np.array([k for k in range(240) if k % 3 != 2])
     frames = noise_frames(3, (240, 48, 48), tvh=1.0, correlated=3.0, rho=0.9)[number]
-    memory = temporal(frames, 30.0, number).memory
+    memory = temporal_noise(frames, 30.0, number).memory
     assert memory is not None
     assert memory.rho.value == pytest.approx(0.9, abs=0.01)
 
@@ -75,7 +77,7 @@ def test_the_level_lies_in_its_interval(rho: float) -> None:
 
 def test_the_freedom_of_a_correlated_series_is_less() -> None:
     number = np.arange(100)
-    memory = temporal(noise_frames(1, (100, 48, 48), correlated=3.0, rho=0.9), 30.0).memory
+    memory = temporal_noise(noise_frames(1, (100, 48, 48), correlated=3.0, rho=0.9), 30.0).memory
     assert time_freedom(None, number) == 99
     assert 5 < time_freedom(memory, number) < 30
 

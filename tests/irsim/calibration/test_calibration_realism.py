@@ -28,6 +28,7 @@ from irsim.recording.importers import import_frames
 from irsim.scenario.loader import examples
 from irsim.types import BackgroundClass, Floats
 
+CLOUDS = ["clouds", "frames=8", "camera.size=[160, 128]"]
 PRESET = "frames: 100\ncamera: {preset: PRESET, size: [128, 96]}\nbackground: {kind: ground, spread_k: 0}\n"
 CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
 
@@ -144,10 +145,10 @@ def test_presets_are_of_their_sort_alone(preset: str, rate_hz: float, sort: str)
 @pytest.mark.parametrize("blur", [0.0, 1.0])
 def test_white_and_blurred_noise_is_that_of_no_camera(blur: float) -> None:
     rng = np.random.default_rng(0)
-    frames = [rng.normal(0, 20, (96, 128)) for _ in range(60)]
+    frames = 1000 + rng.normal(0, 20, (60, 96, 128))
     if blur:
-        frames = [cv2.GaussianBlur(frame, (0, 0), blur) for frame in frames]
-    assert compare_noise(measure_figures(1000 + np.stack(frames), 30.0, points=False)).fitting == ()
+        frames = np.stack([np.asarray(cv2.GaussianBlur(frame, (0, 0), blur), np.float64) for frame in frames])
+    assert compare_noise(measure_figures(frames, 30.0, points=False)).fitting == ()
 
 
 def figures() -> Figures:
@@ -200,14 +201,14 @@ def test_unknown_names_and_unfit_pictures_are_one_clear_error() -> None:
 
 
 def test_the_command_judges_texture_by_its_status() -> None:
-    good = CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--like", "cloud", "--json"])
+    good = CliRunner().invoke(app, ["realism", *CLOUDS, "--like", "cloud", "--json"])
     assert good.exit_code == 0, good.output
     found = json.loads(good.stdout)
     assert "cloud" in found["classes"]
     assert found["ranges"]["bend"]["inside"]
-    same = irsim.measure_realism(irsim.open_source("clouds", ["frames=12"]), "cloud")
+    same = irsim.measure_realism(irsim.open_source("clouds", CLOUDS[1:]), "cloud")
     assert json.loads(json.dumps({"source": "clouds", **same.as_json()})) == found
-    bad = CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--like", "trees"])
+    bad = CliRunner().invoke(app, ["realism", *CLOUDS, "--like", "trees"])
     assert bad.exit_code == 1
     assert "OUTSIDE" in bad.stdout
     assert bad.stdout.splitlines()[0] == "figure      measured  allowed for trees"
@@ -232,7 +233,7 @@ def test_the_command_judges_noise_by_its_status(tmp_path: Path) -> None:
 
 
 def test_noise_of_a_moving_scene_is_not_judged() -> None:
-    moving = ["realism", "clouds", "frames=12", "--like", "cloud"]
+    moving = ["realism", *CLOUDS, "--like", "cloud"]
     reason = "its noise cannot be judged, for the scene moves; allowed: a still camera"
     alone = CliRunner().invoke(app, moving)
     assert alone.exit_code == 0, alone.output

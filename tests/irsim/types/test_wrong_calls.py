@@ -167,17 +167,20 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.calibration.find_bad_pixels(FRAMES, anything(None)),
         "top None: allowed: a number above 0",
     ),
-    "a rate of temporal": (lambda: irsim.calibration.temporal(FRAMES, -1.0), "rate_hz -1.0: allowed: a number above 0"),
+    "a rate of temporal": (
+        lambda: irsim.calibration.temporal_noise(FRAMES, -1.0),
+        "rate_hz -1.0: allowed: a number above 0",
+    ),
     "too few frames of temporal": (
-        lambda: irsim.calibration.temporal(FRAMES[:3], 30.0),
+        lambda: irsim.calibration.temporal_noise(FRAMES[:3], 30.0),
         "3 frames are too few to measure noise; allowed: at least 4",
     ),
     "numbers that fall": (
-        lambda: irsim.calibration.temporal(FRAMES, 30.0, np.arange(8)[::-1]),
+        lambda: irsim.calibration.temporal_noise(FRAMES, 30.0, np.arange(8)[::-1]),
         r"number: an array of int64 of shape \(8,\); allowed: None, or an array of whole numbers of shape \(8,\) that",
     ),
     "numbers of which none follows another": (
-        lambda: irsim.calibration.temporal(FRAMES, 30.0, 2 * np.arange(8)),
+        lambda: irsim.calibration.temporal_noise(FRAMES, 30.0, 2 * np.arange(8)),
         "number: .* that rise, somewhere by 1",
     ),
     "masked frames": (
@@ -320,10 +323,10 @@ def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
         irsim.calibration.noise_3d,
         irsim.calibration.find_bad_pixels,
         irsim.calibration.texture_figures,
-        lambda frames: irsim.calibration.temporal(frames, 30.0),
+        lambda frames: irsim.calibration.temporal_noise(frames, 30.0),
         lambda frames: irsim.calibration.flattest(frames, 255.0),
     ],
-    ids=["noise_3d", "find_bad_pixels", "texture_figures", "temporal", "flattest"],
+    ids=["noise_3d", "find_bad_pixels", "texture_figures", "temporal_noise", "flattest"],
 )
 def test_each_part_of_a_measurement_checks_its_frames(
     measure: Callable[[Any], object], frames: object, told: str
