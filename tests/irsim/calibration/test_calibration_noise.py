@@ -50,9 +50,8 @@ def test_drift_is_told_from_correlated_noise() -> None:
     found = []
     for seed in SEEDS:
         walk = np.random.default_rng(seed + 100).normal(0, 0.1, (300, 48, 48)).cumsum(axis=0)
-        found.append(
-            temporal_noise(walk + noise_frames(seed, (300, 48, 48), tvh=1.0, correlated=1.0, rho=0.7), 30.0).memory
-        )
+        frames = walk + noise_frames(seed, (300, 48, 48), tvh=1.0, correlated=1.0, rho=0.7)
+        found.append(temporal_noise(frames, 30.0).memory)
     memories = [memory for memory in found if memory is not None]
     held([memory.walk for memory in memories], 0.1 * math.sqrt(30), widest=0.2)
     held([memory.correlated for memory in memories], 1.0)
