@@ -44,6 +44,8 @@ _LINE_BLOCKS = 12
 _FIT_LAGS = 12
 _SLOWEST = 3.0
 """Longest time constant of the grid, in lengths of the recording."""
+_TOLD = 1 / 6
+"""Time constant, in lengths of the recording, beyond which correlated noise may as well be drift."""
 _FASTEST = 0.33
 """Shortest time constant of the grid, frames: its correlation from frame to frame is 0.05."""
 _GRID = 20
@@ -232,15 +234,19 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         walked = float(np.minimum.outer(ages, ages).mean())
         return float(parts @ [1 / len(number), lasting, walked])
 
-    def statistic(drifts: bool, means: Floats) -> Floats:
-        parts, time = _least_squares(means[:-1], lags, weights, grid, drifts)
+    def statistic(means: Floats, drifts: bool = True, longest: float = math.inf) -> Floats:
+        times = grid[: max(int(np.searchsorted(grid, longest)), 2)]
+        parts, time = _least_squares(means[:-1], lags, weights, times, drifts)
         left = mean_variance(parts, time)
         return np.array([*parts, parts[0] + parts[1], math.log(time), left, means[-1] - left])
 
-    found = jackknife(blocks, lambda means: statistic(True, means))
+    found = jackknife(blocks, statistic)
     if found[2].low <= 0:  # no significant walk: the values are those without one, the intervals allow for one
-        without = jackknife(blocks, lambda means: statistic(False, means))
-        found = [hull(one, [one, other]) for one, other in zip(without, found, strict=True)]
+        without = jackknife(blocks, lambda means: statistic(means, drifts=False))
+        models = [without, found]
+        if without[4].high > math.log(_TOLD * length):
+            models.append(jackknife(blocks, lambda means: statistic(means, longest=_TOLD * length)))
+        found = [hull(models[0][place], [model[place] for model in models]) for place in range(len(found))]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
         # Noise that lasts as long as the recording is not told from fixed pattern.

@@ -90,7 +90,7 @@ def command(name: str, folder: str, words: list[str], streams: list[int]) -> Non
     os.chdir(folder)
     sys.argv = [name, *words]
     sys.path[0] = str(Path(sys.executable).parent)  # where the command's file is
-    importlib.import_module(f"{name}.cli").main()
+    importlib.import_module(f"{name}.__main__").main()
 
 
 if __name__ == "__main__":
