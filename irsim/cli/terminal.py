@@ -65,7 +65,6 @@ def given_path(text: str | os.PathLike[str]) -> Path:
 
 
 OPTIONS = {
-    "display=PICTURES": "--display PICTURES",
     "init=BOX": "--init X,Y,W,H[@FRAME]",
     "rate_hz=HZ": "--rate HZ",
     "region=X,Y,W,H": "--region X,Y,W,H",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.measure import CLASSES
+from irsim.calibration import CLASSES
 from irsim.types import Floats
 
 

@@ -12,6 +12,10 @@ import pytest
 
 import irsim
 import irsim.measure
+import irsim.calibration
+import irtrack
+from irsim.cli.figures import contact_sheet, labelled_sheet
+from irsim.cli.video import moving_picture
 from irsim.errors import InputError
 from irsim.recording import TrackHeader, recover, write_tracks
 
