@@ -16,7 +16,7 @@ from irsim.errors import IrsimError as IrtrackError
 
 __all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told", "whole"]
 
-_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.plain")
+_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
 """Modules that call a tracker."""
 
 

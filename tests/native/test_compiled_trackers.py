@@ -19,7 +19,7 @@ from irtrack.features import highpass, histogram, mean_shift, velocity
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import motion, resampling
-from irtrack.trackers import TRACKERS, grey
+from irtrack.registry.table import TRACKERS, grey
 from irtrack.types import Estimate
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="no compiler was at hand")

@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 NAMES = ("irsim", "irtrack")
 IMPORTED = (
     *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.fitting", "irtrack.cli"),
-    *("irtrack.bench", "irtrack.trackers", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
+    *("irtrack.bench", "irtrack.registry.table", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
     *("scipy.ndimage", "scipy.optimize", "scipy.stats", "matplotlib.pyplot", "jinja2"),
 )
 """The commands, and of what they import only on demand, what takes long."""

@@ -71,7 +71,7 @@ HEAVY = ("scipy", "matplotlib", "hypothesis", "jinja2")
 
 
 @pytest.mark.sampled
-@pytest.mark.parametrize("module", ["irsim.scenario.model", "irtrack.trackers", "irtrack.bench", "irtrack.cli"])
+@pytest.mark.parametrize("module", ["irsim.scenario.model", "irtrack.registry.table", "irtrack.bench", "irtrack.cli"])
 def test_start_up_leaves_out_what_few_commands_need(module: str) -> None:
     told = f"import sys, {module}; print(*(name for name in {HEAVY} if name in sys.modules))"
     done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)

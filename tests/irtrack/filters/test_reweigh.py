@@ -12,7 +12,7 @@ from tracker_loops import plain
 
 from irsim.types import Floats
 from irtrack.filters.particle import neff, reweigh, shares
-from irtrack.trackers import fusion_wspf
+from irtrack.registry.table import fusion_wspf
 
 
 def test_weights_by_hand() -> None:

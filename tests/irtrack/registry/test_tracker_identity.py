@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from irtrack.registry.identity import code_hash
-from irtrack.trackers import of
+from irtrack.registry.table import of
 
 TYPED = """
 STEP = 1

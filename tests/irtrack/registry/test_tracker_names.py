@@ -13,7 +13,7 @@ from irsim.config.field_docs import meanings
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.trackers import TRACKERS, describe, make, of
+from irtrack.registry.table import TRACKERS, describe, make, of
 from irtrack.trackers.kalman import Kalman
 from irtrack.types import resumable
 

@@ -14,7 +14,7 @@ from irsim.types import Box, Floats, Frame
 from irtrack.features.background import Backdrop
 from irtrack.features.foreground import gathered, peaks
 from irtrack.filters.association import Rules, Tracks, advance
-from irtrack.trackers import make
+from irtrack.registry.table import make
 
 CORNER = (slice(0, 1), slice(0, 1))
 RULES = Rules(acceleration=0.1, measurement_sd=1.0, partial=30.0, beside=12.0, gate=13.8, seen=0.5)

@@ -10,7 +10,7 @@ from tracker_scenes import blob, follow
 
 from irsim.types import Box
 from irtrack.filters.motion import random_walk_density
-from irtrack.trackers import make
+from irtrack.registry.table import make
 from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.mean_shift_pf import MeanShiftPF
 

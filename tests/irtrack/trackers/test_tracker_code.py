@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from irtrack.registry.identity import code_hash
-from irtrack.trackers import make
-from irtrack.trackers.plain import Plain
+from irtrack.registry.table import make
+from irtrack.trackers.adapters import Plain
 
 TRACKER = "class T:\n    def start(self, image, box): self.box = box\n    def step(self, image): return self.box\n"
 

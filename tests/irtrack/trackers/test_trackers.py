@@ -16,7 +16,7 @@ from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.highpass import HighPass
-from irtrack.trackers import TRACKERS, make
+from irtrack.registry.table import TRACKERS, make
 from irtrack.types import Estimate, fault, resumable
 
 # Every tracker of the table as it comes, and the named variants of those that have some.

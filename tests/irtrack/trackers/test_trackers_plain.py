@@ -14,7 +14,7 @@ import irtrack
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
 from irtrack.registry.identity import code_hash, tracker_config
-from irtrack.trackers import make, of
+from irtrack.registry.table import make, of
 from irtrack.types import Estimate, resumable
 
 
