@@ -103,12 +103,14 @@ static void count_four(const uint16_t *const at[4], Py_ssize_t stride, const dou
         }
 }
 
+/* Adds the kernel to the bins of one window; zeros, a ring's middle, are skipped. */
 static void count_one(const uint16_t *at, Py_ssize_t stride, const double *kernel, Py_ssize_t rows,
                       Py_ssize_t columns, double *mass)
 {
     for (Py_ssize_t row = 0; row < rows; row++)
-        for (Py_ssize_t column = 0; column < columns; column++)
-            mass[at[row * stride + column]] += *kernel++;
+        for (Py_ssize_t column = 0; column < columns; column++, kernel++)
+            if (*kernel != 0)
+                mass[at[row * stride + column]] += *kernel;
 }
 
 /* Sums are taken pixel after pixel, as in numpy's bincount. */

@@ -59,7 +59,7 @@ class SVDPFState:
     monitor: VisibilityMonitor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Observed(Likelihood):
     """Likelihood of the particles, the score and monitor after it, and a state (4,) to start anew from, if any."""
 
