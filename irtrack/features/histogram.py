@@ -257,7 +257,7 @@ def kullback_leibler(q: Floats, b: Floats) -> float:
 
 
 def variance_ratio(q: Floats, b: Floats) -> float:
-    """Return var(L; (q + b) / 2) / (var(L; q) + var(L; b)), L = ln(q / b); 0 where q and b are alike.
+    """Return var(L; (q + b) / 2) / (var(L; q) + var(L; b)), L = ln(q / b); 0 where q and b are equal.
 
     R. Collins, Y. Liu, M. Leordeanu, "Online Selection of Discriminative Tracking Features", IEEE TPAMI 27(10), 2005,
     eq. 2 to 4.

@@ -75,7 +75,7 @@ def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
         trajectory_similarity(places.copy(), columns.copy(), "lambda")
     )
     assert np.isscalar(bhattacharyya(reference, reference))
-    weights = Weights(np.array([0.5, 1.0], np.float32), np.array([1.0, 1.0], np.float32), 2.0)  # type: ignore[arg-type]  # other floats are the test
+    weights = Weights(np.array([0.5, 1.0], np.float32), np.array([1.0, 1.0], np.float32), 2.0)
     assert pytest.approx([np.exp(-1) / (1 + np.exp(-1)), 1 / (1 + np.exp(-1))]) == weights.W
 
 

@@ -68,7 +68,8 @@ def test_undamped_ar2_spreads_as_the_closed_form() -> None:
     """Var x_n = R^2 sum_{k=1..n} k^2 = R^2 n (n+1) (2n+1) / 6; without noise x goes on by its damped displacement."""
     rng = np.random.default_rng(7)
     everyone = np.arange(20_000)
-    now = before = np.zeros((20_000, 2))
+    now: Floats = np.zeros((20_000, 2))
+    before = now
     for _ in range(6):
         now, before = ar2(now, before, everyone, 1.0, np.full(20_000, 2.0), rng)
     assert now.std(axis=0) == pytest.approx([2 * sqrt(6 * 7 * 13 / 6)] * 2, rel=0.02)

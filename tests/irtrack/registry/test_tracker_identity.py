@@ -157,7 +157,7 @@ def test_different_values_have_different_configurations() -> None:
     assert config({"b", "a"}) == config({"a", "b"})
     assert config(np.float32(0.5)) == config(0.5)
     for vague in (object(), [object()], np.array([object()])):
-        with pytest.raises(InputError, match=r"value: object does not say what it is.*allowed"):
+        with pytest.raises(InputError, match=r"value: object has no repr that identifies it.*allowed"):
             config(vague)
 
 

@@ -69,7 +69,7 @@ def assert_valid(estimate: Estimate) -> None:
 @EVERY
 @pytest.mark.parametrize("bits", [8, 14])
 def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int) -> None:
-    scene = blob(bits, bits=bits)
+    scene = blob(bits // 7, bits=bits)
     estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10))
     errors = [np.hypot(*np.subtract(e.center, at)) for e, (_, at) in zip(estimates, scene[1:], strict=True)]
     assert np.mean(errors) < 1.5
