@@ -59,7 +59,7 @@ from irsim.types import TargetTruth
 from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
 from irtrack.properties import EXCEPTIONS, PROPERTIES
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 DOCS = Path(__file__).parent
 

@@ -19,7 +19,7 @@ _PUBLIC = {
     "IrtrackError": "irtrack.errors",
     "TrackerError": "irtrack.errors",
     "WorkerError": "irtrack.errors",
-    "make": "irtrack.trackers",
+    "make": "irtrack.registry.table",
     "run": "irtrack.replay.replay",
     "run_anchors": "irtrack.metrics.anchors",
     "Reference": "irtrack.metrics",

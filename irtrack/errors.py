@@ -16,7 +16,7 @@ from irsim.errors import IrsimError as IrtrackError
 
 __all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "exit_status_text", "told", "whole_number"]
 
-_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.plain")
+_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
 """Modules that call a tracker."""
 
 

@@ -132,7 +132,7 @@ def resumable(tracker: Tracker) -> bool:
 
 
 class PlainTracker(Protocol):
-    """A tracker as most people write one; `irtrack.trackers.plain` says what it may answer."""
+    """A tracker as most people write one; `irtrack.trackers.adapters` says what it may answer."""
 
     def start(self, image: Any, box: Box, /) -> object:
         """Begin on an image (rows, cols) with the target in `box`."""

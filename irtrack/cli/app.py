@@ -44,7 +44,7 @@ def main() -> None:
 def list_trackers(as_json: AsJson = False) -> None:
     """Show the trackers: name, what each does, and who described it."""
     from irtrack.external import HINT, offered
-    from irtrack.trackers import describe
+    from irtrack.registry.table import describe
 
     try:
         peers, broken = offered(), False
@@ -123,7 +123,7 @@ def run(
         from irtrack.registry.identity import source_file
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
-        from irtrack.trackers import find, make
+        from irtrack.registry.table import find, make
 
         if init is not None:
             start = start_box(init)

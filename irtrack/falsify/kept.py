@@ -71,7 +71,7 @@ class Kept:
 
     def verdict(self, scene: irsim.Scenario, runner: Run = here) -> Verdict:
         """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
-        from irtrack.trackers import make
+        from irtrack.registry.table import make
 
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
         return examine(subject, irsim.open_recording(self.recording), scene.seed, runner)[0]

@@ -136,7 +136,7 @@ def run(
     """Run one tracker over one source.
 
     tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
-              `irtrack.trackers.plain`);  parameters  of a named one
+              `irtrack.trackers.adapters`);  parameters  of a named one
     source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
               its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
     target, init   see `irtrack.replay.start.find_start`
@@ -217,6 +217,6 @@ def _read_only(frame: Frame) -> Frame:
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
     """The tracker of a name with parameters (see `irtrack.make`), or the one given, a plain one wrapped."""
-    from irtrack.trackers import make, of
+    from irtrack.registry.table import make, of
 
     return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)

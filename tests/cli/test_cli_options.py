@@ -18,7 +18,7 @@ from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
 from irtrack.cli.options import parameters, split_settings, start_box
-from irtrack.trackers import find
+from irtrack.registry.table import find
 
 ROOT = Path(__file__).parents[2]
 

@@ -1,4 +1,4 @@
-"""Plain trackers: a class with ``start(frame, box)`` and ``step(frame)``, wrapped as it is."""
+"""Adapter of plain trackers, classes with ``start(image, box)`` and ``step(image)``."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ ALLOWED = "a Box, cx, cy, w, h in px, an Estimate, or None for a target that is 
 
 
 def is_plain(kind: type) -> bool:
-    """Whether a class is a plain tracker: `start` and `step`, no `init`."""
+    """Return whether a class is a plain tracker: `start` and `step`, no `init`."""
     return hasattr(kind, "start") and hasattr(kind, "step") and not hasattr(kind, "init")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Following:
-    """A plain tracker at work. It keeps its own account of the past, so no step can be done again."""
+class PlainState:
+    """Plain tracker in a run. It keeps its state inside, so no step can be repeated."""
 
     tracker: Any
     last: Estimate
@@ -33,13 +33,13 @@ class Following:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A plain tracker as an `irtrack.Tracker`; every run has an object of its own.
+    """Plain tracker as an `irtrack.Tracker`; every run has an object of its own.
 
-    kind        the class;  parameters  what it is made from, or an object's attributes
-    again       gives a new object, not yet started
+    kind        the class;  parameters  the class' arguments, or an object's attributes
+    again       returns a new object, not yet started
 
-    `start` is called with the image (rows, cols), a copy that may be written on, and the start `Box`; where it has
-    a parameter `rng`, with a generator too. `step` is called with the image, and answers with `ALLOWED`.
+    `start` is called with the image (rows, cols), a copy that may be written on, and the start `Box`; with a generator
+    too where it has a parameter `rng`. `step` is called with the image, and returns a value of `ALLOWED`.
     """
 
     kind: type
@@ -49,21 +49,21 @@ class Plain:
 
     @classmethod
     def made(cls, kind: type, parameters: Mapping[str, Any]) -> Plain:
-        """Of a class and what it is made from."""
+        """Return the adapter of a class and its arguments."""
         return cls(kind, dict(parameters), partial(kind, **parameters))
 
     @classmethod
     def of(cls, tracker: object) -> Plain:
-        """Of an object, which is copied for each run."""
+        """Return the adapter of an object, which is copied for each run."""
         return cls(type(tracker), dict(getattr(tracker, "__dict__", {})), partial(copy.deepcopy, tracker))
 
-    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Following:
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> PlainState:
         tracker = self.again()
         wanted = {"rng": rng} if _takes_rng(self.kind) else {}
         tracker.start(frame.image.copy(), box, **wanted)
-        return Following(tracker, Estimate((box.cx, box.cy), (box.w, box.h)))
+        return PlainState(tracker, Estimate((box.cx, box.cy), (box.w, box.h)))
 
-    def step(self, state: Following, frame: Frame, rng: np.random.Generator) -> tuple[Following, Estimate]:
+    def step(self, state: PlainState, frame: Frame, rng: np.random.Generator) -> tuple[PlainState, Estimate]:
         answer = state.tracker.step(frame.image.copy())
         estimate = state.last if answer is None else _estimate(answer)
         if estimate is None:
@@ -71,17 +71,17 @@ class Plain:
             raise TrackerError(f"{place}: step gave {' '.join(repr(answer).split())[:80]}; allowed: {ALLOWED}")
         if answer is None:
             estimate = replace(estimate, status="lost")
-        return Following(state.tracker, estimate), estimate
+        return PlainState(state.tracker, estimate), estimate
 
 
 @cache
 def _takes_rng(kind: type) -> bool:
-    """Whether a class wants a generator at its start; asked once, as an answer takes .1 ms."""
-    return "rng" in inspect.signature(kind.start).parameters  # type: ignore[attr-defined]  # asked only of classes with a start
+    """Return whether `start` has a parameter `rng`; cached, since inspection takes .1 ms."""
+    return "rng" in inspect.signature(kind.start).parameters  # type: ignore[attr-defined]  # called only for classes with a start
 
 
 def _estimate(answer: Any) -> Estimate | None:
-    """What a plain tracker's answer says; None where it cannot be told."""
+    """Return the estimate of a plain tracker's answer; None of any other value."""
     if isinstance(answer, Estimate):
         return answer
     if isinstance(answer, str | bytes):

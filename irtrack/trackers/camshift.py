@@ -1,4 +1,4 @@
-"""`camshift_kalman`: CamShift's centroid and ellipse, predicted through overlap by a Kalman filter."""
+"""`camshift_kalman`: centroid and ellipse by CamShift, predicted through occlusion by a Kalman filter."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.features.histogram import Surround, gaussian_kernel
+from irtrack.features.histogram import LocalBackground, gaussian_kernel
 from irtrack.features.mean_shift import back_projection
-from irtrack.features.quantise import BinsRange, Quantiser, quantiser
+from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
 from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, Sight, footage, start_window
-from irtrack.trackers.gated import GatedPart, filtered
+from irtrack.trackers.base import Footage, VisibilityMonitor, footage, start_window
+from irtrack.trackers.kalman import GatedKalman, kalman_estimate
 from irtrack.types import Estimate
 
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
@@ -28,43 +28,43 @@ SIZES = (0.5, 2.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """What the first frame sets for good. likely (bins,): how much a level belongs to the target, 0 .. 1;
-    judged (bins,): the histogram that places are compared with; ellipse: the target's own there, full sides px."""
+    """Settings of the first frame. likely (bins,): share of the target at each level, 0 .. 1; histogram (bins,): the
+    reference of matches; ellipse: the target's full sides there, px."""
 
     footage: Footage
     size: tuple[float, float]
     levels: Quantiser
     likely: Floats
-    surround: Surround
-    judged: Floats
+    background: LocalBackground
+    histogram: Floats
     ellipse: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CamShiftState:
-    """mean (4,): x, y px, vx, vy px/frame, and its covariance; scale (2,) of the start size."""
+    """State: mean (4,), x, y px, vx, vy px/frame, and its covariance; scale (2,) of the start size."""
 
     start: Start
     mean: Floats
     covariance: Floats
     scale: Floats
-    sight: Sight
+    monitor: VisibilityMonitor
 
 
-class CamShiftKalman(GatedPart):
-    """CamShift in a window that a Kalman filter predicts; through overlap the prediction stands alone.
+class CamShiftKalman(GatedKalman):
+    """CamShift in a window predicted by a Kalman filter, which alone gives the place during occlusion.
 
-    One of the systems that the digest beside L. An et al. 2007 names: CamShift gives a centroid and an
+    One of the systems named in the digest beside L. An et al. 2007: CamShift gives a centroid and an
     ellipse as measurement, a Kalman filter the next window, and the place while targets overlap;
-    rotation is its weak spot. CamShift is that of G. Bradski, "Computer Vision Face Tracking for Use in
-    a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the picture of how
-    much each level belongs to the target, then its moments there.
+    rotation is its weakness. CamShift is that of G. Bradski, "Computer Vision Face Tracking for Use in
+    a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back projection of
+    the target's levels, then its moments there.
 
     Chosen here: grey levels for his hue; a level counts by its share in the target against that in a
     ring around it, since with the share alone a target's rim draws the window into a like
     background; sizes are those of the ellipse's second moments against the first frame's, smoothed;
-    constant velocity with white-noise acceleration; overlap is told by the likeness of the place found
-    (see `irtrack.trackers.base.Sight`) and the gate.
+    constant velocity with white-noise acceleration; occlusion is detected by the match of the place found
+    (see `irtrack.trackers.base.VisibilityMonitor`) and the gate.
     """
 
     source: ClassVar[str] = "Bradski 1998; Kalman 1960"
@@ -74,39 +74,39 @@ class CamShiftKalman(GatedPart):
     bins_range: BinsRange = "first_frame"
     """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
     weights: Literal["ratio", "share"] = "ratio"
-    """What a level counts: its share in target and ring that is the target's, or its share in the target (Bradski)."""
+    """Weight of a level: the target's share of it in target and ring, or its share in the target (Bradski)."""
     resize: Fraction = 0.1
     """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
     margin: Annotated[float, Field(ge=0, le=10)] = 0.25
-    """What the search window has beyond the target on each side, in its sides; the centroid must not be cut."""
+    """Margin of the search window beyond the target on each side, in its sides; the centroid must not be cut."""
     seen: Fraction = 0.5
-    """Share of the way from the ring's likeness to the target's usual one that counts as seen."""
+    """Share of the way from the local background's score to the target's usual one that counts as visible."""
     lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without sight after which the status is lost."""
+    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> CamShiftState:
-        """At the box's centre, at rest within `start_speed_sd`."""
+        """Return the state at the box's centre, at rest within `start_speed_sd`."""
         part, corner = start_window(frame, box)
         window, center = Window.of(box), (box.cx, box.cy)
-        levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
+        levels = first_quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
         reach = (ceil(window.columns / 2), ceil(window.rows / 2))
         kernel = gaussian_kernel(window, 0.5 * float(np.hypot(box.w, box.h)))
-        surround = Surround.of(window, kernel, reach, levels)
-        (judged, ring), _ = surround.histograms(frame.image, center)
-        total = judged + ring
-        ratio = np.divide(judged, total, out=np.zeros_like(judged), where=total > 0)
+        background = LocalBackground.of(window, kernel, reach, levels)
+        (target, ring), _ = background.histograms(frame.image, center)
+        total = target + ring
+        ratio = np.divide(target, total, out=np.zeros_like(target), where=total > 0)
         start = Start(
             footage=footage(frame),
             size=(box.w, box.h),
             levels=levels,
-            likely=np.maximum(2 * ratio - 1, 0) if self.weights == "ratio" else judged,
-            surround=surround,
-            judged=judged,
+            likely=np.maximum(2 * ratio - 1, 0) if self.weights == "ratio" else target,
+            background=background,
+            histogram=target,
             ellipse=(1.0, 1.0),
         )
         found = self._found(start, frame.image, np.array(center), np.ones(2))
         first = replace(start, ellipse=found[1] if found else (1.0, 1.0))
-        return CamShiftState(first, *self.start(box), np.ones(2), Sight())
+        return CamShiftState(first, *self.start(box), np.ones(2), VisibilityMonitor())
 
     def step(self, state: CamShiftState, frame: Frame, rng: np.random.Generator) -> tuple[CamShiftState, Estimate]:
         """Predict the window, shift it, update by the centroid."""
@@ -114,32 +114,32 @@ class CamShiftKalman(GatedPart):
         start.footage.check(frame)
         mean, covariance = self.predict(state.mean, state.covariance)
         found = self._found(start, image, mean[:2], state.scale)
-        sight, score, scale = state.sight.unseen(), 0.0, state.scale
+        monitor, score, scale = state.monitor.miss(), 0.0, state.scale
         if found is not None:
             place, ellipse = found
-            judged = start.surround.judge(image, (float(place[0]), float(place[1])), start.judged)
-            score = judged.score
+            match = start.background.score(image, (float(place[0]), float(place[1])), start.histogram)
+            score = match.score
             if self.within_gate(mean, covariance, place):
-                sight = state.sight.after(score, judged.floor, self.seen)
-            if sight.missed == 0:
+                monitor = state.monitor.after(score, match.background_score, self.seen)
+            if monitor.misses == 0:
                 mean, covariance = self.update(mean, covariance, place)
                 now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
                 scale = scale + self.resize * (now - scale)
-        after = replace(state, mean=mean, covariance=covariance, scale=scale, sight=sight)
+        after = replace(state, mean=mean, covariance=covariance, scale=scale, monitor=monitor)
         size = (float(scale[0]) * start.size[0], float(scale[1]) * start.size[1])
-        return after, filtered(mean, covariance, size, sight.status(self.lost_after), score)
+        return after, kalman_estimate(mean, covariance, size, monitor.status(self.lost_after), score)
 
     def _found(
         self, start: Start, image: Image, center: Floats, scale: Floats
     ) -> tuple[Floats, tuple[float, float]] | None:
-        """Centroid (2,) px and full sides (w, h) of the ellipse where the window comes to rest; None: nothing there."""
+        """Return centroid (2,) px and full sides (w, h) of the ellipse in the last window; None where it is empty."""
         columns, rows = (
             min(ceil((1 + 2 * self.margin) * factor * side), limit)
             for factor, side, limit in zip(scale.tolist(), start.size, image.shape[::-1], strict=True)
         )
         window = Window(columns, rows, (0.0, 0.0))
         corner = window.corner((float(center[0]), float(center[1])))
-        # As far as targets are followed in a frame, the levels are looked up; beyond, nothing is.
+        # Levels are looked up only as far as a target moves in a frame.
         left, top, pixels = region(image, window, corner, 2 * max(columns, rows))
         picture = back_projection(pixels, start.levels, start.likely).astype(np.float32)
         x = min(max(corner[0] - left, 0), picture.shape[1] - window.columns)

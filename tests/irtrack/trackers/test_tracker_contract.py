@@ -16,10 +16,9 @@ from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.highpass import HighPass
-from irtrack.trackers import TRACKERS, make
+from irtrack.registry.table import TRACKERS, make
 from irtrack.types import Estimate, fault, resumable
 
-# Every tracker of the table as it comes, and the named variants of those that have some.
 VARIANTS: list[tuple[str, dict[str, Any]]] = [
     *((name, {}) for name in TRACKERS),
     ("grey_pf", {"noise": "fixed", "r0": 2.0, "resampling": "systematic", "update": False}),
@@ -48,7 +47,7 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
 SHIFT_TOLERANCE = {"svd_pf": 1.0, "optical_flow": 0.05, "change_kalman": 0.05}
-"""px. Of trackers that work on the whole frame: crops have other singular values, pyramids and registrations."""
+"""px. Of trackers on the whole frame: crops have other singular values, pyramids and registrations."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 
 
@@ -58,7 +57,7 @@ def numbers(estimate: Estimate) -> list[Any]:
     return [field.tolist() if isinstance(field, np.ndarray) else field for field in fields]
 
 
-def assert_legal(estimate: Estimate) -> None:
+def assert_valid(estimate: Estimate) -> None:
     assert fault(estimate) is None
     if estimate.covariance is not None:
         assert np.linalg.eigvalsh(estimate.covariance).min() >= -1e-9
@@ -70,15 +69,14 @@ def assert_legal(estimate: Estimate) -> None:
 @EVERY
 @pytest.mark.parametrize("bits", [8, 14])
 def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int) -> None:
-    for seed in range(3):
-        scene = blob(seed, bits=bits)
-        estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10), seed)
-        errors = [np.hypot(*np.subtract(e.center, at)) for e, (_, at) in zip(estimates, scene[1:], strict=True)]
-        assert np.mean(errors) < 1.5
-        assert np.allclose([estimate.size for estimate in estimates], (14, 10), rtol=SIZE_TOLERANCE.get(name, 0))
-        assert np.mean([estimate.status == "tracking" for estimate in estimates]) > 0.9
-        for estimate in estimates:
-            assert_legal(estimate)
+    scene = blob(bits // 7, bits=bits)
+    estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10))
+    errors = [np.hypot(*np.subtract(e.center, at)) for e, (_, at) in zip(estimates, scene[1:], strict=True)]
+    assert np.mean(errors) < 1.5
+    assert np.allclose([estimate.size for estimate in estimates], (14, 10), rtol=SIZE_TOLERANCE.get(name, 0))
+    assert np.mean([estimate.status == "tracking" for estimate in estimates]) > 0.9
+    for estimate in estimates:
+        assert_valid(estimate)
 
 
 NEEDED: dict[str, dict[str, Any]] = {
@@ -91,7 +89,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "jitter": {"corrected": True},
     "place_sd": {"velocity": "least_squares"},
 }
-"""What must be switched on for the parameters of these first letters to matter."""
+"""Switches that make the parameters of these first letters matter."""
 
 LIMITS = [
     (name, key, limit)
@@ -105,44 +103,33 @@ LIMITS = [
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(("name", "key", "limit"), LIMITS)
-def test_works_with_each_parameter_at_its_limits(name: str, key: str, limit: float) -> None:
+def test_each_parameter_at_its_limits(name: str, key: str, limit: float) -> None:
     scene = blob(3, count=9, hidden=range(4, 6))
     others = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
     others = {k: v for k, v in others.items() if k in TRACKERS[name].model_fields and k != key}
     for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf") else (None,):
         tracker = make(name, others | {key: limit} | ({"measurement": measurement} if measurement else {}))
         for estimate in follow(tracker, [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)):
-            assert_legal(estimate)
+            assert_valid(estimate)
 
 
 @EVERY
-def test_is_deterministic_and_changes_nothing_that_it_is_given(name: str, parameters: dict[str, Any]) -> None:
-    scene = blob(5, count=12)
+def test_steps_are_pure_and_a_copied_state_resumes(name: str, parameters: dict[str, Any]) -> None:
+    """Repeated, from a pickled tracker and state, bit for bit; frames and states stay as they were."""
+    scene = blob(6, count=12, hidden=range(5, 8))
     frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
     before = [frame.image.copy() for frame in frames]
-    first = follow(make(name, parameters), frames, box)
-    assert [numbers(e) for e in first] == [numbers(e) for e in follow(make(name, parameters), frames, box)]
-    assert all(np.array_equal(a, frame.image) for a, frame in zip(before, frames, strict=True))
-
-
-@EVERY
-def test_a_pickled_state_resumes_bit_for_bit(name: str, parameters: dict[str, Any]) -> None:
-    scene = blob(6, count=14, hidden=range(5, 8))
-    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
     tracker = make(name, parameters)
-    if not resumable(tracker):
-        pytest.skip("says that it cannot be resumed")
+    assert resumable(tracker)
     whole = [numbers(estimate) for estimate in follow(tracker, frames, box)]
     state = tracker.init(frames[0], box, stream(0, "test", 0))
-    for k in range(1, 14):
+    for k in range(1, 12):
         kept = pickle.dumps(state)
+        _, first = tracker.step(state, frames[k], stream(0, "test", k))
+        assert numbers(first) == whole[k - 1]
         state, estimate = pickle.loads(pickle.dumps(tracker)).step(pickle.loads(kept), frames[k], stream(0, "test", k))
         assert numbers(estimate) == whole[k - 1]
-    # A step leaves the state that it starts from as it was.
-    state = tracker.init(frames[0], box, stream(0, "test", 0))
-    for _ in range(2):
-        _, estimate = tracker.step(state, frames[1], stream(0, "test", 1))
-        assert numbers(estimate) == whole[0]
+    assert all(np.array_equal(a, frame.image) for a, frame in zip(before, frames, strict=True))
 
 
 @EVERY
@@ -170,9 +157,9 @@ def test_a_shifted_picture_gives_a_shifted_track(
 
 
 @EVERY
-def test_says_so_while_the_target_is_hidden(name: str, parameters: dict[str, Any]) -> None:
+def test_status_while_the_target_is_hidden(name: str, parameters: dict[str, Any]) -> None:
     unseen = []
-    for seed in range(4):
+    for seed in range(3):
         scene = blob(20 + seed, count=30, hidden=range(20, 30))
         estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10), seed)
         unseen += [estimate.status != "tracking" for estimate in estimates[19:]]
@@ -180,7 +167,7 @@ def test_says_so_while_the_target_is_hidden(name: str, parameters: dict[str, Any
 
 
 @EVERY
-def test_a_target_that_leaves_is_not_tracked_for_ever(name: str, parameters: dict[str, Any]) -> None:
+def test_status_after_the_target_left(name: str, parameters: dict[str, Any]) -> None:
     scene = blob(3, count=20)
     frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
     empty = np.random.default_rng(1)
@@ -189,7 +176,7 @@ def test_a_target_that_leaves_is_not_tracked_for_ever(name: str, parameters: dic
         frames.append(Frame(image, k, k / 30, 8))
     last = follow(make(name, parameters), frames, box)[-15:]
     for estimate in last:
-        assert_legal(estimate)
+        assert_valid(estimate)
     assert np.mean([estimate.status != "tracking" for estimate in last]) >= 0.6
 
 
@@ -219,17 +206,17 @@ def clips(draw: st.DrawFn) -> tuple[list[Frame], Box]:
 
 
 @EVERY
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(clip=clips())
-def test_any_picture_and_box_give_finite_estimates(
+def test_any_picture_and_box_give_valid_estimates(
     name: str, parameters: dict[str, Any], clip: tuple[list[Frame], Box]
 ) -> None:
     for estimate in follow(make(name, parameters), *clip):
-        assert_legal(estimate)
+        assert_valid(estimate)
 
 
 @EVERY
-def test_a_constant_frame_shows_no_target(name: str, parameters: dict[str, Any]) -> None:
+def test_a_constant_frame_has_no_target(name: str, parameters: dict[str, Any]) -> None:
     frames = [Frame(np.full((60, 80), 90, np.uint8), k, k / 30, 8) for k in range(15)]
     estimates = follow(make(name, parameters), frames, Box(40, 30, 9, 7))
     assert estimates[-1].status == "lost"
@@ -242,11 +229,10 @@ def test_a_constant_frame_shows_no_target(name: str, parameters: dict[str, Any])
     [
         (np.zeros((50, 60), np.uint8), "60x50 uint8"),
         (np.zeros((60, 80), np.uint16), "80x60 uint16"),
-        (np.zeros((60, 80, 3), np.uint8), "shape (60, 80, 3)"),
         (np.zeros((60, 80), np.float32), "float32"),
     ],
 )
-def test_frames_that_change_are_one_clear_error(name: str, parameters: dict[str, Any], image: Any, what: str) -> None:
+def test_frames_of_another_kind_are_one_error(name: str, parameters: dict[str, Any], image: Any, what: str) -> None:
     tracker = make(name, parameters)
     state = tracker.init(Frame(np.zeros((60, 80), np.uint8), 0, 0.0, 8), Box(40, 30, 9, 7), stream(0, 0))
     with pytest.raises(InputError) as caught:
@@ -260,7 +246,7 @@ def test_frames_that_change_are_one_clear_error(name: str, parameters: dict[str,
 @pytest.mark.parametrize(
     "box", [Box(200, 30, 9, 7), Box(-10, 30, 9, 7), Box(40, 30, 0, 7), Box(float("nan"), 30, 9, 7)]
 )
-def test_impossible_start_boxes_are_one_clear_error(name: str, parameters: dict[str, Any], box: Box) -> None:
+def test_impossible_start_boxes_are_one_error(name: str, parameters: dict[str, Any], box: Box) -> None:
     frame = Frame(np.zeros((60, 80), np.uint8), 0, 0.0, 8)
     with pytest.raises(InputError, match=r"start box .*allowed"):
         make(name, parameters).init(frame, box, stream(0, 0))

@@ -14,7 +14,7 @@ import irtrack
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
 from irtrack.registry.identity import code_hash, tracker_config
-from irtrack.trackers import make, of
+from irtrack.registry.table import make, of
 from irtrack.types import Estimate, resumable
 
 
@@ -59,7 +59,7 @@ def test_every_answer_is_an_estimate(given: Any) -> None:
     assert track.statuses[1:] == (("occluded" if given is Says else "tracking"),) * 19
 
 
-def test_an_object_keeps_its_attributes_and_each_run_has_its_own() -> None:
+def test_each_run_has_its_own_object() -> None:
     mine = Walks(speed=2.0)
     first, second = irtrack.run(mine, Strip()), irtrack.run(mine, Strip())
     assert first.centers.tolist() == second.centers.tolist()
@@ -84,7 +84,7 @@ def test_nothing_seen_is_lost_at_the_last_place() -> None:
 
 
 @pytest.mark.parametrize("answer", [3, (1, 2, 3), "here", "1234", ("a", 1, 2, 3), [[1, 2], 3, 4, 5]])
-def test_another_answer_is_one_clear_line(answer: Any) -> None:
+def test_another_answer_is_one_line(answer: Any) -> None:
     class Mute(Walks):
         def answer(self) -> Any:
             return answer
@@ -94,7 +94,7 @@ def test_another_answer_is_one_clear_line(answer: Any) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_an_answer_that_is_no_number_is_told() -> None:
+def test_an_answer_of_nan_is_an_error() -> None:
     class Nan(Walks):
         def answer(self) -> Any:
             return float("nan"), 1, 2, 3
@@ -118,13 +118,13 @@ def test_a_class_that_says_nothing_is_not_resumable() -> None:
 
 
 def test_results_are_keyed_by_its_class_and_parameters() -> None:
-    named = make("test_trackers_plain:Walks", {"speed": 3})
-    assert tracker_config(named) == {"tracker": "test_trackers_plain:Walks", "parameters": {"speed": 3.0}}
+    named = make("test_plain_trackers:Walks", {"speed": 3})
+    assert tracker_config(named) == {"tracker": "test_plain_trackers:Walks", "parameters": {"speed": 3.0}}
     assert tracker_config(of(Walks(3.0))) == tracker_config(named)
     assert code_hash(named) == code_hash(of(Walks))
 
 
-def test_a_failing_plain_tracker_shows_its_own_lines_the_source_and_the_seed(
+def test_a_failing_plain_tracker_shows_its_own_lines(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from irtrack.cli import main
@@ -144,5 +144,5 @@ def test_a_failing_plain_tracker_shows_its_own_lines_the_source_and_the_seed(
     first, *calls, last = error.splitlines()
     assert first == "irtrack: my_breaking_tracker:Breaks: frame 3: ZeroDivisionError: division by zero"
     assert "return 1 / self.left, 5, 5, 5" in "".join(calls)
-    assert "plain.py" not in error
+    assert "adapters.py" not in error
     assert last == "on sky, seed 4; repeat it: irtrack run my_breaking_tracker:Breaks sky frames=6 --seed 4"
