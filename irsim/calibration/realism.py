@@ -329,7 +329,7 @@ def compare_texture(found: TextureFigures, like: str | None = None) -> Compariso
 
 
 def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
-    """Return noise beside all sorts of camera; raise InputError for an unknown sort, or noise that is not determined."""
+    """Return noise beside all sorts of camera; raise InputError for an unknown sort, or undetermined noise."""
     if camera is not None:
         check_sort(camera)
     values = noise_figures(found)

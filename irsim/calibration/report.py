@@ -143,7 +143,7 @@ def figure_notes(
     """
     yield from noise_notes(report)
     if report.slides:
-        yield "fixed pattern, memory, rows, columns and level cannot be separated from a moving scene; hold the camera still"
+        yield "fixed pattern, memory, rows, columns and level are unknown where the scene moves; hold the camera still"
     if things:
         yield f"{counted(things, 'small thing')} far out of the texture: left out of its spectrum, mean and histogram"
     if still:

@@ -161,7 +161,8 @@ def fit_level(levels: Floats, known: float, number: Indices) -> Level:
 
     Sigmas and time constants on a grid are weighed by the restricted likelihood of an AR(1) series (D. A. Harville,
     Biometrika 61, 1974); values are medians, ends quantiles, of a prior that is even in both logarithms. A level that
-    is not 20 times likelier with memory than without has none. Time constants beyond its length are barely determined; the upper ends count those of up to thirty times its length where these are as likely.
+    is not 20 times likelier with memory than without has none. Time constants beyond its length are barely
+    determined; the upper ends count those of up to thirty times its length where these are as likely.
     """
     count = len(levels)
     sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)
