@@ -14,8 +14,7 @@ import typer
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, WithoutOption, from_option, open_changed
 from irsim.cli.terminal import given_path, in_options, progress_bar
-from irsim.errors import InputError
-from irsim.frame_range import parsed
+from irsim.errors import InputError, parse_frame_range
 
 if TYPE_CHECKING:
     from irsim.calibration.fit import Fit
@@ -82,8 +81,8 @@ def fit(
 ) -> None:
     """Fit a camera and a background to a recording and write them as a scenario, with 95 % intervals."""
     from irsim.calibration.fit import check_replaced, fit_frames
-    from irsim.config.files import check_output
-    from irsim.scenario.loader import find
+    from irsim.recording.output import check_output
+    from irsim.scenario.catalog import find
 
     opened = open_changed(source, overrides, seed, without)
     check_output(output, find(source), endings=(".yaml", ".yml"))
@@ -155,11 +154,11 @@ def _named(source: str) -> Iterator[None]:
 def _write_fit(found: Fit, output: Path | None, as_json: bool) -> None:
     """Write the scenario to a file and its figures to the screen, or the scenario to the screen."""
     from irsim.calibration.fit import sealed
-    from irsim.config.files import replacing_text
+    from irsim.recording.output import atomic_text
 
     scenario, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
-        with replacing_text(output) as file:
+        with atomic_text(output) as file:
             file.write(scenario)
     if as_json:
         print(json.dumps({**found.as_json(), "notes": notes}))
@@ -191,4 +190,4 @@ def _region(text: str | None, size: tuple[int, int]) -> Region | None:
 def _wanted(frames: str | None, source: Source) -> range:
     from irsim.calibration.figures import FRAMES
 
-    return range(min(FRAMES, len(source))) if frames is None else parsed(frames, len(source))
+    return range(min(FRAMES, len(source))) if frames is None else parse_frame_range(frames, len(source))

@@ -123,7 +123,7 @@ def run(app: typer.Typer, name: str) -> None:
         )
         sys.exit(2)
     except OSError as error:
-        # What no room could foresee. Files tell of themselves what goes wrong with them (`irsim.config.files.replacing`).
+        # Unforeseen errors. `irsim.recording.output.atomic_file` reports those of output files.
         if error.filename is None and error.errno in NO_ROOM:
             _say_no_more()
             error = OSError(f"standard output: cannot be written: {error.strerror}")
