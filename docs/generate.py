@@ -12,11 +12,15 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+import irsim
+import irtrack
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
@@ -36,7 +40,7 @@ from irsim.config.quantities import LARGEST
 from irsim.config.schema import Slot, plain
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.motion import PATHS, POINTINGS
+from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.optics import Lens
@@ -62,7 +66,7 @@ FAMILIES: tuple[Family, ...] = (
     FLICKERS,
     PATHS,
     OCCLUDERS,
-    POINTINGS,
+    CAMERA_MOTIONS,
     DETECTORS,
     NOISES,
     FAULTS,
@@ -266,6 +270,18 @@ def loss_rule() -> Iterator[str]:
     yield from textwrap.wrap(f"**Lost.** {LOSS_RULE}", 100)
 
 
+def public_names(package: ModuleType) -> Iterator[str]:
+    """A table row for each public name of a package: the first sentence of its docstring."""
+    yield "| name | what it is |"
+    yield "| --- | --- |"
+    for name in package.__all__:
+        value = getattr(package, name)
+        text = " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split()) if callable(value) else ""
+        choices = ", ".join(map(repr, get_args(value)))
+        sentence = re.split(r"(?<=\.) (?=[A-Z`])", text)[0] if text else f"One of {choices}."
+        yield f"| `{package.__name__}.{name}` | {cell(sentence)} |"
+
+
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "scenario keys": scenario_keys,
     "examples": example_list,
@@ -278,6 +294,8 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "loss rule": loss_rule,
     "centre offsets": centre_offsets,
     "truth fields": truth_fields,
+    "names of irsim": partial(public_names, irsim),
+    "names of irtrack": partial(public_names, irtrack),
 }
 
 

@@ -58,7 +58,7 @@ _PUBLIC = {
     "fit": "irsim.fitting",
     "measure_noise": "irsim.measure",
     "measure_realism": "irsim.measure",
-    "import_frames": "irsim.recording.conversion",
+    "import_frames": "irsim.recording.importers",
 }
 
 __all__ = sorted(_PUBLIC)

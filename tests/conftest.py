@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, settings
 import irsim
 import irtrack.cli
 from irsim.cli.app import main
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 from irsim.render import workers as crew
 from irsim.render.division import DIVIDED, WHOLE, Trial, Way
 

@@ -32,7 +32,7 @@ from irsim.config.base import Part, Several, Switches
 from irsim.config.field_annotations import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
-from irsim.motion import POINTINGS, Pointing
+from irsim.motion import CAMERA_MOTIONS, CameraMotion
 from irsim.physics.optics import Lens
 from irsim.physics.radiometry import band_fault
 from irsim.types import BandName, Floats
@@ -89,7 +89,7 @@ class Camera(Part):
     """Blur by motion while a frame is exposed; none where not given."""
     bloom: Bloom | None = None
     """What saturated pixels spill into others; nothing where not given."""
-    motion: Several[Annotated[Pointing, POINTINGS]] = ()
+    motion: Several[Annotated[CameraMotion, CAMERA_MOTIONS]] = ()
     """Motions of the camera; they add up."""
     faults: Several[Annotated[Fault, FAULTS]] = ()
     """What happens to frames on their way; what arrives is numbered anew."""

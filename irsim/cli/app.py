@@ -151,7 +151,7 @@ def import_(
 ) -> None:
     """Import real frames into a recording (default: NAME.mcap in this folder)."""
     from irsim.recording import open_recording
-    from irsim.recording.conversion import import_frames, name_of
+    from irsim.recording.importers import import_frames, name_of
 
     shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")

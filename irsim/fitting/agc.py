@@ -11,7 +11,7 @@ from irsim.camera.displays import Agc
 from irsim.config.base import dump
 from irsim.displayed import FittedDisplay, Path, Tolerance
 from irsim.fitting.numbers import plain, ranged
-from irsim.recording.write import default_agc
+from irsim.recording.writer import default_agc
 from irsim.types import Source
 from irsim.wording import counted
 

@@ -14,7 +14,7 @@ import numpy as np
 from irsim.config.files import is_binary, is_recording
 from irsim.errors import InputError
 from irsim.recording import open_recording
-from irsim.recording.conversion import import_frames, name_of
+from irsim.recording.importers import import_frames, name_of
 from irsim.render.sources import open_source
 from irsim.types import Source
 from irsim.wording import counted

@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.errors import Notice
 from irsim.motion import Crosses, Crossing
-from irsim.motion.crosses import STILL_PX
+from irsim.motion.relative import STILL_PX
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import Watch
 from irsim.targets.trajectory import TargetTrajectory

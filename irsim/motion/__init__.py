@@ -1,26 +1,18 @@
-"""Where targets go and where the camera looks."""
+"""Target paths, attitudes and camera motions."""
 
 from __future__ import annotations
 
 from irsim.config.base import Family
-from irsim.motion.attitude import angles_deg
-from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
-from irsim.motion.crosses import Crosses, CrossesM, Crossing
-from irsim.motion.dynamics import Dynamics
-from irsim.motion.jitter import Jitter
-from irsim.motion.mount import CameraTrajectory, Company
-from irsim.motion.others import Companion
-from irsim.motion.pan import Pan
+from irsim.motion.attitude import angles_deg, attitudes
+from irsim.motion.base import CameraMotion, Dynamics, MetrePath, Path, PixelPath
+from irsim.motion.camera_motion import Jitter, Pan, Platform, Shake, Tracks, Vibration, Zoom
+from irsim.motion.camera_trajectory import CameraTrajectory, SceneMotion
 from irsim.motion.paths import PATHS
-from irsim.motion.platform import Platform
-from irsim.motion.posture import attitudes
-from irsim.motion.tracks import Tracks
-from irsim.motion.vibration import Shake, Vibration
-from irsim.motion.zoom import Zoom
+from irsim.motion.relative import Crosses, CrossesM, Crossing, RelativePath
 
-POINTINGS = Family(
+CAMERA_MOTIONS = Family(
     "camera motion",
-    Pointing,
+    CameraMotion,
     {
         "pan": Pan,
         "jitter": Jitter,
@@ -33,11 +25,10 @@ POINTINGS = Family(
 )
 
 __all__ = [
+    "CAMERA_MOTIONS",
     "PATHS",
-    "POINTINGS",
+    "CameraMotion",
     "CameraTrajectory",
-    "Companion",
-    "Company",
     "Crosses",
     "CrossesM",
     "Crossing",
@@ -45,7 +36,8 @@ __all__ = [
     "MetrePath",
     "Path",
     "PixelPath",
-    "Pointing",
+    "RelativePath",
+    "SceneMotion",
     "Tracks",
     "angles_deg",
     "attitudes",

@@ -1,77 +1,108 @@
-"""What a path and a camera motion are."""
+"""Base classes of target paths and camera motions, and the dynamics of random paths."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from irsim.config.base import Kind, NamedKind
-from irsim.config.quantities import Height, Range, Speed
+from irsim.config.quantities import TOP_SPEED, Degrees, Height, NotNegative, Range, Speed, Triple
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import gimbal
-from irsim.motion.dynamics import Dynamics
 from irsim.types import Floats
 
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Linear dynamics x(k+1) = F x(k) + w, w ~ N(0, Q), in one or several modes.
+
+    state        names of the state's components; px and frames, or m and s for paths in metres
+    transitions  (modes, d, d) F of each mode
+    noises       (modes, d, d) Q of each mode
+    switching    (modes, modes) probability of mode j after mode i; rows sum to one
+    """
+
+    state: tuple[str, ...]
+    transitions: Floats
+    noises: Floats
+    switching: Floats
+
+    @classmethod
+    def single(cls, state: tuple[str, ...], transition: Floats, noise: Floats) -> Dynamics:
+        """Return linear dynamics of one mode."""
+        return cls(state, transition[None], noise[None], np.ones((1, 1)))
+
+
+def constant_velocity(axes: tuple[str, ...], step: float = 1.0) -> Dynamics:
+    """Return motion at constant velocity without noise; state: each axis and its rate `v<axis>`, per `step`."""
+    state = tuple(name for axis in axes for name in (axis, f"v{axis}"))
+    transition = np.kron(np.eye(len(axes)), np.array([[1.0, step], [0.0, 1.0]]))
+    return Dynamics.single(state, transition, np.zeros_like(transition))
+
+
 HORIZON = 1e-4
-"""Sine of the least angle below the level at which ground is seen: 100 km away from 10 m up."""
+"""Sine of the least depression angle at which ground is visible: 100 km away from a height of 10 m."""
 
 
 class Path(Kind):
-    """Where a target is. Subclasses have a closed form, or integrate from frame 0 onward, so that a
-    position never depends on how many frames are asked for."""
+    """Path of a target. Subclasses have a closed form or integrate from frame 0, so a position does not depend on the
+    other frames of the call."""
 
     @abstractmethod
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
-        """(n, 3) m in the first camera frame, at frame numbers (n,) that may be fractional.
+        """Return (n, 3) m in the first camera frame at frame numbers (n,), fractional or not.
 
-        `name` is the target's id: it addresses the path's randomness.
+        `name` is the id of the target and addresses the random stream of the path.
         """
 
     @property
     def begins(self) -> float:
-        """The first frame at which there is something on this path."""
+        """First frame in which the target exists."""
         return -math.inf
 
     @property
     def level_m(self) -> float | None:
-        """How far the level ground that it goes on lies below the unmoved camera, m; None where it does not say."""
+        """Height of the unmoved camera above the level ground that the path lies on, m; None where unknown."""
         return None
 
     def refers(self) -> Mapping[str, str]:
-        """Ids of the targets whose paths it asks for, by the key that names each."""
+        """Return the ids of the targets that it refers to, by the key that names each."""
         return {}
 
     def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
-        """What makes the path impossible at one of the frame numbers (n,); None where nothing does."""
+        """Return why the path is infeasible at one of the frame numbers (n,), or None."""
         return None
 
     def dynamics(self, context: SceneContext) -> Dynamics | None:
-        """Transition and noise from frame to frame, for filters and for bounds over several frames (docs/moments.md);
-        None where the path is scripted, or linear in no mode."""
+        """Return transition and noise between frames, for filters and for bounds over several frames (docs/moments.md).
+
+        None for a scripted path, or one that is linear in no mode.
+        """
         return None
 
 
 class MetrePath(Path):
-    """A path drawn in space."""
+    """Path in space, in metres."""
 
     axes: Literal["camera", "world"] = "camera"
-    """camera: triples are [right, down, ahead] of the camera at its first pointing; world: [east, north,
-    up] of where it stands, north being level ahead at the first pointing."""
+    """camera: triples are [right, down, ahead] of the camera at its first pointing; world: [east, north, up] from the
+    camera, where north is level ahead at the first pointing."""
 
     @property
     def axis_names(self) -> tuple[str, ...]:
         return ("right", "down", "ahead") if self.axes == "camera" else ("east", "north", "up")
 
     def to_first(self, vectors: Floats, context: SceneContext) -> Floats:
-        """(..., 3) vectors along `axes` in the first camera frame."""
+        """Return (..., 3) vectors along `axes` in the first camera frame."""
         return np.asarray(vectors) if self.axes == "camera" else world_to_first(vectors, context)
 
     def to_world(self, vectors: Floats, context: SceneContext) -> Floats:
-        """(..., 3) vectors along `axes` as east, north, up."""
+        """Return (..., 3) vectors along `axes` as east, north, up."""
         if self.axes == "world":
             return np.asarray(vectors)
         east, down, north = np.moveaxis(np.asarray(vectors) @ gimbal(0.0, context.geometry.elevation_rad, 0.0), -1, 0)
@@ -79,27 +110,27 @@ class MetrePath(Path):
 
 
 def world_to_first(vectors: Floats, context: SceneContext) -> Floats:
-    """(..., 3) east, north, up as vectors of the first camera frame."""
+    """Return (..., 3) east, north, up as vectors of the first camera frame."""
     east, north, up = np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)
     return np.asarray(np.stack([east, -up, north], axis=-1) @ gimbal(0.0, context.geometry.elevation_rad, 0.0).T)
 
 
 class PixelPath(Path):
-    """A path drawn in the picture of the unmoved camera, and a range that changes evenly.
+    """Path in pixels of the unmoved camera, with a range that changes at a constant rate.
 
-    A pixel stands for a direction: a camera that turns sees the target move. A range that has
-    closed below zero is behind the camera.
+    A pixel stands for a direction: a camera that turns sees the target move. A target whose range has become negative
+    is behind the camera.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"ground_m": ("range_m", "closing_m_s")}
 
     range_m: Range = 1000.0
-    """Metres from the camera at frame 0."""
+    """Range at frame 0, m."""
     closing_m_s: Speed = 0.0
-    """How fast the range shrinks, metres a second."""
+    """Closing speed along the line of sight, m/s."""
     ground_m: Height | None = None
-    """For a target on level ground: how far the ground lies below the camera, metres. The range then
-    follows from the direction, and range_m and closing_m_s do not count."""
+    """For a target on level ground: height of the camera above the ground, m. The range then follows from the
+    direction, and range_m and closing_m_s are ignored."""
 
     @property
     def level_m(self) -> float | None:
@@ -107,7 +138,7 @@ class PixelPath(Path):
 
     @abstractmethod
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
-        """(n, 2) px as the unmoved camera sees them, at frame numbers (n,) that may be fractional."""
+        """Return (n, 2) px of the unmoved camera at frame numbers (n,), fractional or not."""
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         frames = np.asarray(frames, dtype=np.float64)
@@ -129,29 +160,66 @@ class PixelPath(Path):
 
     @staticmethod
     def _descent(pixels: Floats, context: SceneContext) -> Floats:
-        """(n,): sine of the angle by which the directions of pixels (n, 2) look down."""
+        """Return the sine of the depression angle of pixels (n, 2), (n,)."""
         return np.asarray(context.geometry.directions(pixels) @ context.geometry.down)
 
 
-class Pointing(NamedKind):
-    """A motion of the camera: it turns it, carries it, or changes its focal length.
+class CameraMotion(NamedKind):
+    """Motion of the camera: a rotation, a translation, or a change of focal length.
 
-    The motions of a list add up. Each of the methods says how much at frame numbers (n,), which may
-    be fractional.
+    The motions of a list add up. Every method takes frame numbers (n,), fractional or not.
     """
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:
-        """(n, 3) rad at frame numbers (n,): azimuth (right), elevation (up), roll (clockwise)."""
+        """Return (n, 3) rad: azimuth (right), elevation (up), roll (clockwise)."""
         return np.zeros((len(frames), 3))
 
     def shifts(self, frames: Floats, context: SceneContext) -> Floats:
-        """(n, 3) m, first camera frame: how far it has carried the camera from where it first stood."""
+        """Return the displacement of the camera from its first place, (n, 3) m, first camera frame."""
         return np.zeros((len(frames), 3))
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
-        """(n,) how many times longer it makes the focal length."""
+        """Return the factor on the focal length, (n,)."""
         return np.ones(len(frames))
 
     def refers(self) -> Mapping[str, str]:
-        """Ids of the targets whose paths it asks for, by the key that names each."""
+        """Return the ids of the targets that it refers to, by the key that names each."""
         return {}
+
+
+class HeadedPath(MetrePath):
+    """Path given by its displacement ahead along a compass heading, to the right of it, and up."""
+
+    start_m: Triple
+    """Position at frame 0, m."""
+    speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
+    """Ground speed, m/s."""
+    heading_deg: Degrees = 90.0
+    """Direction at frame 0, degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
+    climb_m_s: Speed = 0.0
+    """Climb rate, m/s."""
+
+    def climb(self, frames: Floats, context: SceneContext) -> Floats:
+        """Return the height gained since frame 0, (n,) m."""
+        return np.asarray(self.climb_m_s * np.asarray(frames) / context.rate_hz)
+
+    def displaced(self, ahead: Floats, right: Floats, up: Floats, context: SceneContext) -> Floats:
+        """Return positions (n, 3) m, first camera frame, of displacements (n,) m from the start."""
+        return self.to_first(np.array(self.start_m), context) + offsets_along_heading(
+            ahead, right, up, self.heading_deg, context
+        )
+
+
+def offsets_along_heading(
+    ahead: Floats, right: Floats, up: Floats, heading_deg: float, context: SceneContext
+) -> Floats:
+    """Return (n, 3) vectors, first camera frame, of displacements ahead, right and up, (n,) each."""
+    heading = math.radians(heading_deg)
+    east = ahead * math.sin(heading) + right * math.cos(heading)
+    north = ahead * math.cos(heading) - right * math.sin(heading)
+    return world_to_first(np.stack([east, north, up], axis=-1), context)
+
+
+def frames_of(seconds: float, context: SceneContext) -> float:
+    """Return a duration in frames, at least 1: random draws and turn rates hold for a frame at least."""
+    return max(seconds * context.rate_hz, 1.0)

@@ -1,20 +1,13 @@
-"""Ways that targets go, by their names in YAML."""
+"""The table of target paths by their names in YAML."""
 
 from __future__ import annotations
 
 from irsim.config.base import Family
 from irsim.motion.base import MetrePath, Path
-from irsim.motion.crosses import Crosses, CrossesM
-from irsim.motion.dive import Dive, DivePx
-from irsim.motion.jump import Jump, JumpM
-from irsim.motion.manoeuvre import Manoeuvre, ManoeuvreM
-from irsim.motion.others import Follow, Thrown
-from irsim.motion.singer import Singer, SingerM
-from irsim.motion.stop_and_go import StopAndGo, StopAndGoM
-from irsim.motion.straight import Straight, StraightM
-from irsim.motion.turns import Turns, TurnsM
-from irsim.motion.waypoints import Waypoints, WaypointsM
-from irsim.motion.weave import Weave, WeaveM
+from irsim.motion.random_turns import Jump, JumpM, Manoeuvre, ManoeuvreM
+from irsim.motion.relative import Crosses, CrossesM, Follow, Thrown
+from irsim.motion.scripted import Dive, DivePx, Straight, StraightM, Turns, TurnsM, Waypoints, WaypointsM, Weave, WeaveM
+from irsim.motion.stochastic import Singer, SingerM, StopAndGo, StopAndGoM
 
 PATHS = Family(
     "path",
@@ -48,4 +41,4 @@ PATHS = Family(
 METRE_PATHS = Family(
     "metre path", MetrePath, {word: kind for word, kind in PATHS.kinds.items() if issubclass(kind, MetrePath)}
 )
-"""Those that say where something is, in metres, whatever the camera."""
+"""Paths in metres, which do not depend on the camera."""

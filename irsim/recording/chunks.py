@@ -33,9 +33,8 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
-from irsim.recording.schema import descriptor_set
-from irsim.recording.times import EPOCH_NS
+from irsim.recording.container import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
+from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 Compression = Literal["none", "lz4", "zstd"]
 

@@ -1,8 +1,4 @@
-"""Reading MCAP: the summary once, then any chunk by its place, every byte that matters checked.
-
-The record layouts are those of the MCAP specification (mcap.dev/spec). Reading by hand what is read
-for every frame saves mcap's copies of it: a chunk's header, and the messages in it.
-"""
+"""Reading MCAP (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
 
 from __future__ import annotations
 
@@ -18,8 +14,10 @@ from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
+from google.protobuf.message import DecodeError
 from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
@@ -27,9 +25,59 @@ from mcap.stream_reader import StreamReader
 from irsim.config.file_digests import Stamp, stamp
 from irsim.config.files import check_input
 from irsim.errors import InputError
-from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
-from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 from irsim.wording import counted
+
+MAGIC = b"\x89MCAP0\r\n"
+
+RECORD = struct.Struct("<BQ")
+"""Opcode and length, before every record."""
+
+MESSAGE = struct.Struct("<HIQQ")
+"""Channel, sequence, log time, publish time, before a message's data."""
+
+CHUNK_HEAD = struct.Struct("<QQQII")
+"""Start time, end time, uncompressed size, its CRC, length of the compression's name, which follows."""
+
+CRC = struct.Struct("<I")
+"""A CRC-32, the last of the records that end in one."""
+
+
+BROKEN = (
+    McapError,
+    DecodeError,
+    struct.error,
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    OverflowError,
+    MemoryError,
+    RuntimeError,
+)
+"""What mcap, protobuf, lz4, zstandard and struct raise on bytes that are not what they should be."""
+
+
+class DamageError(InputError):
+    """A file's bytes are not what was written."""
+
+
+@contextmanager
+def decoded(path: Path, what: str, remedy: str = "") -> Iterator[None]:
+    """Around the decoding of what stands in a file: anything that broken bytes raise is one DamageError.
+
+    what     what is wrong then: 'its index cannot be read'
+    remedy   what the user may do, or nothing
+    """
+    try:
+        yield
+    except BROKEN:
+        raise damage(path, what, remedy) from None
+
+
+def damage(path: Path, what: str, remedy: str = "") -> DamageError:
+    """The error to raise where a check of our own fails."""
+    return DamageError(f"{path}: damaged: {what}" + (f"; {remedy}" if remedy else ""))
+
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
 _DATA_END = struct.Struct("<BQI")  # opcode, length, CRC of all before it

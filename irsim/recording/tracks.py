@@ -14,12 +14,22 @@ from pydantic import Field
 from irsim.config.files import path_of, replacing
 from irsim.config.quantities import AboveZero
 from irsim.errors import InputError
-from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
 from irsim.recording.header import Sealed
-from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point, text
-from irsim.recording.times import from_ns, to_ns
+from irsim.recording.messages import (
+    TRACK,
+    TRACK_STATE,
+    TrackStateMessage,
+    box,
+    draw,
+    from_ns,
+    needed,
+    optional,
+    point,
+    text,
+    to_ns,
+)
 from irsim.types import Box
 from irsim.wording import counted
 

@@ -18,7 +18,7 @@ from irsim.config.base import KeyPath, Name, Part, Several, Switch
 from irsim.config.switches import less, switches
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
-from irsim.motion import Company, Pointing
+from irsim.motion import CameraMotion, SceneMotion
 from irsim.notebook import card
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.physics.atmosphere import Atmosphere
@@ -102,7 +102,7 @@ class Scenario(Part):
     @property
     def context(self) -> SceneContext:
         camera = self.camera
-        cast = Company({target.id: target.path for target in self.targets}, self.motions)
+        cast = SceneMotion({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
         lens = camera.optics if self.is_on("optics") else None
@@ -149,7 +149,7 @@ class Scenario(Part):
         return self.camera.arrivals(self.frames, self.seed, self.is_on)
 
     @property
-    def motions(self) -> tuple[Pointing, ...]:
+    def motions(self) -> tuple[CameraMotion, ...]:
         """The camera's motions, less what is switched off."""
         return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
 

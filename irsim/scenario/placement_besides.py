@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from irsim.errors import Notice
-from irsim.motion import Companion, Crossing
+from irsim.motion import Crossing, RelativePath
 from irsim.scenario.placement_hold import FEW, LEEWAY, MUCH, Hold
 from irsim.scenario.placement_together import Holds
 from irsim.scenario.placement_window import asked
@@ -81,7 +81,7 @@ def _meant(watch: Watch, hold: Hold, name: str) -> bool:
     whom, (first, last) = asked(hold.occluder)
     for one, other in ((name, whom), (whom, name)):
         path = watch.courses[one].target.path
-        if isinstance(path, Companion) and path.target == other:
+        if isinstance(path, RelativePath) and path.target == other:
             return not isinstance(path, Crossing) or first <= path.at_frame <= last
     return False
 

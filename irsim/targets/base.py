@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, NamedTuple
 from irsim.config.base import Kind, Switches
 from irsim.geometry.context import SceneContext
 from irsim.geometry.sprite import Sprite
-from irsim.motion.posture import ARROW, Posture
+from irsim.motion.attitude import ARROW, Posture
 from irsim.targets.flicker import FLICKERS, Flicker, Steady
 from irsim.types import Floats
 

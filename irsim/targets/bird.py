@@ -10,7 +10,7 @@ from pydantic import Field
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Kelvin, Length, NotNegative
-from irsim.motion.posture import BIRD, Posture
+from irsim.motion.attitude import BIRD, Posture
 from irsim.targets.base import Angles
 from irsim.targets.body import Body
 from irsim.targets.joints import Rigid, Turn, hinge, turned

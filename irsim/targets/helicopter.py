@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Kelvin, Length, NotNegative
-from irsim.motion.posture import HELICOPTER, Posture
+from irsim.motion.attitude import HELICOPTER, Posture
 from irsim.targets.base import Angles
 from irsim.targets.body import Body
 from irsim.targets.joints import Rigid, Turn, hinge, turned

@@ -18,7 +18,7 @@ from irsim.config.quantities import Fraction, Kelvin, Length
 from irsim.geometry.polygon import as_changes, centroids, coverage
 from irsim.geometry.silhouette import Grid, spread
 from irsim.geometry.sprite import Sprite
-from irsim.motion.posture import POSTURES, Posture, PostureName
+from irsim.motion.attitude import POSTURES, Posture, PostureName
 from irsim.physics.radiometry import grey_body
 from irsim.targets.base import Shape, View
 from irsim.targets.contours import Ints, contour

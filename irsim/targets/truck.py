@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.config.quantities import Fraction, Kelvin, Length
-from irsim.motion.posture import VEHICLE, Posture
+from irsim.motion.attitude import VEHICLE, Posture
 from irsim.targets.base import Angles
 from irsim.targets.body import Body
 from irsim.targets.solids import Solid, block, limb, mirrored, profile, wheel

@@ -15,7 +15,7 @@ from irsim.cli import sheets
 from irsim.cli.figures import Labelled
 from irsim.cli.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
 from irsim.errors import InputError
-from irsim.motion.upright import Pitched, Rotorcraft, Upright
+from irsim.motion.attitude import Pitched, Rotorcraft, Upright
 from irsim.targets import SHAPES
 from irsim.targets.body import Body
 

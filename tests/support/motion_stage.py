@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.motion import PATHS, Company, Path
+from irsim.motion import PATHS, Path, SceneMotion
 from irsim.types import Floats
 
 GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
@@ -18,7 +18,7 @@ LEADER: dict[str, Any] = {"kind": "weave", "start": [20, 40], "speed": 1.0, "amp
 
 def context(seed: int = 0) -> SceneContext:
     """With one other target, `leader`, that the paths under test may refer to."""
-    return SceneContext(seed, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": path(**LEADER)}, ()))
+    return SceneContext(seed, GEOMETRY, 30.0, "mwir", 0.6, SceneMotion({"leader": path(**LEADER)}, ()))
 
 
 def path(**keys: Any) -> Path:

@@ -10,12 +10,8 @@ from recording_fakes import Noise
 
 from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, _digest
-from irsim.recording.image import encode_image
-from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
-from irsim.recording.schema import TRUTH as TRUTH_SCHEMA
-from irsim.recording.schema import encode_truth
-from irsim.recording.times import to_ns
-from irsim.recording.write import header_of
+from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, TRUTH_DESCRIPTOR, encode_image, encode_truth, to_ns
+from irsim.recording.writer import header_of
 
 SOURCE = Noise(count=1)
 
@@ -43,7 +39,7 @@ def forge(
         writer.metadata("irsim", resealed(header_of(SOURCE).seal(), header))
         if scenario is not None:
             writer.attachment(SCENARIO, "application/yaml", scenario)
-        channel = writer.topic(TRUTH, TRUTH_SCHEMA)
+        channel = writer.topic(TRUTH, TRUTH_DESCRIPTOR)
         writer.chunk([Message(channel, 0, to_ns(0.0), honest_truth() if truth is None else truth)])
         channel = writer.topic(IMAGE, RawImage.DESCRIPTOR)
         writer.chunk([Message(channel, 0, to_ns(0.0), honest_image() if image is None else image)])

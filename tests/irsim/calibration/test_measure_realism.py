@@ -21,7 +21,7 @@ from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, 
 from irsim.measure.realism import Verdict
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 from irsim.scenario.loader import examples
 from irsim.types import BackgroundClass, Floats
 

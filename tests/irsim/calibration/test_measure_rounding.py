@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli.app import app
 from irsim.measure import defects, measure_figures, measure_noise, noise_lines, perhaps_pictures
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 
 HARDLY = "hardly more than rounding to whole counts makes"
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from irsim.recording import Recording, open_recording
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 
 REAL = Path(__file__).resolve().parents[4] / "shared" / "real"
 

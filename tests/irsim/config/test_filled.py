@@ -16,7 +16,7 @@ from irsim.camera.displays import AGCS
 from irsim.camera.frame_loss import FAULTS
 from irsim.config.base import Part
 from irsim.config.schema import Slot, brief, plain
-from irsim.motion import PATHS, POINTINGS
+from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.recording import record
 from irsim.render.stream import Rendering
@@ -28,7 +28,7 @@ from irsim.targets import SHAPES
 
 FAMILIES = (
     *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),
-    *(PATHS, POINTINGS, OCCLUDERS, SHAPES, VARIATIONS),
+    *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
 )
 
 

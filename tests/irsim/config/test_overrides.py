@@ -10,7 +10,7 @@ from irsim.camera.camera import Camera
 from irsim.camera.detectors import Ar1, White
 from irsim.camera.displays import Linear
 from irsim.config.schema import plain
-from irsim.motion.straight import Straight
+from irsim.motion.scripted import Straight
 from irsim.scenario.loader import change, loads, unheeded_overrides
 
 

@@ -12,7 +12,7 @@ import irsim
 from irsim.errors import Notice
 from irsim.lint import doubts
 from irsim.recording import open_recording, record
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 from irsim.render.stream import Rendering
 
 CAMERA = "size: [64, 48], bits: 14, band: [7.7, 9.3], rate_hz: 100, ifov_mrad: 0.3"

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
-from irsim.motion.attitude import STANDARD_GRAVITY, euler
-from irsim.motion.posture import AEROPLANE, POSTURES, PostureName
+from irsim.motion.attitude import AEROPLANE, POSTURES, STANDARD_GRAVITY, PostureName, euler
 
 
 def context(seed: int = 0) -> SceneContext:

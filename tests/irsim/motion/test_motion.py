@@ -10,8 +10,7 @@ from motion_stage import context, path, pixels
 from pydantic import TypeAdapter, ValidationError
 
 from irsim.motion import PATHS, Path
-from irsim.motion.spline import Spline
-from irsim.rng import stream
+from irsim.motion.curves import Spline
 
 EXAMPLES: dict[str, dict[str, Any]] = {
     "straight": {"start": [10, 20], "speed": 2.0, "heading_deg": 30.0, "closing_m_s": 50.0},
@@ -137,21 +136,6 @@ def test_a_distance_along_a_circle_is_its_angle() -> None:
 
 
 class TestManoeuvre:
-    def test_it_is_worked_out_once_for_all_who_ask(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Places, attitudes and doubts ask for a few frames more or less: of a million each takes seconds."""
-        drawn: list[int] = []
-
-        def counted(*address: Any) -> np.random.Generator:
-            drawn.append(1)
-            return stream(*address)
-
-        monkeypatch.setattr("irsim.motion.manoeuvre.stream", counted)
-        value = path(kind="manoeuvre", start=[80, 60], speed=1.234)
-        longer = pixels(value, np.arange(120.0))
-        np.testing.assert_array_equal(pixels(value, np.arange(100.0)), longer[:100])
-        np.testing.assert_array_equal(pixels(value, [90.0])[0], longer[90])
-        assert len(drawn) == 1
-
     @pytest.mark.parametrize("speed", [0.5, 2.0, 5.0])
     def test_it_stays_in_its_box(self, speed: float) -> None:
         box = (20.0, 15.0, 140.0, 105.0)

@@ -10,7 +10,7 @@ from motion_stage import GEOMETRY, LEADER, context, path
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.motion import POINTINGS, CameraTrajectory, Company, Pointing
+from irsim.motion import CAMERA_MOTIONS, CameraMotion, CameraTrajectory, SceneMotion
 
 MOTIONS: dict[str, dict[str, Any]] = {
     "pan": {"azimuth_deg_s": 1.0, "elevation_deg_s": 2.0},
@@ -23,20 +23,20 @@ MOTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def motion(kind: str, **keys: Any) -> Pointing:
-    value = POINTINGS.parse({"kind": kind, **MOTIONS[kind], **keys})
-    assert isinstance(value, Pointing)
+def motion(kind: str, **keys: Any) -> CameraMotion:
+    value = CAMERA_MOTIONS.parse({"kind": kind, **MOTIONS[kind], **keys})
+    assert isinstance(value, CameraMotion)
     return value
 
 
 def test_every_camera_motion_is_tested() -> None:
-    assert set(MOTIONS) == set(POINTINGS.kinds)
+    assert set(MOTIONS) == set(CAMERA_MOTIONS.kinds)
 
 
 class TestPointings:
     def test_pan_moves_a_fixed_point_by_its_rate_over_the_ifov(self) -> None:
-        pan = POINTINGS.parse({"kind": "pan", "azimuth_deg_s": 1.0})
-        assert isinstance(pan, Pointing)
+        pan = CAMERA_MOTIONS.parse({"kind": "pan", "azimuth_deg_s": 1.0})
+        assert isinstance(pan, CameraMotion)
         level = Geometry((160, 120), 5e-4)
         turns = pan.turns(np.array([0.0, 1.0]), context())
         ahead = [level.project(level.rotation(turn) @ [0.0, 0.0, 500.0]) for turn in turns]
@@ -47,8 +47,8 @@ class TestPointings:
         frames = np.arange(0.0, 40_000.0)
         rms, lag = [], []
         for seed in range(10):
-            shaking = POINTINGS.parse({"kind": "jitter", "rms_px": 2.0, "correlation_s": 0.1})
-            assert isinstance(shaking, Pointing)
+            shaking = CAMERA_MOTIONS.parse({"kind": "jitter", "rms_px": 2.0, "correlation_s": 0.1})
+            assert isinstance(shaking, CameraMotion)
             turns = shaking.turns(frames, context(seed))[:, :2] / GEOMETRY.ifov_rad
             rms.append(turns.std(axis=0))
             lag.append([np.corrcoef(one[:-3], one[3:])[0, 1] for one in turns.T])
@@ -64,9 +64,9 @@ class TestPointings:
             np.testing.assert_array_equal(ask(alone, context(5))[0], ask(frames, context(5))[33])
 
     def test_jitters_of_two_names_differ(self) -> None:
-        one, other = (POINTINGS.parse({"kind": "jitter", "id": name}) for name in ("wind", "motor"))
-        assert isinstance(one, Pointing)
-        assert isinstance(other, Pointing)
+        one, other = (CAMERA_MOTIONS.parse({"kind": "jitter", "id": name}) for name in ("wind", "motor"))
+        assert isinstance(one, CameraMotion)
+        assert isinstance(other, CameraMotion)
         assert not np.array_equal(one.turns(np.arange(3.0), context()), other.turns(np.arange(3.0), context()))
 
     def test_vibration_is_its_lines(self) -> None:
@@ -142,7 +142,7 @@ class TestPointings:
     @pytest.mark.parametrize("place", [None, [20.0, 100.0]])
     def test_it_keeps_a_target_where_it_is_told(self, place: list[float] | None) -> None:
         leader = path(**LEADER)
-        cast = Company({"leader": leader}, (motion("platform"),))
+        cast = SceneMotion({"leader": leader}, (motion("platform"),))
         scene = SceneContext(0, GEOMETRY, 30.0, "mwir", 0.6, cast)
         mount = CameraTrajectory.of(
             [motion("platform"), motion("tracks", lag_s=0.0, place_px=place)], np.arange(60.0), scene
@@ -158,7 +158,7 @@ class TestPointings:
             motion("tracks", lag_s=0.0, place_px=place),
             motion("zoom", factors=[[0, 1.0], [20, 2.0]]),
         )
-        scene = SceneContext(0, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": leader}, motions))
+        scene = SceneContext(0, GEOMETRY, 30.0, "mwir", 0.6, SceneMotion({"leader": leader}, motions))
         mount = CameraTrajectory.of(motions, np.arange(60.0), scene)
         assert mount.zooms[-1] == pytest.approx(8.0)
         seen = mount.seen(leader.positions(np.arange(60.0), scene, "leader"))
@@ -166,7 +166,7 @@ class TestPointings:
 
     def test_it_lags_by_its_time(self) -> None:
         leader = path(kind="straight", start=[79.5, 59.5], speed=2.0)
-        scene = SceneContext(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6, Company({"leader": leader}, ()))
+        scene = SceneContext(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6, SceneMotion({"leader": leader}, ()))
         mount = CameraTrajectory.of([motion("tracks", lag_s=0.2, place_px=None)], np.arange(30.0), scene)
         seen = mount.seen(leader.positions(np.arange(30.0), scene, "leader"))
         # 0.2 s are six frames at 2 px: 12 px ahead of the middle.

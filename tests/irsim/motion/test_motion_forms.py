@@ -13,9 +13,8 @@ from motion_stage import context as staged
 
 from irsim.errors import InputError
 from irsim.lint import doubts
-from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.platform import Platform
-from irsim.motion.posture import POSTURES, PostureName, attitudes
+from irsim.motion.attitude import POSTURES, STANDARD_GRAVITY, PostureName, attitudes
+from irsim.motion.camera_motion import Platform
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import loads
 

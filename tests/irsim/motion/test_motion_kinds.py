@@ -9,18 +9,17 @@ from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
 from irsim.geometry.context import SceneContext
-from irsim.motion import PATHS, Company, Path
-from irsim.motion.arcs import arcs
-from irsim.motion.jump import Jumps, coordinated_turn
-from irsim.motion.singer import singer
-from irsim.motion.stop_and_go import Stops
+from irsim.motion import PATHS, Path, SceneMotion
+from irsim.motion.curves import arcs
+from irsim.motion.random_turns import TurnRateChain, coordinated_turn
+from irsim.motion.stochastic import StopAndGoProfile, singer
 from irsim.types import Floats
 
 RATE = 30.0
 
 
 def context(seed: int = 0, **others: Path) -> SceneContext:
-    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
+    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, SceneMotion(others, ()))
 
 
 def places(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None, name: str = "jet") -> Floats:
@@ -90,7 +89,7 @@ class TestDive:
         np.testing.assert_allclose(after, 150 * north, atol=1e-9)
 
     def test_it_does_not_pull_out_before_it_dives(self) -> None:
-        with pytest.raises(ValidationError, match="pulls out before"):
+        with pytest.raises(ValidationError, match="pull-out comes before the dive"):
             PATHS.find("dive").model_validate({"start_m": [0, 0, 0], "at_frame": 30, "pull_out_frame": 20})
 
 
@@ -165,7 +164,7 @@ class TestJump:
         np.testing.assert_allclose(dynamics.switching, [[0.9, 0.05, 0.05], [0.05, 0.9, 0.05], [0.05, 0.05, 0.9]])
 
     def test_it_holds_a_rate_as_long_as_asked(self) -> None:
-        rates = Jumps(np.radians([0.0, 5.0, -5.0]), 10.0).drawn(20_000, context(4), "jet")
+        rates = TurnRateChain(np.radians([0.0, 5.0, -5.0]), 10.0).drawn(20_000, context(4), "jet")
         # Changes are Bernoulli with 1/10: 2,000 +- 3 sqrt(20,000 x 0.09) = 127.
         assert np.count_nonzero(np.diff(rates)) == pytest.approx(2000, abs=127)
 
@@ -182,7 +181,8 @@ class TestStopAndGo:
         np.testing.assert_allclose(pixels(value, [40, 50, 60, 100, 120])[:, 0], [80, 80, 80, 140, 140], atol=1e-5)
 
     def test_lengths_vary_as_asked(self) -> None:
-        times, _ = Stops(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5).paces(20_000.0, context(1), "jet")
+        profile = StopAndGoProfile(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5)
+        times, _ = profile.paces(20_000.0, context(1), "jet")
         goes = times.reshape(-1, 4)[:, 3] - times.reshape(-1, 4)[:, 0]
         assert 20 <= goes.min() < 22
         assert 58 < goes.max() <= 60.001

@@ -13,7 +13,7 @@ from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
 from irsim.geometry.context import SceneContext
-from irsim.motion import PATHS, Company, Path
+from irsim.motion import PATHS, Path, SceneMotion
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.types import Floats
 
@@ -21,7 +21,7 @@ RATE = 30.0
 
 
 def context(seed: int = 0, **others: Path) -> SceneContext:
-    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
+    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, SceneMotion(others, ()))
 
 
 def world(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None) -> Floats:
@@ -163,7 +163,7 @@ class TestDive:
         assert np.linalg.norm(place) == pytest.approx(700)
 
     def test_it_does_not_pull_out_before_it_dives(self) -> None:
-        with pytest.raises(ValidationError, match="pulls out before"):
+        with pytest.raises(ValidationError, match="pull-out comes before the dive"):
             PATHS.find("dive_px").model_validate({"start": [0, 0], "at_frame": 30, "pull_out_frame": 30})
 
 

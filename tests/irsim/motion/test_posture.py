@@ -12,9 +12,18 @@ from irsim.config.base import Kind
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
-from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.posture import BIRD, HELICOPTER, MULTIROTOR, POSTURES, UPRIGHT, VEHICLE, Posture, PostureName
-from irsim.motion.upright import Rotorcraft
+from irsim.motion.attitude import (
+    BIRD,
+    HELICOPTER,
+    MULTIROTOR,
+    POSTURES,
+    STANDARD_GRAVITY,
+    UPRIGHT,
+    VEHICLE,
+    Posture,
+    PostureName,
+    Rotorcraft,
+)
 from irsim.targets import SHAPES, Shape
 from irsim.types import Floats
 

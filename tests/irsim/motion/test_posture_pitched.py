@@ -11,8 +11,7 @@ import pytest
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
-from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.posture import BIRD, VEHICLE, Posture
+from irsim.motion.attitude import BIRD, STANDARD_GRAVITY, VEHICLE, Posture
 from irsim.targets import SHAPES, Shape
 from irsim.types import Floats
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.motion import POINTINGS
+from irsim.motion import CAMERA_MOTIONS
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.optics import Lens
 from irsim.render.frame import Renderer
@@ -95,7 +95,7 @@ def shares(renderer: Renderer, frame: int = 0) -> Floats:
 def shaded(factors: list[tuple[float, float]], **falloff: Any) -> Renderer:
     camera = {"ifov_mrad": 10.0, "netd_mk": 40.0, "bits": 16, "falloff": falloff}
     even = scene(1.0, {}, camera=camera, background={"kind": "ground", "spread_k": 0.0})
-    zoom = POINTINGS.parse({"kind": "zoom", "factors": factors})
+    zoom = CAMERA_MOTIONS.parse({"kind": "zoom", "factors": factors})
     return Renderer(even.model_copy(update={"camera": even.camera.model_copy(update={"motion": (zoom,)})}))
 
 

@@ -14,7 +14,7 @@ from frame_folders import folder_of, pictures
 from irsim.camera.displays import AGCS
 from irsim.errors import InputError
 from irsim.recording import open_recording, record
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ import pytest
 
 from irsim.errors import InputError
 from irsim.recording import open_recording
-from irsim.recording.arrays import read_stack
-from irsim.recording.conversion import import_frames
+from irsim.recording.images import read_stack
+from irsim.recording.importers import import_frames
 
 STACK = np.random.default_rng(0).integers(0, 1 << 14, (5, 12, 16)).astype(np.uint16)
 

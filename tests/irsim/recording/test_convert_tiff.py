@@ -13,8 +13,8 @@ from frame_folders import pictures
 
 from irsim.errors import InputError
 from irsim.recording import open_recording
-from irsim.recording.conversion import import_frames
-from irsim.recording.tiff import page_sizes, read_pages
+from irsim.recording.images import page_sizes, read_pages
+from irsim.recording.importers import import_frames
 
 
 @pytest.mark.parametrize("compression", [1, 5, 8], ids=["none", "lzw", "deflate"])

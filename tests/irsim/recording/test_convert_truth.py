@@ -10,7 +10,7 @@ from frame_folders import folder_of, pictures
 
 from irsim.errors import InputError
 from irsim.recording import open_recording
-from irsim.recording.conversion import import_frames
+from irsim.recording.importers import import_frames
 from irsim.recording.labels import read_labels
 from irsim.types import Box, TargetTruth
 

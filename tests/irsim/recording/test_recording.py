@@ -18,7 +18,7 @@ from irsim.recording import (
     open_recording,
     record,
 )
-from irsim.recording.times import EPOCH_NS, from_ns, to_ns
+from irsim.recording.messages import EPOCH_NS, from_ns, to_ns
 from irsim.types import Band, CameraFacts, Source
 
 

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from irsim.recording.chunks import LIBRARY, ChunkWriter, Compression, Message
-from irsim.recording.schema import descriptor_set
-from irsim.recording.times import EPOCH_NS
+from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 TOPICS = {"/ir/image": RawImage.DESCRIPTOR, "/a": RawImage.DESCRIPTOR, "/boxes": ImageAnnotations.DESCRIPTOR}
 FACTS = {"bits": "14", "unité": "°C"}

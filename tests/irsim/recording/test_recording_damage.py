@@ -23,7 +23,7 @@ from irsim.recording import (
     record,
     recover,
 )
-from irsim.recording.salvage import Salvage
+from irsim.recording.recovery import Salvage
 from irsim.types import Frame, Input
 
 

@@ -14,13 +14,11 @@ from recording_forge import SOURCE, forge, honest_image, honest_truth
 import irsim
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
-from irsim.recording.binary import MESSAGE, RECORD
 from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import _LARGEST_UNPACKED, unpack
-from irsim.recording.image import encode_image
-from irsim.recording.schema import TRACK_STATE, TrackStateMessage, TruthMessage
+from irsim.recording.container import _LARGEST_UNPACKED, MESSAGE, RECORD, unpack
+from irsim.recording.messages import TRACK_STATE, TrackStateMessage, TruthMessage, encode_image
 from irsim.recording.tracks import TrackHeader, read_tracks
-from irsim.recording.write import FRAMES_PER_CHUNK
+from irsim.recording.writer import FRAMES_PER_CHUNK
 
 EVIL = "raise SystemExit('code of a file was run')"
 

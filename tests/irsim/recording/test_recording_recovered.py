@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli.app import app
 from irsim.recording import Recording, open_recording, record, recover
-from irsim.recording.write import header_of, writing
+from irsim.recording.writer import header_of, writing
 from irsim.render.sources import open_rendering
 from irsim.render.stream import Rendering
 

@@ -26,8 +26,7 @@ from irsim.recording import (
     open_recording,
     record,
 )
-from irsim.recording.image import encode_image
-from irsim.recording.times import EPOCH_NS
+from irsim.recording.messages import EPOCH_NS, encode_image
 from irsim.types import CameraFacts
 
 

@@ -14,8 +14,8 @@ from irsim.backgrounds.sky import Clouds
 from irsim.camera.camera import Camera
 from irsim.camera.detectors import Ar1, White
 from irsim.errors import InputError
-from irsim.motion.pan import Pan
-from irsim.motion.straight import Straight
+from irsim.motion.camera_motion import Pan
+from irsim.motion.scripted import Straight
 from irsim.occluders import Bar
 from irsim.scenario.loader import dumps, examples, load, loads, scalar
 from irsim.scenario.model import Scenario

@@ -14,8 +14,8 @@ from irsim.camera.camera import Camera
 from irsim.camera.detectors import White
 from irsim.config import yaml_file as yamlfile
 from irsim.errors import InputError
-from irsim.motion.pan import Pan
-from irsim.motion.straight import Straight
+from irsim.motion.camera_motion import Pan
+from irsim.motion.scripted import Straight
 from irsim.scenario.loader import dumps, loads
 from irsim.scenario.model import Scenario
 from irsim.targets.point import Point

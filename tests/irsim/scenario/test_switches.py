@@ -15,7 +15,7 @@ import irsim
 from irsim.backgrounds import BACKGROUNDS, Background, Recorded
 from irsim.camera.detectors import NOISES
 from irsim.camera.frame_loss import FAULTS
-from irsim.motion import POINTINGS
+from irsim.motion import CAMERA_MOTIONS
 from irsim.occluders import OCCLUDERS
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
@@ -149,7 +149,7 @@ def before(background: dict[str, Any], moving: bool = False) -> dict[str, Any]:
         "camera": {
             "size": (80, 64),
             "noise": [{"kind": "white"}],
-            "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in POINTINGS] if moving else [],
+            "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in CAMERA_MOTIONS] if moving else [],
             "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FAULTS] if moving else [],
         },
         "background": background,
@@ -175,7 +175,7 @@ LYING = [
     for scene in map(before, [*({"kind": kind, **keys} for kind, keys in LANDS.items()), COUNTRY])
     for name, _ in Scenario.model_validate(scene).background.names()
 ]
-CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FAULTS) for kind, _ in family]
+CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (CAMERA_MOTIONS, FAULTS) for kind, _ in family]
 
 
 @pytest.mark.sampled

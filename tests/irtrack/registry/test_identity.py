@@ -16,7 +16,7 @@ from irsim.render import workers as crew
 from irsim.scenario.fingerprint import NOT_PIXELS
 
 KIND = """
-from irsim.motion.straight import Straight
+from irsim.motion.scripted import Straight
 
 class Mine(Straight):
     pass

@@ -1,38 +1,88 @@
-"""A natural cubic spline through points, read at a parameter or at a distance along the curve."""
+"""Curves: circular arcs at constant speed, and natural cubic splines read by parameter or arc length."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated
 
+import numpy as np
+from pydantic import Field
+from pydantic_core import PydanticCustomError
+
+from irsim.config.base import Several
+from irsim.config.quantities import Number
 from irsim.types import Floats
+
+Leg = Annotated[tuple[Number, Number, Number], Field(strict=False)]
+Legs = Several[Leg]
+
+
+def check_legs(legs: Sequence[tuple[float, float, float]]) -> None:
+    """Check that legs [from, to, rate] follow each other from frame 0 on; PydanticCustomError at `turns`."""
+    ends = [end for leg in legs for end in leg[:2]]
+    for index, (first, last, _) in enumerate(legs):
+        if first < 0 or last <= first:
+            raise PydanticCustomError(
+                "turns",
+                "the turn from frame {first} to {last} cannot be; allowed: [from, to, rate] with 0 <= from < to",
+                {"first": first, "last": last, "at": ("turns", index)},
+            )
+    if any(b < a for a, b in pairwise(ends)):
+        raise PydanticCustomError("turns", "the turns overlap; allowed: turns one after the other", {"at": ("turns",)})
+
+
+def arcs(frames: Floats, legs: Sequence[tuple[float, float, float]], speed: float) -> Floats:
+    """Return the displacement since frame 0, (n, 2), of a motion along the first axis at frame 0.
+
+    legs   (from, to, rad per frame) in order, turning the first axis towards the second; straight elsewhere
+    speed  length per frame
+    """
+    frames = np.asarray(frames, dtype=np.float64)
+    knots = np.array([0.0, *(end for leg in legs for end in leg[:2])])
+    rates = np.array([0.0, *(rate for leg in legs for rate in (leg[2], 0.0))])
+    spans = np.diff(knots)
+    headings = np.append(0.0, np.cumsum(rates[:-1] * spans))
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(chord(speed, headings[:-1], rates[:-1], spans), axis=0)])
+    leg = np.maximum(np.searchsorted(knots, frames, side="right") - 1, 0)
+    rate = np.where(frames < 0, 0.0, rates[leg])
+    return np.asarray(places[leg] + chord(speed, headings[leg], rate, frames - knots[leg]))
+
+
+def chord(speed: float, heading: Floats, rate: Floats, frames: Floats) -> Floats:
+    """Return the chord (n, 2) of an arc at a constant turn rate over frames (n,)."""
+    length = speed * frames * np.sinc(rate * frames / (2 * np.pi))
+    direction = heading + rate * frames / 2
+    return np.stack([length * np.cos(direction), length * np.sin(direction)], axis=-1)
+
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _PIECES = 16
-"""Parts of a span whose lengths are tabulated; with 8 Gauss points each, lengths hold to about 1e-12."""
+"""Parts of a span with tabulated arc length; with 8 Gauss points each, lengths are exact to about 1e-12."""
 
 
 class Spline:
-    """Twice continuously differentiable; straight on past both ends, where its curvature is zero.
+    """Natural cubic spline through points; it continues straight past both ends.
 
     de Boor, A Practical Guide to Splines, ch. IV: natural end conditions.
     """
 
     def __init__(self, knots: Floats, points: Floats) -> None:
-        """knots (n,) strictly rising; points (n, d); n >= 2."""
+        """Interpolate points (n, d) at strictly rising knots (n,), n >= 2."""
         self.knots = np.asarray(knots, dtype=np.float64)
         self.points = np.asarray(points, dtype=np.float64)
         self.bends = _second_derivatives(self.knots, self.points)
 
     def at(self, parameters: Floats) -> Floats:
-        """(..., d) points of the curve at parameters (...)."""
+        """Return points (..., d) at parameters (...)."""
         return self._evaluate(np.asarray(parameters, dtype=np.float64))[0]
 
     def slope(self, parameters: Floats) -> Floats:
-        """(..., d) derivatives by the parameter."""
+        """Return derivatives (..., d) by the parameter."""
         return self._evaluate(np.asarray(parameters, dtype=np.float64))[1]
 
     def at_distance(self, distances: Floats) -> Floats:
-        """(..., d) points of the curve at distances (...) from its first point, along the curve."""
+        """Return points (..., d) at arc lengths (...) from the first point."""
         distances = np.asarray(distances, dtype=np.float64)
         starts, lengths = self._lengths()
         inside = np.clip(distances, 0.0, lengths[-1])
@@ -60,20 +110,20 @@ class Spline:
         return value + (parameter - inside)[..., None] * slope, slope
 
     def _length(self, start: Floats, stop: Floats) -> Floats:
-        """Length of the curve between parameters that lie in one span."""
+        """Return the arc length between parameters of one span."""
         half = (stop - start) / 2
         nodes = (start + half)[..., None] + half[..., None] * _NODES
         return np.asarray(np.linalg.norm(self.slope(nodes), axis=-1) @ _WEIGHTS * half)
 
     def _lengths(self) -> tuple[Floats, Floats]:
-        """Parameters that part each span into pieces, and the curve's length up to each."""
+        """Return parameters that divide each span, and the arc length up to each."""
         steps = np.diff(self.knots)[:, None] * np.arange(_PIECES) / _PIECES
         starts = np.append((self.knots[:-1, None] + steps).ravel(), self.knots[-1])
         return starts, np.append(0.0, np.cumsum(self._length(starts[:-1], starts[1:])))
 
 
 def _second_derivatives(knots: Floats, points: Floats) -> Floats:
-    """(n, d) second derivatives at the knots, zero at both ends."""
+    """Return second derivatives (n, d) at the knots, zero at both ends."""
     count = len(knots)
     matrix = np.eye(count)
     right = np.zeros_like(points)

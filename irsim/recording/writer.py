@@ -1,4 +1,4 @@
-"""Writing a recording. The layout is in docs/recordings.md."""
+"""Writing a recording; docs/recordings.md describes the layout."""
 
 from __future__ import annotations
 
@@ -19,27 +19,46 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from irsim.camera.displays import AGCS, Agc, Screen
 from irsim.config.files import check_output, path_of, replacing
 from irsim.errors import InputError, expect_source, whole
-from irsim.recording.annotate import annotate_truth, stamp
-from irsim.recording.bands import words_of
 from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, Header, TargetEntry
-from irsim.recording.image import OPTICAL_FRAME, encode_image
-from irsim.recording.layout import (
+from irsim.recording.messages import (
     CAMERA,
     IMAGE,
     LAYOUT,
+    OPTICAL_FRAME,
     PREVIEW,
     SCENARIO,
     TRUTH,
     TRUTH_BOXES,
+    TRUTH_DESCRIPTOR,
+    annotate_truth,
     display_range,
+    encode_image,
+    encode_truth,
+    stamp,
+    to_ns,
     viewer_layout,
+    words_of,
 )
-from irsim.recording.read import Recording
-from irsim.recording.schema import TRUTH as TRUTH_SCHEMA
-from irsim.recording.schema import encode_truth
-from irsim.recording.times import to_ns
+from irsim.recording.reader import Recording, open_recording
 from irsim.types import Frame, Image, Source, Truth
+
+
+def check_default(path: Path) -> None:
+    """InputError where something is there that was not rendered: nobody has named it, and footage or truth would be
+    lost. What was rendered can be rendered again."""
+    if not path.exists():
+        return
+    try:
+        rendered = open_recording(path).scenario_text is not None
+    except InputError:
+        rendered = False
+    if not rendered:
+        raise InputError(
+            f"{path}: is there already, was not rendered from a scenario, and would be replaced; allowed: -o with this "
+            "name or another"
+        )
+
 
 FRAMES_PER_CHUNK = 2
 """Image messages in a chunk: few enough that a frame alone is cheap to read."""
@@ -121,7 +140,7 @@ class RecordingWriter:
         self._channels[IMAGE] = self._chunks.topic(IMAGE, RawImage.DESCRIPTOR, known)
         self._channels[PREVIEW] = self._chunks.topic(PREVIEW, CompressedImage.DESCRIPTOR)
         if header.has_truth:
-            self._channels[TRUTH] = self._chunks.topic(TRUTH, TRUTH_SCHEMA)
+            self._channels[TRUTH] = self._chunks.topic(TRUTH, TRUTH_DESCRIPTOR)
             self._channels[TRUTH_BOXES] = self._chunks.topic(TRUTH_BOXES, ImageAnnotations.DESCRIPTOR)
         if header.ifov_rad is not None:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)

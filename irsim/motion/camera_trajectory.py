@@ -1,4 +1,4 @@
-"""All motions of the camera together: where it looks, where it stands and how far it zooms."""
+"""Trajectory of the camera: the sum of its motions as rotation, position and zoom of each frame."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.motion.base import Path, Pointing
+from irsim.motion.base import CameraMotion, Path
 from irsim.types import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class CameraTrajectory:
-    """The camera at n frames.
+    """Pose of the camera at n frames.
 
     turns   (n, 3) rad: azimuth (right), elevation (up), roll (clockwise) from the first pointing
-    places  (n, 3) m, first camera frame: how far it has moved from where it first stood
-    zooms   (n,) how many times longer its focal length is than at first
+    places  (n, 3) m, first camera frame: displacement from the first place
+    zooms   (n,) focal length over that of frame 0
     """
 
     geometry: Geometry
@@ -29,27 +29,28 @@ class CameraTrajectory:
     zooms: Floats
 
     @classmethod
-    def of(cls, motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> CameraTrajectory:
-        """What the motions make together: turns and ways add up, zooms multiply."""
+    def of(cls, motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> CameraTrajectory:
+        """Return the sum of motions: rotations and translations add, zooms multiply."""
         frames = np.asarray(frames, dtype=np.float64)
         turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, context) for motion in motions)], axis=0)
         return cls(context.geometry, turns, standpoints(motions, frames, context), zooms(motions, frames, context))
 
     def lens(self, index: int) -> Geometry:
-        """The geometry of frame `index`, zoomed."""
+        """Return the geometry of frame `index` with its zoom."""
         return self.geometry.zoomed(float(self.zooms[index]))
 
     def rotation(self, index: int) -> Floats:
-        """(3, 3): first-camera vectors to the vectors of the camera at frame `index`."""
+        """Return the (3, 3) rotation from the first camera frame to that of frame `index`."""
         return _rotation(self.geometry, tuple(self.turns[index].tolist()))
 
     @cached_property
     def rotations(self) -> Floats:
-        """(n, 3, 3): the rotation of each frame, worked out once for all targets; the same to the last bit."""
+        """Rotations of all frames, (n, 3, 3), equal to `rotation` to the last bit."""
         return self.geometry.rotation(self.turns)
 
     def seen(self, points: Floats) -> Floats:
-        """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""
+        """Return (n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the
+        camera."""
         pixels = self.geometry.project(np.einsum("nij,nj->ni", self.rotations, points - self.places))
         if (self.zooms == 1).all():
             return pixels
@@ -59,31 +60,31 @@ class CameraTrajectory:
 
 @lru_cache(maxsize=8)
 def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
-    """All that a frame holds is seen by one rotation, and by a camera that stands still all frames are."""
+    """Return the rotation of a turn, cached: all parts of a frame, and all frames of a fixed camera, share it."""
     rotation = geometry.rotation(np.array(turn))
     rotation.flags.writeable = False
     return rotation
 
 
-def standpoints(motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> Floats:
-    """(n, 3) m, first camera frame: where the camera is at frame numbers (n,)."""
+def standpoints(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
+    """Return the places of the camera, (n, 3) m, first camera frame, at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     ways = [motion.shifts(frames, context) for motion in motions]
     return np.asarray(np.sum([np.zeros((len(frames), 3)), *ways], axis=0))
 
 
-def zooms(motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> Floats:
-    """(n,) how many times longer than at first the focal length is at frame numbers (n,)."""
+def zooms(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
+    """Return the focal length over that of frame 0, (n,), at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     return np.asarray(np.prod([np.ones(len(frames)), *(motion.zooms(frames, context) for motion in motions)], axis=0))
 
 
 @dataclass(frozen=True, eq=False)
-class Company:
-    """The Cast of a scenario: the paths of all its targets by name, and the camera's motions that are on."""
+class SceneMotion:
+    """The `SceneObjects` of a scenario: the paths of its targets by id, and the active camera motions."""
 
     paths: Mapping[str, Path]
-    motions: Sequence[Pointing]
+    motions: Sequence[CameraMotion]
 
     def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         return self.paths[name].positions(frames, context, name)

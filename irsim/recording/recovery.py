@@ -1,12 +1,13 @@
-"""What is still whole in a damaged recording."""
+"""Damaged recordings: list the damage, read the intact frames, and write them to a new recording."""
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,12 +16,67 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 
+from irsim.config.files import check_output, path_of
 from irsim.errors import InputError
-from irsim.recording.binary import CRC, MAGIC, RECORD
-from irsim.recording.container import Packet, open_container, packets, records, unpack
-from irsim.recording.damage import BROKEN, DamageError
+from irsim.recording.container import (
+    BROKEN,
+    CRC,
+    MAGIC,
+    RECORD,
+    Container,
+    DamageError,
+    Lane,
+    Packet,
+    check_mcap,
+    open_container,
+    packets,
+    records,
+    unpack,
+)
 from irsim.recording.header import Contents, Header
-from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
+from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
+from irsim.recording.reader import Recording
+from irsim.recording.writer import writing
+from irsim.types import Frame, Truth
+from irsim.wording import counted
+
+
+def damages(recording: Recording) -> Iterator[str]:
+    """What is damaged in an opened recording, such as 'frames 4 to 5'; nothing where all bytes match their CRCs."""
+    container, found = recording.container, False
+    for topic, lane in container.lanes.items():
+        what = "frame" if topic == IMAGE else f"{topic} of frame"
+        for first, last in _broken(container, lane):
+            found = True
+            yield f"{what} {first}" if first == last else f"{what}s {first} to {last}"
+    for entry in container.attachment_index:
+        try:
+            container.attachment(entry.name)
+        except DamageError:
+            found = True
+            yield f"the attachment {entry.name}"
+    if not found and not container.data_matches():
+        yield "bytes that no frame needs"
+
+
+def _broken(container: Container, lane: Lane) -> Iterator[tuple[int, int]]:
+    """(first, last) message of each row of chunks that do not match their CRCs."""
+    begun: int | None = None
+    first = 0
+    with container.open() as file:
+        for chunk, end in enumerate(lane.ends.tolist()):
+            try:
+                container.packets(file, lane, chunk)
+            except DamageError:
+                begun = first if begun is None else begun
+            else:
+                if begun is not None:
+                    yield begun, first - 1
+                begun = None
+            first = end
+    if begun is not None:
+        yield begun, first - 1
+
 
 Part = Metadata | Attachment | Channel | memoryview
 """A whole piece of a file; a memoryview is a chunk's records."""
@@ -174,3 +230,46 @@ def _part(opcode: int, body: bytes) -> Part | None:
             if data is not None and crc32(data) == chunk.uncompressed_crc:
                 return data
     return None
+
+
+def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
+    """Write every whole frame of a recording, damaged or not, to a new one and return its path.
+
+    Frames are numbered anew and keep their times; what was lost before the first is counted in `first_frame`.
+    InputError where nothing can be kept.
+    """
+    path, out = path_of(path), path_of(out)
+    check_output(out, path)
+    check_mcap(path)
+    salvage = Salvage(path)
+    header = salvage.header()
+    found = _decodable(salvage, header)
+    first = next(found, None)
+    if first is None:
+        raise nothing_left(path)
+    header = header.model_copy(update={"first_frame": header.first_frame + first[0].index})
+    with writing(out, header, salvage.scenario) as writer:
+        for kept, (frame, truth) in enumerate(chain([first], found), 1):
+            writer.add(frame, truth)
+            if progress is not None:
+                progress(kept)
+        writer.finish(notes=(*salvage.notes, _told(kept, salvage.stated_frames, path.name)))
+    return out
+
+
+def _told(kept: int, stated: int | None, name: str) -> str:
+    if stated is None:
+        return f"{counted(kept, 'frame')} recovered from {name}"
+    return f"{kept} of {counted(stated, 'frame')} recovered from {name}"
+
+
+def _decodable(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:
+    """The frames that mean something, with their truths."""
+    for image, truth in salvage.frames():
+        time = from_ns(image.log_time, header.rate_hz)
+        try:
+            frame = Frame(decode_image(image.data, header.size), image.sequence, time, header.bits)
+            known = None if truth is None else decode_truth(truth.data, truth.sequence, time)
+        except BROKEN:
+            continue
+        yield frame, known

@@ -19,9 +19,9 @@ from irsim.errors import InputError, expect_text, is_number, whole
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
 from irsim.recording.header import Header
+from irsim.recording.images import ALLOWED, Picture, Pictures, Video, open_pictures
 from irsim.recording.labels import Labels, read_labels
-from irsim.recording.pictures import ALLOWED, Picture, Pictures, Video, open_pictures
-from irsim.recording.write import RecordingWriter, default_agc, writing
+from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
 from irsim.wording import counted
 

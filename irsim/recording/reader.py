@@ -15,13 +15,9 @@ from irsim.config.files import path_of
 from irsim.errors import InputError, frame_number
 from irsim.frame_range import check_view, span
 from irsim.notebook import source_card, source_line
-from irsim.recording.bands import band_of
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
-from irsim.recording.image import decode_image
-from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
-from irsim.recording.schema import decode_truth
-from irsim.recording.times import from_ns
+from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, band_of, decode_image, decode_truth, from_ns
 from irsim.types import CameraFacts, Frame, Input, Source, Truth
 from irsim.wording import counted
 

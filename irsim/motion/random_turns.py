@@ -1,0 +1,330 @@
+"""Paths of random coordinated turns: rates that ease (manoeuvre), and rates that jump (a Markov chain)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from irsim.config.base import Several
+from irsim.config.quantities import (
+    LARGEST,
+    TOP_SPEED,
+    Degrees,
+    NotNegative,
+    Number,
+    Pair,
+    PixelSpeed,
+    Positive,
+    Turning,
+)
+from irsim.geometry.context import SceneContext
+from irsim.motion.attitude import STANDARD_GRAVITY
+from irsim.motion.base import Dynamics, HeadedPath, PixelPath, constant_velocity, frames_of, world_to_first
+from irsim.motion.curves import chord
+from irsim.rng import stream
+from irsim.types import Floats
+
+_BAND = 0.35
+"""Width of the band along the edges in which steering begins, as a share of the shorter side."""
+_STEER = 2.5
+"""Largest steering rate over that of a half-circle that fits the band. Steering begins softly and lags: with 2.5 the
+path stayed in its box in 75 runs of 600 frames at 1 to 6 px per frame."""
+
+Turns = Annotated[float, Field(ge=1, le=LARGEST)]
+Edges = Annotated[tuple[Number, Number, Number, Number], Field(strict=False)]
+"""(least of the first axis, least of the second, most of the first, most of the second)."""
+
+
+@dataclass(frozen=True)
+class RandomTurns:
+    """Coordinated turns at constant speed, in any unit of length; angles from the first axis to the second.
+
+    start     position at frame 0
+    speed     length per frame
+    heading   rad at frame 0
+    sharpest  largest random turn rate, rad per frame; rates are uniform in ± sharpest
+    hold      mean length of a turn, frames
+    ease      time constant with which the turn rate follows, frames, at least 1
+    box       region that it steers back into, harder than `sharpest` if necessary; None: no steering
+    """
+
+    start: tuple[float, float]
+    speed: float
+    heading: float
+    sharpest: float
+    hold: float
+    ease: float
+    box: tuple[float, float, float, float] | None
+
+    def places(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        """Return positions (n, 2) at frame numbers (n,)."""
+        frames = np.asarray(frames, dtype=np.float64)
+        whole = np.maximum(np.floor(frames), 0).astype(np.int64)
+        x, y, heading, rate = _states(self, _rounded_up(int(whole.max(initial=0)) + 1), context.seed, name)[whole].T
+        # Within a frame the turn rate holds: an arc, whose chord is exact at fractions too.
+        return np.stack([x, y], axis=-1) + chord(self.speed, heading, rate, frames - whole)
+
+    def steering(self) -> Callable[[float, float, float], tuple[float, float]]:
+        """Return a function of position and heading: the weight of steering, 0..1, and its turn rate."""
+        if self.box is None:
+            return lambda x, y, heading: (0.0, 0.0)
+        left, top, right, bottom = self.box
+        band = _BAND * min(right - left, bottom - top)
+        hardest = max(self.sharpest, min(_STEER * 2 * self.speed / band, 1.0))
+        middle = ((left + right) / 2, (top + bottom) / 2)
+
+        def steering(x: float, y: float, heading: float) -> tuple[float, float]:
+            # Predict by the time constant, so that steering begins before the edge.
+            ahead_x = x + self.speed * self.ease * math.cos(heading)
+            ahead_y = y + self.speed * self.ease * math.sin(heading)
+            room = min(ahead_x - left, right - ahead_x, ahead_y - top, bottom - ahead_y)
+            steer = min(max(1 - room / band, 0.0), 1.0)
+            off = math.remainder(math.atan2(middle[1] - y, middle[0] - x) - heading, 2 * math.pi)
+            return steer, min(max(off / self.ease, -hardest), hardest)
+
+        return steering
+
+
+def _rounded_up(count: int) -> int:
+    """Return the next power of two, so that calls for slightly more frames share one cached sequence."""
+    return 1 << (count - 1).bit_length()
+
+
+@lru_cache(maxsize=4)
+def _states(turns: RandomTurns, count: int, seed: int, name: str) -> Floats:
+    """Return (count, 4) at frames 0...: two coordinates, heading (rad), turn rate until the next (rad per frame).
+
+    Cached, as positions, attitudes and lint use the same states.
+    """
+    draws = stream(seed, name, "path").random((count, 2)).tolist()
+    x, y = turns.start
+    heading, rate, wanted = turns.heading, 0.0, 0.0
+    steering = turns.steering()
+    states = np.empty((count, 4))
+    for frame, (chance, drawn) in enumerate(draws):
+        if frame == 0 or chance < 1 / turns.hold:
+            wanted = turns.sharpest * (2 * drawn - 1)
+        steer, back = steering(x, y, heading)
+        rate += ((1 - steer) * wanted + steer * back - rate) / turns.ease
+        states[frame] = x, y, heading, rate
+        chord = turns.speed * (math.sin(rate / 2) / (rate / 2) if rate else 1.0)
+        x += chord * math.cos(heading + rate / 2)
+        y += chord * math.sin(heading + rate / 2)
+        heading += rate
+    states.flags.writeable = False
+    return states
+
+
+def _check(box: tuple[float, float, float, float] | None, key: str, names: str) -> None:
+    """Check that a box is not empty; PydanticCustomError at `key`."""
+    if box is not None and (box[0] >= box[2] or box[1] >= box[3]):
+        raise PydanticCustomError("box", "the box is empty; allowed: {names} that rise", {"names": names, "at": (key,)})
+
+
+class Manoeuvre(PixelPath):
+    """Coordinated turns at constant speed, with turn rates drawn at random times and approached smoothly.
+
+    Near the edge of `keep_in_px` the path steers back, harder than `turn_deg` if necessary (up to 1 rad per frame, so
+    a box that is crossed in a few frames is left). `turn_deg: 0` is straight until it has to steer.
+    """
+
+    start: Pair
+    """[x, y] at frame 0, px."""
+    speed: PixelSpeed = 2.0
+    """Px per frame."""
+    heading_deg: Degrees = 0.0
+    """Direction at frame 0, degrees: 0 right, 90 down."""
+    turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
+    """Largest random turn rate, degrees per frame; rates are uniform in ± turn_deg."""
+    hold_frames: Turns = 30.0
+    """Mean length of one turn, frames."""
+    ease_frames: Turns = 5.0
+    """Time constant of the turn rate, frames."""
+    keep_in_px: Edges | None = None
+    """[left, top, right, bottom] of the region it stays in, px. Default: the frame less a tenth on each side."""
+
+    @model_validator(mode="after")
+    def _box_is_open(self) -> Manoeuvre:
+        _check(self.keep_in_px, "keep_in_px", "[left, top, right, bottom]")
+        return self
+
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        columns, rows = context.geometry.size
+        inset = (0.1 * columns, 0.1 * rows, 0.9 * columns, 0.9 * rows)
+        turns = RandomTurns(
+            self.start,
+            self.speed,
+            math.radians(self.heading_deg),
+            math.radians(self.turn_deg),
+            self.hold_frames,
+            self.ease_frames,
+            self.keep_in_px or inset,
+        )
+        return turns.places(frames, context, name)
+
+
+class ManoeuvreM(HeadedPath):
+    """Coordinated turns in level flight at constant speed, with turn rates drawn at random times and approached
+    smoothly.
+
+    `turn_g: 0` is straight until it has to steer back into `keep_in_m`.
+    """
+
+    speed_m_s: Annotated[Positive, TOP_SPEED] = 200.0
+    """Ground speed, m/s."""
+    turn_g: NotNegative = 3.0
+    """Lateral acceleration of the sharpest random turn, in g; its rate is turn_g g / speed. Rates are uniform in ±
+    that."""
+    hold_s: Positive = 3.0
+    """Mean length of one turn, s; at least one frame."""
+    ease_s: NotNegative = 0.5
+    """Time constant of the turn rate, s; at least one frame."""
+    keep_in_m: Edges | None = None
+    """[west, south, east, north] of the region it stays in, m from the first place of the camera; east is right of it,
+    north level ahead. Near the edge it pulls more than turn_g if necessary, up to 1.5 speed_m_s^2 / shorter side in g:
+    15 g at 200 m/s in 4 km. Default: no limits."""
+
+    @model_validator(mode="after")
+    def _box_is_open(self) -> ManoeuvreM:
+        _check(self.keep_in_m, "keep_in_m", "[west, south, east, north]")
+        return self
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        east, north, up = self.to_world(np.array(self.start_m), context).tolist()
+        box = self.keep_in_m
+        # North is the first axis and east the second: headings grow from north to east.
+        turns = RandomTurns(
+            (north, east),
+            self.speed_m_s / context.rate_hz,
+            math.radians(self.heading_deg),
+            self.turn_g * STANDARD_GRAVITY / self.speed_m_s / context.rate_hz,
+            frames_of(self.hold_s, context),
+            frames_of(self.ease_s, context),
+            box and (box[1], box[0], box[3], box[2]),
+        )
+        north_m, east_m = turns.places(frames, context, name).T
+        return world_to_first(np.stack([east_m, north_m, up + self.climb(frames, context)], axis=-1), context)
+
+
+TurnRate = Annotated[float, Field(ge=-90, le=90)]
+
+
+def coordinated_turn(rate: float, step: float = 1.0) -> Floats:
+    """Return F (4, 4) of (x, vx, y, vy) over a time step at `rate` rad per unit time, positive from x to y.
+
+    Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, 11.7.1.
+    """
+    c, s = math.cos(rate * step), math.sin(rate * step)
+    along = s / rate if rate else step
+    across = (1 - c) / rate if rate else 0.0
+    return np.array([[1, along, 0, -across], [0, c, 0, -s], [0, across, 1, along], [0, s, 0, c]])
+
+
+@dataclass(frozen=True, eq=False)
+class TurnRateChain:
+    """Markov chain of turn rates that hold for whole frames.
+
+    rates  (modes,) rad per frame, from the first axis to the second; the chain begins with the first
+    hold   mean length of a turn, frames; the next rate is drawn uniformly from the others
+    """
+
+    rates: Floats
+    hold: float
+
+    def places(
+        self, frames: Floats, start: tuple[float, float], speed: float, heading: float, context: SceneContext, name: str
+    ) -> Floats:
+        """Return positions (n, 2) at frame numbers (n,), in any unit of length.
+
+        start: at frame 0;  speed: length per frame;  heading: rad at frame 0, from the first axis to the second
+        """
+        frames = np.asarray(frames, dtype=np.float64)
+        whole = np.maximum(np.floor(frames), 0).astype(np.int64)
+        rates = self.drawn(int(whole.max(initial=0)) + 1, context, name)
+        headings = heading + np.append(0.0, np.cumsum(rates))[:-1]
+        ways = np.cumsum(chord(speed, headings, rates, np.ones(len(rates))), axis=0)
+        places = np.concatenate([np.zeros((1, 2)), ways])
+        rate = np.where(frames < 0, 0.0, rates[whole])
+        return np.asarray(np.asarray(start) + places[whole] + chord(speed, headings[whole], rate, frames - whole))
+
+    def drawn(self, count: int, context: SceneContext, name: str) -> Floats:
+        """Return the turn rates (count,), rad per frame, of frames 0 .. count-1."""
+        modes, mode = len(self.rates), 0
+        chosen: list[int] = []
+        for chance, drawn in stream(context.seed, name, "path").random((count, 2)).tolist():
+            if chosen and modes > 1 and chance < 1 / self.hold:
+                mode = (mode + 1 + int(drawn * (modes - 1))) % modes
+            chosen.append(mode)
+        return np.asarray(self.rates[chosen])
+
+    @property
+    def switching(self) -> Floats:
+        """Transition probabilities (modes, modes) from mode i to mode j."""
+        modes = len(self.rates)
+        leave = 1 / self.hold if modes > 1 else 0.0
+        switching = np.full((modes, modes), leave / max(modes - 1, 1))
+        np.fill_diagonal(switching, 1 - leave)
+        return switching
+
+
+class Jump(PixelPath):
+    """Constant speed in the picture, with a turn rate that jumps at random among a few values."""
+
+    start: Pair
+    """[x, y] at frame 0, px."""
+    speed: PixelSpeed = 2.0
+    """Px per frame."""
+    heading_deg: Degrees = 0.0
+    """Direction at frame 0, degrees: 0 right, 90 down."""
+    rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
+    """Turn rates, degrees per frame, positive clockwise; the first holds at frame 0."""
+    hold_frames: Annotated[float, Field(ge=1, le=LARGEST)] = 30.0
+    """Mean length of a turn, frames; the next rate is drawn uniformly from the others."""
+
+    @property
+    def jumps(self) -> TurnRateChain:
+        return TurnRateChain(np.radians(self.rates_deg), self.hold_frames)
+
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        return self.jumps.places(frames, self.start, self.speed, math.radians(self.heading_deg), context, name)
+
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        """Return one mode for each rate, without noise."""
+        transitions = np.stack([coordinated_turn(math.radians(rate)) for rate in self.rates_deg])
+        return Dynamics(("x", "vx", "y", "vy"), transitions, np.zeros_like(transitions), self.jumps.switching)
+
+
+class JumpM(HeadedPath):
+    """Level flight at constant speed, with a turn rate that jumps at random among a few values.
+
+    Its lateral acceleration is speed_m_s times the turn rate in rad/s: 8 degrees a second at 200 m/s are 2.8 g.
+    """
+
+    rates_deg_s: Annotated[Several[Turning], Field(min_length=1)] = (0.0, 8.0, -8.0)
+    """Turn rates, degrees a second, positive to the right; the first holds at frame 0."""
+    hold_s: Positive = 3.0
+    """Mean length of a turn, s, at least one frame; the next rate is drawn uniformly from the others."""
+
+    def jumps(self, context: SceneContext) -> TurnRateChain:
+        return TurnRateChain(np.radians(self.rates_deg_s) / context.rate_hz, frames_of(self.hold_s, context))
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        speed = self.speed_m_s / context.rate_hz
+        ahead, right = self.jumps(context).places(frames, (0.0, 0.0), speed, 0.0, context, name).T
+        return self.displaced(ahead, right, self.climb(frames, context), context)
+
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        """Return one mode for each rate, without noise. The state lies along north, east, up, whatever `axes`."""
+        step, modes = 1 / context.rate_hz, len(self.rates_deg_s)
+        transitions = np.zeros((modes, 6, 6))
+        transitions[:, :4, :4] = [coordinated_turn(math.radians(rate), step) for rate in self.rates_deg_s]
+        transitions[:, 4:, 4:] = constant_velocity(("up",), step).transitions
+        state = ("north", "vnorth", "east", "veast", "up", "vup")
+        return Dynamics(state, transitions, np.zeros_like(transitions), self.jumps(context).switching)

@@ -1,0 +1,199 @@
+"""Paths relative to another target: following it, thrown from it, crossing its path."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from irsim.config.base import Name
+from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Number, Pair, PixelSpeed, Positive, Velocity
+from irsim.errors import InputError
+from irsim.geometry.context import SceneContext
+from irsim.motion.attitude import STANDARD_GRAVITY
+from irsim.motion.base import Dynamics, Path, constant_velocity
+from irsim.motion.scripted import unit
+from irsim.types import Floats
+
+
+class RelativePath(Path):
+    """Path that depends on that of another target."""
+
+    target: Name
+    """Id of the other target. Switched off with --without, it is not drawn but its path remains."""
+
+    def refers(self) -> Mapping[str, str]:
+        return {"target": self.target}
+
+    def other(self, frames: Floats, context: SceneContext) -> Floats:
+        """Return the positions of the other target, (n, 3) m, first camera frame."""
+        if context.cast is None:
+            raise InputError(f"there is no target '{self.target}' to refer to; allowed: a target of the scenario")
+        return context.cast.way(self.target, np.asarray(frames, dtype=np.float64), context)
+
+
+def level_heading(velocity: Floats, context: SceneContext) -> Floats:
+    """Return the horizontal direction of a velocity, (3,) unit vector; right in the picture where there is none."""
+    down = context.geometry.down
+    ahead = velocity - (velocity @ down) * down
+    length = np.linalg.norm(ahead)
+    return np.asarray(ahead / length if length > 1e-9 else np.array([1.0, 0.0, 0.0]))
+
+
+class Follow(RelativePath):
+    """Path of another target, delayed and offset in the picture."""
+
+    lag_frames: NotNegative = 0.0
+    """Delay, frames."""
+    offset_px: Pair = (0.0, 0.0)
+    """[right, down] of the other target, px of the unmoved camera."""
+    farther_m: Number = 0.0
+    """Range beyond that of the other target, m; negative: nearer."""
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        leader = self.other(np.asarray(frames, dtype=np.float64) - self.lag_frames, context)
+        if not any(self.offset_px) and not self.farther_m:
+            return leader
+        pixels = context.geometry.project(leader) + np.asarray(self.offset_px)
+        return context.geometry.place(pixels, np.linalg.norm(leader, axis=1) + self.farther_m)
+
+
+class Thrown(RelativePath):
+    """Ballistic path with drag, released from another target at a given frame. Before that it does not exist."""
+
+    at_frame: NotNegative
+    """Frame of release, the first in which it exists (a flare is dark in it, unless its rise_s is 0)."""
+    velocity_m_s: Velocity = (0.0, 0.0, -20.0)
+    """[right, ahead, up] of the other target's heading, in addition to its velocity, m/s."""
+    slow_s: Positive = 1.0
+    """Time constant of the drag, s: the velocity approaches g slow_s downwards as exp(-t / slow_s) (linear drag)."""
+
+    @property
+    def begins(self) -> float:
+        return self.at_frame
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        frames = np.asarray(frames, dtype=np.float64)
+        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        carried = (around[2] - around[0]) * context.rate_hz
+        down, ahead = context.geometry.down, level_heading(carried, context)
+        aside, along, up = self.velocity_m_s
+        first = carried + aside * np.cross(down, ahead) + along * ahead - up * down
+        falling = STANDARD_GRAVITY * self.slow_s * down
+        seconds = np.maximum(frames - self.at_frame, 0.0)[:, None] / context.rate_hz
+        flown = falling * seconds - (first - falling) * self.slow_s * np.expm1(-seconds / self.slow_s)
+        return np.where(frames[:, None] < self.at_frame, self.other(frames, context), around[1] + flown)
+
+
+STILL_PX = 1e-6
+"""Least displacement per frame that defines a direction in the picture, px."""
+STILL_M_S = 1e-6
+"""Least speed that defines a direction in space, m/s."""
+
+Angle = Annotated[float, Field(ge=-180, le=180)]
+
+
+class Crossing(RelativePath):
+    """Straight line that meets another target's path at a given frame and angle."""
+
+    at_frame: NotNegative
+    """Frame of the closest approach of the two positions."""
+
+    @abstractmethod
+    def parting_px(self, context: SceneContext) -> float:
+        """Return the relative speed at that frame, px per frame at the other's range."""
+
+
+class Crosses(Crossing):
+    """Straight line in the picture that meets another target's path at a given frame and angle."""
+
+    angle_deg: Angle = 90.0
+    """Angle from the direction of the other target, degrees, positive clockwise, as a fixed camera sees it; the motion
+    of a camera changes the angle in its picture. A target at rest counts as moving right."""
+    miss_px: Number = 0.0
+    """Miss distance at that frame, across the relative motion, px; positive: it passes right of the other, as seen
+    along the relative motion."""
+    speed: PixelSpeed = 2.0
+    """Px per frame."""
+    farther_m: Number = 0.0
+    """Range beyond that of the other at that frame, m; negative: nearer, so it occludes the other."""
+
+    def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, float]:
+        """Return, at that frame, the other's position (2,) px, its velocity (2,) px per frame, ours, and its
+        range, m."""
+        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        before, here, after = context.geometry.project(around)
+        step = after - before
+        heading = np.degrees(np.arctan2(step[1], step[0])) if np.hypot(*step) > STILL_PX else 0.0
+        return here, step, self.speed * unit(heading + self.angle_deg), float(np.linalg.norm(around[1]))
+
+    def parting_px(self, context: SceneContext) -> float:
+        _, step, own, _ = self.meeting(context)
+        return float(np.hypot(*(own - step)))
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        here, step, own, range_m = self.meeting(context)
+        relative = own - step
+        length = np.hypot(*relative)
+        across = np.array([-relative[1], relative[0]]) / length if length > STILL_PX else np.zeros(2)
+        since = np.asarray(frames, dtype=np.float64)[:, None] - self.at_frame
+        pixels = here + self.miss_px * across + since * own
+        return context.geometry.place(pixels, np.full(len(pixels), range_m + self.farther_m))
+
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        return constant_velocity(("x", "y"))
+
+
+class CrossesM(Crossing):
+    """Straight line in space at constant speed that passes another target at a given frame, angle and distance.
+
+    The angle is that in space; `crosses` sets the angle in the picture.
+    """
+
+    angle_deg: Angle = 90.0
+    """Angle in space between the two directions, degrees, positive to the right of the other's. A target at rest counts
+    as moving right in the picture."""
+    tilt_deg: Degrees = 0.0
+    """Rotation of the plane of the two directions about the other's, degrees: 0 level to the right, 90 upwards. For a
+    target across the line of sight, 0 is towards the camera or away, 90 across the picture."""
+    miss_m: NotNegative = 0.0
+    """Miss distance at that frame, across the relative motion, m."""
+    miss_deg: Degrees = 0.0
+    """Side of the miss as seen along the relative motion, degrees: 0 right and 180 left in the plane of the two
+    directions (before or behind the other); 90 perpendicular to that plane (above, if the plane is level)."""
+    speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
+    """Speed, m/s."""
+
+    def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return, at that frame, the other's position (3,) m, its velocity (3,) m/s, ours, and the unit normal (3,) of
+        the plane of the two, first camera frame."""
+        before, here, after = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        velocity = (after - before) * context.rate_hz
+        course, speed = level_heading(velocity, context), np.linalg.norm(velocity)
+        ahead = velocity / speed if speed > STILL_M_S else course
+        right = np.cross(context.geometry.down, course)
+        tilt, angle = math.radians(self.tilt_deg), math.radians(self.angle_deg)
+        aside = math.cos(tilt) * right + math.sin(tilt) * np.cross(right, ahead)
+        own = self.speed_m_s * (math.cos(angle) * ahead + math.sin(angle) * aside)
+        return here, velocity, own, np.cross(aside, ahead)
+
+    def parting_px(self, context: SceneContext) -> float:
+        here, velocity, own, _ = self.meeting(context)
+        across_m = np.linalg.norm(own - velocity) / context.rate_hz
+        return float(across_m / (np.linalg.norm(here) * context.geometry.ifov_rad))
+
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        here, velocity, own, normal = self.meeting(context)
+        relative = own - velocity
+        length = np.linalg.norm(relative)
+        right = np.cross(relative, normal) / length if length > STILL_M_S else np.zeros(3)
+        side = math.radians(self.miss_deg)
+        seconds = (np.asarray(frames, dtype=np.float64)[:, None] - self.at_frame) / context.rate_hz
+        return np.asarray(here + self.miss_m * (math.cos(side) * right + math.sin(side) * normal) + seconds * own)
+
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        return constant_velocity(("right", "down", "ahead"), 1 / context.rate_hz)
