@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 
 from irsim.config.files import replacing_text
 from irtrack.bench import Cell, Suite, run_bench, value
-from irtrack.bench.sweep import Progress
+from irtrack.bench.run import Progress
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
 

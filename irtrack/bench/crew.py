@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from irtrack.bench.group import Group, Member, Outcome, run_group
 from irtrack.bench.reel import Reels
+from irtrack.bench.run import Group, Member, Outcome, run_group
 from irtrack.errors import InputError, IrtrackError
 from irtrack.runner import Board, Deaths, GoneError, Limit, NotSentError, Pool, Watched
 

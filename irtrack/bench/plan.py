@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from irsim.types import Box, Input, Source
-from irtrack.bench.asked import AnySource, Asked, SourceEntry, asked
-from irtrack.bench.cell import Key, SourceRow
-from irtrack.bench.group import Group, Member
-from irtrack.bench.specs import Entry, entry
+from irtrack.bench.records import Key, SourceRow
+from irtrack.bench.run import Group, Member
+from irtrack.bench.spec import AnySource, Asked, Entry, SourceEntry, asked, entry
 from irtrack.errors import InputError, whole
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start

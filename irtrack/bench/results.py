@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
@@ -16,9 +16,9 @@ from types import TracebackType
 from typing import Any
 
 from irsim.config.files import check_input, path_of
-from irtrack.bench.cell import Cell, Key, Run, SourceRow
-from irtrack.bench.packing import packed_trace, unpacked_trace
-from irtrack.bench.shown import results_card
+from irsim.notebook import table
+from irtrack.bench.records import Cell, Key, Run, SourceRow, packed_trace, unpacked_trace
+from irtrack.bench.summary import MARKS, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
 
@@ -282,3 +282,35 @@ def _cell(row: dict[str, Any]) -> Cell:
     key = Key(**{name: row[name] for name in _KEY})
     told = (row["status"], row["failure"], score, row["severity"], row["outcome"])
     return Cell(key, row["label"], row["name"], row["scene_hash"], *told)
+
+
+MOST_ROWS = 40
+"""A longer table is cut: the report has it all."""
+
+HEAD = ("", "tracker", "source", "runs", "lost", "95 %", "rmse before loss, px", "≤ 20 px", "AUC", "ms")
+
+
+def results_card(name: str, cells: Iterable[Cell]) -> str:
+    """The ranked table of each source, under the file's name."""
+    rows = summary(cells)
+    more = f"<p>… {len(rows) - MOST_ROWS} more rows</p>" if len(rows) > MOST_ROWS else ""
+    return f"<p><b>{escape(name)}</b></p>{table(HEAD, [_told(row) for row in rows[:MOST_ROWS]])}{more}"
+
+
+def _told(row: SummaryRow) -> Sequence[object]:
+    return (
+        f"{row.rank}{MARKS[row.standing]}",
+        row.label,
+        row.source,
+        row.runs,
+        _number(row.lost_share, ".0%"),
+        "–" if row.lost_low is None else f"{row.lost_low:.0%} to {row.lost_high:.0%}",
+        _number(row.held.rmse, ".2f"),
+        _number(row.precision_20, ".3f"),
+        _number(row.success_auc, ".3f"),
+        _number(row.ms_median, ".3g"),
+    )
+
+
+def _number(value: float | None, form: str) -> str:
+    return "–" if value is None else format(value, form)

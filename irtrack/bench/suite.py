@@ -15,8 +15,7 @@ import irsim
 from irsim.config.base import Name, Part, Several
 from irsim.config.quantities import Index, Positive
 from irsim.types import Input
-from irtrack.bench.asked import Asked, SourceEntry, asked
-from irtrack.bench.specs import Entry, parse_tracker_spec
+from irtrack.bench.spec import Asked, Entry, SourceEntry, asked, parse_tracker_spec
 from irtrack.errors import InputError
 
 Found = TypeVar("Found")

@@ -2,7 +2,7 @@
 
 It runs in an environment of its own (`make peers`) and imports nothing of irtrack: OpenCV's contrib
 wheel, which alone has most of these, owns the same files as the plain one that irtrack needs. The
-protocol is that of `irtrack.external.session`. Run as `python server.py NAME`, or without a name to print
+protocol is that of `irtrack.external.json_protocol`. Run as `python server.py NAME`, or without a name to print
 which peers this environment has.
 """
 

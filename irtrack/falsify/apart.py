@@ -9,7 +9,7 @@ from functools import partial
 from time import monotonic
 from typing import Any, Protocol, TypeVar
 
-from irtrack.bench.group import Group, run_group
+from irtrack.bench.run import Group, run_group
 from irtrack.errors import TrackerError
 from irtrack.runner import Blame, Board, Limit, Pool, Unwatched, Watch, Watched, answer_or_blame
 

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import SHOWN, Floats, Truth
+from irtrack.metrics.lost import OFF_IN_A_ROW
+from irtrack.metrics.statistics import share
+from irtrack.metrics.trace import Trace
 
 TURNS_DEG = 2.0
 """Turning of a target's attitude in a frame from which on its outline is taken to deform, degrees."""
@@ -131,3 +134,52 @@ def marks(truths: Sequence[Truth], target: str | None) -> np.ndarray:
     history = History.of(truths, target)
     found = [attribute.of(history) for attribute in ATTRIBUTES.values()]
     return np.stack(found, axis=1) if truths else np.zeros((0, len(ATTRIBUTES)), dtype=bool)
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeRow:
+    """What tracks do in the frames that are marked for an attribute; None where no frame says anything.
+
+    frames      marked frames after the start, in all tracks;  counted  those of them with a visible target
+    off_share   share of the counted ones that are off
+    error       mean centre error over the marked frames before the loss in which the target is present, px
+    losses      losses dated to a marked frame, or to within `OFF_IN_A_ROW` frames after one
+    tracks      tracks with a marked frame
+    """
+
+    attribute: str
+    frames: int
+    counted: int
+    off_share: float | None
+    error: float | None
+    losses: int
+    tracks: int
+
+
+def by_attribute(traces: Sequence[Trace]) -> list[AttributeRow]:
+    """A row for each of `ATTRIBUTES`, over all traces."""
+    return [_row(name, column, traces) for column, name in enumerate(ATTRIBUTES)]
+
+
+def _row(name: str, column: int, traces: Sequence[Trace]) -> AttributeRow:
+    frames = losses = tracks = 0
+    off, errors = [np.zeros(0, dtype=bool)], [np.zeros(0)]
+    for trace in traces:
+        marked = trace.marks[:, column].copy()
+        marked[:1] = False
+        frames += int(marked.sum())
+        tracks += bool(marked.any())
+        off.append(trace.off[marked & trace.counted])
+        errors.append(trace.errors[marked & trace.held])
+        if trace.lost_position is not None:
+            losses += bool(marked[max(trace.lost_position - OFF_IN_A_ROW, 0) : trace.lost_position + 1].any())
+    all_off, all_errors = np.concatenate(off), np.concatenate(errors)
+    return AttributeRow(
+        attribute=name,
+        frames=frames,
+        counted=len(all_off),
+        off_share=share(all_off) if len(all_off) else None,
+        error=float(all_errors.mean()) if len(all_errors) else None,
+        losses=losses,
+        tracks=tracks,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics.interval import share
+from irtrack.metrics.statistics import share
 from irtrack.types import LEAST_PX
 
 SUCCESS = np.arange(21) / 20

@@ -14,7 +14,7 @@ from hypothesis.configuration import set_hypothesis_home_dir
 
 from irsim.types import Box, Frame
 from irtrack.errors import told
-from irtrack.properties.examining import Outcome, Profile, examined
+from irtrack.properties.check import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.runner import Blame, Board, Limit, Watched, answer_or_blame
 from irtrack.types import Estimate, Tracker, resumable

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irsim.wording import counted
-from irtrack.properties.case import Broken, Case, NotAsked, Walk, expect_same, numbers, walk
-from irtrack.properties.clip import Clip
+from irtrack.properties.case import Broken, Case, Clip, NotAsked, Walk, expect_same, numbers, walk
 from irtrack.properties.process import in_another_process
 from irtrack.types import resumable
 

@@ -7,8 +7,7 @@ import pickle
 import subprocess
 import sys
 
-from irtrack.properties.case import Walk, walk
-from irtrack.properties.clip import Clip
+from irtrack.properties.case import Clip, Walk, walk
 from irtrack.types import Tracker
 
 

@@ -18,7 +18,7 @@ from irtrack.metrics import Trace
 from irtrack.registry.identity import code_hash, remade
 from irtrack.replay.replay import Player, replay
 from irtrack.replay.start import Start
-from irtrack.report.filmstrip import Follower
+from irtrack.report.frames import Follower
 from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000

@@ -12,6 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from irtrack.features.quantise import full_range
+from irtrack.features.velocity import velocity_likeness
+from irtrack.trackers.grey import weigh
 
 import irsim
 import irsim._native
@@ -19,9 +22,6 @@ import irtrack._native
 from irsim._native.loading import load
 from irtrack.features.histogram import bhattacharyya
 from irtrack.features.mean_shift import mean_shift
-from irtrack.features.quantise import full_range
-from irtrack.features.velocity import velocity_likeness
-from irtrack.trackers.grey import weigh
 
 ROOT = Path(__file__).parents[2]
 SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "bench" / "full_chain.yaml")]

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from irtrack.features.quantise import Quantiser
 from tracker_loops import pictures, plain, quantisers, seeds, windows
 
 from irsim.types import Image
 from irtrack._native import COMPILED
 from irtrack.features import cues, highpass
-from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="no compiler was at hand")

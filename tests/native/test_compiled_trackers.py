@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from irtrack.features.quantise import Quantiser
 from tracker_loops import pictures, plain, quantisers, seeds, windows
 from tracker_scenes import blob, follow
 
@@ -16,7 +17,6 @@ import irtrack
 from irsim.types import Box, Image
 from irtrack._native import COMPILED, kernels
 from irtrack.features import highpass, histogram, mean_shift, velocity
-from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import motion, resampling
 from irtrack.registry.table import TRACKERS, grey

@@ -17,7 +17,7 @@ from irsim.cli.figures import contact_sheet, labelled_sheet
 from irsim.cli.video import moving_picture
 from irsim.errors import InputError
 from irsim.recording import TrackHeader, recover, write_tracks
-from irtrack.cli.trackfile import track_to_csv
+from irtrack.cli.output import track_to_csv
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"

@@ -21,8 +21,8 @@ from bench_fakes import Breaker, Closer, Hanger, Killer, LateMute, Logger, Mute,
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
-from irtrack.bench.group import run_group
 from irtrack.bench.plan import Seeds, contestants, plans
+from irtrack.bench.run import run_group
 from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.replay.replay import BLOCK_FRAMES
 from irtrack.runner import Limit

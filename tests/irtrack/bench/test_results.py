@@ -16,7 +16,7 @@ import pytest
 from bench_fakes import Strip, Walker
 
 from irtrack.bench import Cell, Entry, Key, Results, run_bench
-from irtrack.bench.packing import pack, packed_trace
+from irtrack.bench.records import pack, packed_trace
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score

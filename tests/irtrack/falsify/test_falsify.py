@@ -13,11 +13,10 @@ from command_line import Call
 
 import irsim
 from irtrack.falsify import Failure, Nearest, find_failure
-from irtrack.falsify.hunt import UNSURE, Hunt
+from irtrack.falsify.falsification import UNSURE, Hunt
 from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
-from irtrack.falsify.trial import Subject, examine
-from irtrack.falsify.trials import Trials
+from irtrack.falsify.trial import Subject, Trials, examine
 from irtrack.metrics import wilson
 
 

@@ -19,14 +19,12 @@ from test_report_browser import contrast
 import irsim
 from irsim.scenario.expectation import Expectation
 from irtrack.falsify import Failure, Luck
-from irtrack.falsify.case import Case
-from irtrack.falsify.files import FOUND, JOURNAL, write_failure
-from irtrack.falsify.hunt import Hunt
+from irtrack.falsify.counterexample import Case
+from irtrack.falsify.falsification import Hunt
 from irtrack.falsify.order import in_order
-from irtrack.falsify.rules import MARGINS, rules_of
-from irtrack.falsify.told import ASKED, REACHED, asked, reached
-from irtrack.falsify.trial import RAISES, Subject
-from irtrack.falsify.trials import Trials
+from irtrack.falsify.outputs import FOUND, JOURNAL, write_failure
+from irtrack.falsify.rules import ASKED, MARGINS, REACHED, asked, reached, rules_of
+from irtrack.falsify.trial import RAISES, Subject, Trials
 from irtrack.metrics import Trace
 from irtrack.types import Tracker
 

@@ -12,7 +12,7 @@ from mesh_files import BOX
 
 import irsim
 from irtrack.falsify import find_failure, kept_failures, revisit
-from irtrack.falsify.kept import keep
+from irtrack.falsify.regressions import keep
 from irtrack.falsify.trial import ENDS, RAISES, RULE, Subject
 from irtrack.registry.table import make
 

@@ -6,12 +6,12 @@ from math import exp, sqrt
 
 import numpy as np
 import pytest
+from irtrack.features.quantise import Quantiser, fitted_range, full_range, quantiser
 
 from irsim.types import Box, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival
 from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness, repeated
-from irtrack.features.quantise import Quantiser, fitted_range, full_range, quantiser
 from irtrack.features.window import Window, region
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from irtrack.trackers.camshift_kalman import CamShiftKalman
 from tracker_scenes import follow
 
 from irsim.types import Box, Frame
 from irtrack.features.optical_flow import forward_backward, spread_ratio
-from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.optical_flow import OpticalFlow
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from irtrack.features.quantise import full_range
 
 from irsim.types import Box, Image
 from irtrack.features.mean_shift import back_projection, bandwidth, kernel_histogram, mean_shift
-from irtrack.features.quantise import full_range
 
 QUANTISER = full_range(8, 2)
 """Two bins: below 128, and from 128 on."""

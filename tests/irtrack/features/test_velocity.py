@@ -7,14 +7,14 @@ from math import exp, sqrt
 
 import numpy as np
 import pytest
+from irtrack.features.velocity import line, pca_velocity, similarity
+from irtrack.trackers.coasting_pf import CoastingPF
+from irtrack.trackers.product_pf import ProductPF
 
 from irsim.rng import stream
 from irsim.types import Box, Floats, Frame
-from irtrack.features.velocity import line, pca_velocity, similarity
 from irtrack.filters.motion import random_walk
 from irtrack.trackers.cascade_pf import CascadePF
-from irtrack.trackers.coasting_pf import CoastingPF
-from irtrack.trackers.product_pf import ProductPF
 
 FIVE = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]])
 

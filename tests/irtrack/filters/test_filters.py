@@ -6,12 +6,12 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from irtrack.filters.adaptive import kld_bound, kld_count, neff_count
 from scipy.stats import chi2, norm
 
 from irsim.types import Floats
 from irtrack.filters import kalman
 from irtrack.filters import particle as particles
-from irtrack.filters.adaptive import kld_bound, kld_count, neff_count
 from irtrack.filters.motion import ar2, constant_velocity
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 

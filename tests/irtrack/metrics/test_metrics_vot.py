@@ -7,7 +7,7 @@ import pytest
 
 from irsim.types import Box, TargetTruth, Truth
 from irtrack.metrics import AnchorRun, expected_overlap, vot
-from irtrack.metrics.anchors import orders, run_anchors
+from irtrack.metrics.vot import orders, run_anchors
 
 
 def run(overlap: list[float], absent: tuple[int, ...] = ()) -> AnchorRun:

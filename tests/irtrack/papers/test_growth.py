@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from irsim.rng import stream
-from irtrack.filters.resampling import systematic, systematic_copies
-from irtrack.filters.resampling import after_selection, largest_first
+from irtrack.filters.resampling import after_selection, largest_first, systematic, systematic_copies
 from irtrack.papers import growth_model as growth
 from irtrack.papers.growth_model import BOOTSTRAP, WSPF, Growth, rmse, run
 

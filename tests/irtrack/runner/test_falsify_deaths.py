@@ -20,8 +20,7 @@ from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, rev
 from irtrack.falsify.apart import Run, apart
 from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
-from irtrack.falsify.trial import ENDS, RAISES, Subject, examine
-from irtrack.falsify.trials import Trials
+from irtrack.falsify.trial import ENDS, RAISES, Subject, Trials, examine
 from irtrack.replay.replay import BLOCK_FRAMES
 
 SCENE = "".join(

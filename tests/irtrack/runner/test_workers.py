@@ -19,7 +19,7 @@ from bench_fakes import Mute, Strip, Walker
 
 from irtrack.bench import Entry, run_bench
 from irtrack.bench import baseline as golden
-from irtrack.bench.asked import asked
+from irtrack.bench.spec import asked
 from irtrack.bench.suite import Suite
 from irtrack.cli.bench import sweep
 from irtrack.errors import IrtrackError, WorkerError

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from irtrack.features.foreground import gathered, peaks
 from tracker_scenes import follow
 
 from irsim.types import Box, Floats, Frame
 from irtrack.features.background import Backdrop
-from irtrack.features.foreground import gathered, peaks
 from irtrack.filters.association import Rules, Tracks, advance
 from irtrack.registry.table import make
 

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from irtrack.features.confidence import distance, kullback_leibler, variance_ratio
+from irtrack.features.cues import Cue, Field, Pattern, likeness_map
+from irtrack.features.quantise import full_range
+from irtrack.trackers.fusion_looks import FusionState, Look
+from irtrack.trackers.fusion_wspf import FusionWSPF, weigh
 from tracker_scenes import blob, follow
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
-from irtrack.features.confidence import distance, kullback_leibler, variance_ratio
-from irtrack.features.cues import Cue, Field, Pattern, likeness_map
 from irtrack.features.gradients import orientations, sobel
-from irtrack.features.quantise import full_range
 from irtrack.features.window import Window
-from irtrack.trackers.fusion_looks import FusionState, Look
-from irtrack.trackers.fusion_wspf import FusionWSPF, weigh
 
 LEVELS = full_range(8, 8)
 

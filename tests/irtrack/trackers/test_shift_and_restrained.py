@@ -6,13 +6,13 @@ from math import exp, pi
 
 import numpy as np
 import pytest
+from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
+from irtrack.trackers.mean_shift_pf import MeanShiftPF
 from tracker_scenes import blob, follow
 
 from irsim.types import Box
 from irtrack.filters.motion import random_walk_density
 from irtrack.registry.table import make
-from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
-from irtrack.trackers.mean_shift_pf import MeanShiftPF
 
 WEIGHTS = np.array([0.1, 0.4, 0.05, 0.3, 0.15])
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from irtrack.filters.turn import coordinated_turn
+from irtrack.trackers.ekf import EKF
+from irtrack.trackers.grey import weigh
 from tracker_scenes import blob, follow
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
-from irtrack.filters.turn import coordinated_turn
 from irtrack.trackers.base import Sight
-from irtrack.trackers.ekf import EKF
-from irtrack.trackers.grey import weigh
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
 

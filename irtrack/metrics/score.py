@@ -9,15 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
 
-from irsim.types import Floats
+import irsim
+from irsim.types import Floats, Source
+from irtrack.errors import InputError
 from irtrack.metrics import figures as of
-from irtrack.metrics.centre import mean_abs, rmse
-from irtrack.metrics.reference import Reference
-from irtrack.metrics.trace import Trace
+from irtrack.metrics.centre_error import mean_abs, rmse
+from irtrack.metrics.trace import Reference, Trace
 from irtrack.types import Track
 
 
@@ -73,12 +75,12 @@ class Score:
 
     Scored frames are those after the start frame in which the target is present; held ones are the
     scored frames before the loss (all of them where there is none); a frame counts where the target
-    is visible as well (`irtrack.metrics.loss.LOSS_RULE`).
+    is visible as well (`irtrack.metrics.lost.LOSS_RULE`).
 
     frames, counted_frames, held_frames
                             how many frames were scored; those of them that count towards the loss, and off_share;
                             those of them before the loss
-    lost                    lost by `irtrack.metrics.loss`; None where nothing was scored
+    lost                    lost by `irtrack.metrics.lost`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
     off_share               share of the frames that count in which it is off (far from the target)
     all, held               figures of the centre errors of all scored frames, and of the held ones
@@ -178,14 +180,6 @@ FIGURES: dict[str, Figure] = _figures()
 """Every figure of `Score.as_dict` by its name."""
 
 
-def score(track: Track, reference: Reference) -> Score:
-    """The figures of a track; the start frame, given to the tracker, is not scored.
-
-    `reference` may hold any frames; those that the track has not seen are left out.
-    """
-    return score_trace(Trace.of(track, reference))
-
-
 def score_trace(trace: Trace) -> Score:
     """The figures of a track beside its truth."""
     figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
@@ -196,3 +190,24 @@ def score_trace(trace: Trace) -> Score:
 
 def _told(value: float | int | bool | None) -> Any:
     return None if value is None or (isinstance(value, float) and not math.isfinite(value)) else value
+
+
+def score(track: Track, against: Reference | str | Path | irsim.Scenario | Source) -> Score:
+    """Return the figures of a track; the start frame, given to the tracker, is not scored.
+
+    against   the source that the track was run on, as `irtrack.run` takes it (a scenario is rendered again for its
+              ground truth), or a `Reference` of any frames; frames that the track lacks are left out
+
+    InputError for another source than that of the track, and as `irsim.open_source`.
+    """
+    if not isinstance(track, Track):
+        raise InputError(f"track: a {type(track).__name__} is none; allowed: a Track, as irtrack.run gives it")
+    if isinstance(against, Reference):
+        return score_trace(Trace.of(track, against))
+    source = irsim.open_source(against)
+    if source.hash != track.source_hash:
+        seeds = "" if source.seed == track.scene_seed else f" with seed {track.scene_seed}, not {source.seed}"
+        raise InputError(
+            f"source: {source.name} is not what the track was run on; allowed: {track.source}{seeds}, unchanged"
+        )
+    return score_trace(Trace.of(track, Reference.of(source.truths(), track.target)))

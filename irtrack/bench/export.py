@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from irsim.config.files import check_output, path_of, replacing, replacing_text
-from irtrack.bench.cell import Cell, Key
+from irtrack.bench.records import Cell, Key
 from irtrack.bench.results import Results
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES

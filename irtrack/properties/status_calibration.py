@@ -7,8 +7,19 @@ from dataclasses import replace
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.properties.case import SIGMAS, Broken, Case, NotAsked, Walk, expect_above, walk
-from irtrack.properties.clip import BACKGROUND_GREY, Clip, rendered, scene
+from irtrack.properties.case import (
+    BACKGROUND_GREY,
+    SIGMAS,
+    Broken,
+    Case,
+    Clip,
+    NotAsked,
+    Walk,
+    expect_above,
+    rendered,
+    scene,
+    walk,
+)
 from irtrack.properties.following import hidden
 
 HIDDEN = (12, 24)

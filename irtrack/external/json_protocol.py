@@ -25,7 +25,7 @@ from typing import Any, get_args
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.external.child import Child, Piece, quoted
+from irtrack.external.process import Child, Piece, quoted
 from irtrack.types import Status
 
 STATUSES: tuple[Status, ...] = get_args(Status)

@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from irsim.types import Floats, Image
-from irtrack.properties.case import Case, expect_near
-from irtrack.properties.clip import BACKGROUND_GREY, Clip
+from irtrack.properties.case import BACKGROUND_GREY, Case, Clip, expect_near
 
 SAME_PX = 0.5
 """Tolerance of places that ought to be the same: greys are rounded."""

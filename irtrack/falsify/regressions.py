@@ -17,10 +17,9 @@ from irsim.config.files import make_folder, path_of, replacing, replacing_text
 from irsim.types import Input
 from irtrack.errors import InputError, IrtrackError, whole
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
-from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.order import in_order
-from irtrack.falsify.rules import in_words, rules_of
-from irtrack.falsify.told import NOTED
+from irtrack.falsify.outputs import MINIMAL, file_stem
+from irtrack.falsify.rules import NOTED, in_words, rules_of
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.registry.identity import changed_parameters, tracker_config
 from irtrack.runner import Watch

@@ -11,8 +11,8 @@ import irsim
 from irsim.config.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify.apart import Groups
-from irtrack.falsify.hunt import Failure, Hunt, Luck
-from irtrack.falsify.told import OF_ITSELF, asked, reached
+from irtrack.falsify.falsification import Failure, Hunt, Luck
+from irtrack.falsify.rules import OF_ITSELF, asked, reached
 from irtrack.falsify.trial import Verdict
 from irtrack.metrics import Trace
 from irtrack.report.finding import Finding, write_finding
