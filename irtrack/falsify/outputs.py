@@ -6,17 +6,20 @@ import json
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import irsim
 from irsim.config.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
-from irtrack.falsify.falsification import Failure, Hunt, Luck
 from irtrack.falsify.rules import OF_ITSELF, asked, reached
 from irtrack.falsify.trial import Verdict
 from irtrack.metrics import Trace
 from irtrack.report.finding import Finding, write_finding
 from irtrack.report.repeat import run_command
 from irtrack.runner.pool import InProcess
+
+if TYPE_CHECKING:
+    from irtrack.falsify.falsification import Failure, Hunt, Luck
 
 MINIMAL = "minimal"
 """Stem of the smallest scene and of its recording."""
