@@ -18,9 +18,17 @@ import irsim
 from irsim.types import Floats
 from irsim.wording import counted
 from irtrack.errors import InputError
-from irtrack.falsify.trial import ENDS, RAISES, RULE
 from irtrack.metrics import Trace
 from irtrack.metrics.lost import OFF_IN_A_ROW, off_beyond
+
+RULE = "rule"
+"""How a rule of the scenario is broken: by the track."""
+
+RAISES = "raises"
+"""The rule that a tracker raises nothing; it need not be asked for."""
+
+ENDS = "ends"
+"""The rule that a tracker neither ends its process nor hangs; it need not be asked for."""
 
 UNTRIED = 1.0
 """The margin of a rule about frames that a track does not have."""

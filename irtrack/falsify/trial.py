@@ -14,7 +14,7 @@ import irsim
 from irsim.config.files import replacing_text
 from irsim.types import Frame, Input, Source
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify.rules import UNTRIED, margin
+from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTRIED, margin
 from irtrack.metrics import Reference, Trace
 from irtrack.registry.identity import code_hash, module_code_hash, tracker_config, tracker_name
 from irtrack.replay.replay import Player, replay
@@ -27,15 +27,6 @@ NO_LIMIT_S = 1e9
 """Thirty years: a number that JSON can hold."""
 
 HERE = InProcess()
-
-RULE = "rule"
-"""How a rule of the scenario is broken: by the track."""
-
-RAISES = "raises"
-"""The rule that a tracker raises nothing; it need not be asked for."""
-
-ENDS = "ends"
-"""The rule that a tracker neither ends its process nor hangs; it need not be asked for."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,8 @@ from mesh_files import BOX
 import irsim
 from irtrack.falsify import find_failure, kept_failures, revisit
 from irtrack.falsify.regressions import keep
-from irtrack.falsify.trial import ENDS, RAISES, RULE, Subject
+from irtrack.falsify.rules import ENDS, RAISES, RULE
+from irtrack.falsify.trial import Subject
 from irtrack.registry.table import make
 
 FAR = {"px": 30.0}

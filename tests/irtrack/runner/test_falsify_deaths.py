@@ -17,8 +17,8 @@ import irsim
 from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
-from irtrack.falsify.rules import rules_of
-from irtrack.falsify.trial import ENDS, RAISES, Subject, Trials, examine, frame_limit
+from irtrack.falsify.rules import ENDS, RAISES, rules_of
+from irtrack.falsify.trial import Subject, Trials, examine, frame_limit
 from irtrack.replay.replay import BLOCK_FRAMES
 from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import Heartbeat
