@@ -108,22 +108,23 @@ def _texts(each: Comparison) -> list[str]:
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from irtrack.bench import Cell
+    from irtrack.bench import RunRecord
     from irtrack.bench.baseline import Change
 
 
 def regress(
     places: Annotated[
         list[str],
-        typer.Argument(metavar="SUITE|FOLDER...", help="Suites with golden figures, and folders of kept failures."),
+        typer.Argument(metavar="SUITE|FOLDER...", help="Suites with a baseline, and folders of kept failures."),
     ],
-    bless: Annotated[
-        bool, typer.Option("--bless", help="Take what is so now as what should be, and show what changes by it.")
+    update: Annotated[
+        bool,
+        typer.Option("--update", help="Take the present outcomes as the baseline, and show the changes."),
     ] = False,
     jobs: Jobs = 1,
     as_json: AsJson = False,
 ) -> None:
-    """Measure suites beside their golden figures, and try failures that irtrack falsify has kept.
+    """Measure suites against their baselines, and try failures that irtrack falsify has kept.
 
     Exit status 1 where a figure is worse, runs are not the same ones, or a kept failure is not as it was; 2 where one
     could not be judged, with a line that says why.
@@ -131,29 +132,29 @@ def regress(
     found: list[dict[str, Any]] = []
     for word in places:
         place = Path(word)
-        found.append(_failures(place, bless, jobs) if place.is_dir() else _figures(place, bless, jobs))
+        found.append(_failures(place, update, jobs) if place.is_dir() else _figures(place, update, jobs))
         if not as_json:
-            _print(found[-1], bless)
+            _print(found[-1], update)
     if as_json:
         print_json([{**each, "changes": list(map(_values, each["changes"]))} for each in found])
     if any(each["faults"] for each in found):
         raise typer.Exit(2)
-    if not bless and any(each["failed"] for each in found):
+    if not update and any(each["failed"] for each in found):
         raise typer.Exit(1)
 
 
-def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
-    """A suite beside its golden figures."""
+def _figures(suite: Path, update: bool, jobs: int) -> dict[str, Any]:
+    """Return the comparison of a suite with its baseline."""
     from irtrack.bench import is_suite, load_suite
-    from irtrack.bench.baseline import changes, golden_file, measure, read, write
+    from irtrack.bench.baseline import baseline_file, changes, measure, read, write
 
     if not is_suite(str(suite)):
         raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")
-    loaded, path = load_suite(suite), golden_file(suite)
-    old = {} if bless and not path.exists() else read(path)
+    loaded, path = load_suite(suite), baseline_file(suite)
+    old = {} if update and not path.exists() else read(path)
     failed: list[str] = []
 
-    def tell(cell: Cell) -> None:
+    def tell(cell: RunRecord) -> None:
         if cell.failure is not None:
             where, *calls = cell.failure.strip().splitlines()
             failed.append(" ".join([f"irtrack: {cell.label} failed: {where}", *calls[-1:]]))
@@ -163,20 +164,20 @@ def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
     if failed:
         print("\n".join(sorted(failed)), file=sys.stderr)
     found = changes(old, new)
-    if bless:
+    if update:
         write(new, path)
     worse = any(each.verdict != "better" for each in found)
     return {"place": str(suite), "checked": len(new), "failed": worse, "changes": found, "faults": []}
 
 
-def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
+def _failures(folder: Path, update: bool, jobs: int) -> dict[str, Any]:
     """The failures kept in a folder."""
     from irtrack.falsify import kept_failures, revisit
 
     kept = kept_failures(folder)
     if not kept:
         raise InputError(f"{folder}: holds no kept failure; allowed: a folder that irtrack falsify --keep has filled")
-    found = revisit(kept, jobs, bless, FRAME_LIMIT_S)
+    found = revisit(kept, jobs, update, FRAME_LIMIT_S)
     for line in (line for fault in found.faults for line in fault.splitlines()):
         print(f"irtrack: {line}", file=sys.stderr)
     return {
@@ -188,17 +189,17 @@ def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
     }
 
 
-def _print(found: dict[str, Any], bless: bool) -> None:
+def _print(found: dict[str, Any], update: bool) -> None:
     changes: Sequence[Change | str] = found["changes"]
     kind = "failure" if Path(found["place"]).is_dir() else "run"
     if lines := [each for each in changes if isinstance(each, str)]:
         print("\n".join(lines))
     if rows := [_row_regress(each) for each in changes if not isinstance(each, str)]:
-        print_table(("source", "tracker", "seed", "figure", "golden", "now", ""), rows, left=2)
+        print_table(("source", "tracker", "seed", "figure", "baseline", "now", ""), rows, left=2)
     verdict = "failed" if found["failed"] else ("incomplete" if found["faults"] else "ok")
     not_judged = f", {len(found['faults'])} not judged" if found["faults"] else ""
     counts = f"{counted(found['checked'], kind)}, {counted(len(changes), 'change')}{not_judged}"
-    print(f"{found['place']}: {'blessed' if bless else verdict}: {counts}")
+    print(f"{found['place']}: {'updated' if update else verdict}: {counts}")
 
 
 def _row_regress(change: Change) -> tuple[str, ...]:

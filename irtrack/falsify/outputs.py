@@ -140,12 +140,12 @@ def finding_of(
 def _verdict(hunt: Hunt, rule: int | str, verdict: Verdict, traces: tuple[Trace, ...]) -> Sequence[tuple[str, str]]:
     """What was asked beside what was reached, in the run at hand."""
     if isinstance(rule, str):
-        return ("Asked", OF_ITSELF[rule][1]), ("Reached", verdict.raised or "nothing of the kind")
+        return ("SourceSpec", OF_ITSELF[rule][1]), ("Reached", verdict.raised or "nothing of the kind")
     broken = hunt.subject.rules[rule]
     if not traces:
-        return ("Asked", asked(broken)), ("Reached", verdict.raised or "no target to start on")
+        return ("SourceSpec", asked(broken)), ("Reached", verdict.raised or "no target to start on")
     margin = f"{verdict.margins[rule]:.3g}, broken below 0"
-    return ("Asked", asked(broken)), ("Reached", reached(broken, traces[rule])), ("Margin", margin)
+    return ("SourceSpec", asked(broken)), ("Reached", reached(broken, traces[rule])), ("Margin", margin)
 
 
 def _luck(luck: Luck | None) -> str:

@@ -103,7 +103,7 @@ class Kept:
             found.append(f"{self.path}: {self.label} {was}, now it {now}: {why}")
         return found
 
-    def bless(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
+    def update(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
         """Note what is so now: record the frames that the scene renders, and whether and how they break the tracker.
         InputError as of `changes`.
 
@@ -111,11 +111,11 @@ class Kept:
         """
         with self._errors_with_file():
             if runner is not None:
-                return self._bless(runner, limit_s)
+                return self._update(runner, limit_s)
             with start_runner(1, apart=self.limit_s is not None) as own:
-                return self._bless(own, self.limit_s)
+                return self._update(own, self.limit_s)
 
-    def _bless(self, runner: Runner, limit_s: float | None) -> Kept:
+    def _update(self, runner: Runner, limit_s: float | None) -> Kept:
         scene = irsim.load(self.path)
         if runner.call(_rendered_otherwise, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
@@ -158,8 +158,8 @@ class Revisited:
     faults: list[str] = field(default_factory=list)
 
 
-def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limit_s: float = NO_LIMIT_S) -> Revisited:
-    """Try all of them, by `jobs` worker processes; with `bless`, what is so now is noted then.
+def revisit(kept: Sequence[Kept], jobs: int = 1, update: bool = False, frame_limit_s: float = NO_LIMIT_S) -> Revisited:
+    """Try all of them, by `jobs` worker processes; with `update`, what is so now is noted then.
 
     frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
@@ -170,8 +170,8 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limi
             limit_s = frame_limit_s if each.limit_s is None else each.limit_s
             try:
                 changes = each.changes(pool, limit_s)
-                if bless:
-                    each.bless(pool, limit_s)
+                if update:
+                    each.update(pool, limit_s)
                 return Revisited(changes)
             except InputError as error:
                 return Revisited(faults=[str(error)])

@@ -10,7 +10,7 @@ from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from irtrack.bench import Cell, Results, Run, summary
+from irtrack.bench import Results, Run, RunRecord, summary
 from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
@@ -27,7 +27,7 @@ SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """The page's only code: it plays the replays."""
 
 
-def page(results: Results, cells: Sequence[Cell]) -> str:
+def page(results: Results, cells: Sequence[RunRecord]) -> str:
     """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))

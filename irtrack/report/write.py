@@ -10,7 +10,7 @@ from irsim.config.base import suggestion
 from irsim.config.files import check_output, path_of, replacing_text
 from irsim.types import Source
 from irsim.wording import counted
-from irtrack.bench import Cell, Results, SourceRow, SummaryRow, summary
+from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.report.figure_data import Figures, failures, measured, severity_figures, source_figures
 from irtrack.report.formats import as_csv, as_json, as_markdown
@@ -96,7 +96,7 @@ def write_report(
     return path
 
 
-def figures(results: Results, cells: Sequence[Cell]) -> Figures:
+def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
     """All figures of the cells."""
     return Figures(
         results.path.name,
@@ -107,13 +107,13 @@ def figures(results: Results, cells: Sequence[Cell]) -> Figures:
     )
 
 
-def _html(results: Results, cells: Sequence[Cell]) -> str:
+def _html(results: Results, cells: Sequence[RunRecord]) -> str:
     from irtrack.report.page import page
 
     return page(results, cells)
 
 
-FORMATS: dict[str, Callable[[Results, Sequence[Cell]], str]] = {
+FORMATS: dict[str, Callable[[Results, Sequence[RunRecord]], str]] = {
     "html": _html,
     "json": lambda results, cells: as_json(figures(results, cells), results.runs()),
     "csv": lambda results, cells: as_csv(figures(results, cells)),

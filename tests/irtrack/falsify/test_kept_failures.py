@@ -70,10 +70,10 @@ def test_a_kept_failure_that_fails_otherwise_is_told(
 
 
 def test_a_kept_failure_notes_how_it_failed_and_its_limit(folder: Path, tmp_path: Path) -> None:
-    """None where nothing was limited; by `irtrack regress --bless` all is."""
+    """None where nothing was limited; by `irtrack regress --update` all is."""
     (kept,) = kept_failures(note_of(folder, tmp_path / "kept").parent)
     assert (kept.how, kept.limit_s) == (RAISES, None)
-    revisit([kept], bless=True, frame_limit_s=7.0)
+    revisit([kept], update=True, frame_limit_s=7.0)
     (kept,) = kept_failures(tmp_path / "kept")
     assert (kept.how, kept.limit_s) == (RAISES, 7.0)
     assert not kept.changes()
