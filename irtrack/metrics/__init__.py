@@ -1,4 +1,4 @@
-"""Figures from tracks: arrays in, values out; no file is opened here."""
+"""Figures of tracks against ground truth: arrays in, values out."""
 
 from irtrack.metrics.attributes import ATTRIBUTES, Attribute, AttributeRow, by_attribute
 from irtrack.metrics.centre_error import (

@@ -1,7 +1,6 @@
-"""Figures of the centre error.
+"""Centre error, normalised error and precision curves.
 
-Truth of a limited accuracy (imported boxes) scores nothing tighter than it: a centre within the
-accuracy of its frame is right at any threshold.
+A centre within the accuracy of the ground truth (imported boxes have a limited one) is right at any threshold.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ PRECISION_NORM = np.arange(0, 51) / 100
 
 
 def centre_errors(centers: Floats, truth: Floats) -> Floats:
-    """(n,) px: Euclidean distance of (n, 2) centres from (n, 2) true ones; nan where there is none."""
+    """Return the Euclidean distance of centres (n, 2) from true ones, (n,) px; nan where there is none."""
     offsets = np.asarray(centers, dtype=np.float64) - truth
     return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]))
 
 
 def normalised_errors(centers: Floats, truth: Floats, sizes: Floats) -> Floats:
-    """(n,): centre errors with each axis divided by the true box's side.
+    """Return the centre errors with each axis divided by the side of the true box, (n,).
 
     ||diag(w, h)^-1 (c - c_true)||, the P_norm of Mueller et al., TrackingNet, ECCV 2018, section 5.1.
     """
@@ -35,7 +34,7 @@ def normalised_errors(centers: Floats, truth: Floats, sizes: Floats) -> Floats:
 
 
 def mean_abs(offsets: Floats) -> tuple[float, float]:
-    """Mean of |e| and its (population) standard deviation, of one axis' errors; nan of nothing."""
+    """Return the mean of |e| and its (population) standard deviation, for errors of one axis; nan of none."""
     if len(offsets) == 0:
         return np.nan, np.nan
     size = np.abs(offsets)
@@ -44,18 +43,18 @@ def mean_abs(offsets: Floats) -> tuple[float, float]:
 
 
 def rmse(errors: Floats) -> float:
-    """Root mean square; nan of nothing."""
+    """Return the root mean square; nan of no errors."""
     return math.sqrt(np.square(errors).sum() / len(errors)) if len(errors) else np.nan
 
 
 def precision_curve(
     errors: Floats, thresholds: Floats = PRECISION_PX, within_accuracy: np.ndarray | None = None
 ) -> Floats:
-    """(len(thresholds),): share of the errors (n,) that are <= each threshold; nan of nothing.
+    """Return the share of the errors (n,) that are <= each threshold; nan of no errors.
 
     Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2 (there also Babenko
-    2011). The published figure is the one at 20 px. `within_accuracy` (n,) bool: errors that the
-    truth cannot tell from none, right at any threshold.
+    2011). The published figure is that at 20 px. `within_accuracy` (n,) bool: errors within the accuracy of the
+    truth, right at any threshold.
     """
     if len(errors) == 0:
         return np.full(len(thresholds), np.nan)
@@ -64,5 +63,5 @@ def precision_curve(
 
 
 def area(curve: Floats) -> float:
-    """Area under a curve of evenly spaced thresholds, as the benchmarks take it: its mean."""
+    """Return the area under a curve of evenly spaced thresholds: its mean, as in the benchmarks."""
     return float(curve.sum() / len(curve))

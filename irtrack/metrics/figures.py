@@ -1,4 +1,4 @@
-"""What `irtrack.metrics.Score` is made of: each figure as a function of a trace; nan where nothing tells it."""
+"""Figures of `irtrack.metrics.Score`, each as a function of a trace; nan where no frame gives one."""
 
 from __future__ import annotations
 
@@ -138,13 +138,13 @@ def cpu_ms_median(trace: Trace) -> float:
 
 
 def _mean(values: Floats) -> float:
-    """The mean of what is known; nan of nothing."""
+    """Return the mean of the known values; nan of none."""
     known = values[~np.isnan(values)]
     return float(known.sum() / len(known)) if len(known) else np.nan
 
 
 def _median(values: Floats) -> float:
-    """The median; nan of nothing."""
+    """Return the median; nan of no values."""
     if len(values) == 0:
         return np.nan
     ordered = np.sort(values)  # np.median takes ten times as long for the few frames of a short track

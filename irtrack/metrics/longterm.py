@@ -1,4 +1,4 @@
-"""Precision, recall and F of long-term tracking, where a target goes and comes."""
+"""Precision, recall and F of long-term tracking, in which the target leaves and returns."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, slots=True)
 class LongTerm:
-    """The best point of the precision-recall curve; nan where there is none.
+    """Best point of the precision-recall curve; nan where there is none.
 
-    precision   mean overlap over the frames in which the tracker points at something
-    recall      mean overlap over the frames in which something of the target is to be seen
+    precision   mean overlap over the frames in which the tracker reports a position
+    recall      mean overlap over the frames in which part of the target is visible
     f           2 precision recall / (precision + recall)
     threshold   on the confidence, at which it is reached
     """
@@ -26,14 +26,14 @@ class LongTerm:
 
 
 def long_term(overlap: Floats, confidence: Floats, present: np.ndarray) -> LongTerm:
-    """The point of largest F over all thresholds of the confidence.
+    """Return the point of largest F over all thresholds of the confidence.
 
     Lukezic, Kart, Kapyla, Durmush, Kamarainen, Matas, Kristan, "CDTB", ICCV 2019, and Lukezic, Cehovin
     Zajc, Vojir, Matas, Kristan, "Now you see me", arXiv:1804.07056, eqs. 1 to 3.
 
-    overlap     (n,) 0..1; what it is where the target is absent does not count, it is 0 there
-    confidence  (n,) of any scale; nan where the tracker points at nothing (it says "lost")
-    present     (n,) bool: is something of the target to be seen?
+    overlap     (n,) 0..1; taken as 0 where the target is absent
+    confidence  (n,) of any scale; nan where the tracker reports no position (status "lost")
+    present     (n,) bool: part of the target is visible
     """
     met = np.where(present & ~np.isnan(overlap), overlap, 0.0)
     (said,) = np.nonzero(~np.isnan(confidence))

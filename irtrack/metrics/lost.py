@@ -1,4 +1,4 @@
-"""When a track is lost: one definition, cited in every table."""
+"""Track loss: the one definition that all tables cite."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from irsim.types import SHOWN, Floats
 
 OFF_PX = 5.0
-"""No centre error up to this is off, however small the target."""
+"""Centre error up to which no frame is off, however small the target."""
 
 OFF_IN_A_ROW = 10
-"""So many frames off in a row make a loss."""
+"""Frames off in a row that make a loss."""
 
 LOSS_RULE = (
     f"A frame is off when the centre error exceeds the largest of {OFF_PX:g} px, the diagonal of the true box and the "
@@ -19,21 +19,21 @@ LOSS_RULE = (
     "dated to the first of them. Frames in which the target is hidden or absent neither count nor break the row; "
     "where truth does not know how much is visible, the target counts as visible."
 )
-"""The definition in words, for tables."""
+"""Definition in words, for tables."""
 
 
 def off_beyond(diagonals: Floats, accuracy: Floats) -> Floats:
-    """(n,) px: the centre error above which a frame is off, max(5 px, true diagonal (n,), truth's accuracy (n,))."""
+    """Return the centre error above which a frame is off, (n,) px: max(5 px, true diagonal, accuracy of the truth)."""
     return np.maximum(OFF_PX, np.fmax(diagonals, accuracy))
 
 
 def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarray:
-    """(n,) bool: is the centre error (n,) px above `off_beyond`? Strictly above; False where the error is nan."""
+    """Return whether the centre error (n,) px is strictly above `off_beyond`, (n,) bool; False where it is nan."""
     return np.asarray(errors > off_beyond(diagonals, accuracy))
 
 
 def loss(off: np.ndarray, shown: np.ndarray) -> int | None:
-    """Position of the frame that a loss is dated to, or None where the track is not lost.
+    """Return the position of the frame that the loss is dated to; None where the track is not lost.
 
     off, shown (n,) bool: frames that are off; frames that count. See `LOSS_RULE`.
     """

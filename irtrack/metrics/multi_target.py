@@ -1,4 +1,4 @@
-"""Several tracks against several targets: identity switches, IDF1, HOTA, GOSPA."""
+"""Multi-target metrics: CLEAR MOT, IDF1, HOTA, GOSPA."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOTA_ALPHAS = np.arange(1, 20) / 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One frame: identities of its n targets and of the m tracks that point at something, and how like they are.
+    """One frame: identities of its n targets and of the m tracks that report a position, and their similarity.
 
     similarity   (n, m) 0..1
     """
@@ -31,7 +31,7 @@ class Scene:
 
     @classmethod
     def of(cls, targets: dict[str, Box], tracks: dict[str, Box]) -> Scene:
-        """Of true boxes and tracked ones by identity; likeness is their overlap, no side under `LEAST_PX`."""
+        """Return the scene of true and tracked boxes by identity; similarity is overlap, no side under `LEAST_PX`."""
         rows = [[a.at_least(LEAST_PX).iou(b.at_least(LEAST_PX)) for b in tracks.values()] for a in targets.values()]
         return cls(tuple(targets), tuple(tracks), np.array(rows, dtype=np.float64).reshape(len(targets), len(tracks)))
 
@@ -53,10 +53,11 @@ class Clear:
 
 
 def clear_mot(scenes: Sequence[Scene], least: float = MATCH) -> Clear:
-    """Bernardin and Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1.
+    """Return the counts of CLEAR MOT.
 
-    A pair of the frame before stays together while it is alike enough, then the rest are matched for the
-    largest number of matches and then likeness; a target whose track is not the one that it last had is a switch.
+    Bernardin and Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1. A pair of the
+    frame before stays together while it is similar enough; the rest are matched for the largest number of matches,
+    then for similarity. A target whose track is not its last one is a switch.
     """
     last: dict[str, str] = {}
     before: dict[str, str] = {}
@@ -82,10 +83,10 @@ def clear_mot(scenes: Sequence[Scene], least: float = MATCH) -> Clear:
 
 
 def idf1(scenes: Sequence[Scene], least: float = MATCH) -> float:
-    """IDF1 = 2 IDTP / (targets + tracks), 0..1, over all frames; nan of nothing.
+    """Return IDF1 = 2 IDTP / (targets + tracks), 0..1, over all frames; nan of no box.
 
     Ristani, Solera, Zou, Cucchiara, Tomasi, "Performance measures and a data set for multi-target,
-    multi-camera tracking", ECCV Workshops 2016, eqs. 5 to 10: one track for each target for good.
+    multi-camera tracking", ECCV Workshops 2016, eqs. 5 to 10: each target has one track over all frames.
     """
     targets, tracks = _identities(scenes)
     together = np.zeros((len(targets), len(tracks)))
@@ -99,7 +100,7 @@ def idf1(scenes: Sequence[Scene], least: float = MATCH) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Hota:
-    """HOTA and what it is made of, each the mean over the thresholds; nan of nothing."""
+    """HOTA and its detection and association parts, each the mean over the thresholds; nan of no box."""
 
     hota: float
     detection: float
@@ -107,13 +108,13 @@ class Hota:
 
 
 def hota(scenes: Sequence[Scene]) -> Hota:
-    """Luiten, Osep, Dendorfer, Torr, Geiger, Leal-Taixe, Leibe, "HOTA", IJCV 129 (2021), eqs. 3 to 16."""
+    """Return HOTA: Luiten, Osep, Dendorfer, Torr, Geiger, Leal-Taixe, Leibe, "HOTA", IJCV 129 (2021), eqs. 3 to 16."""
     targets, tracks = _identities(scenes)
     shape = (len(targets), len(tracks))
     alike, seen, told = np.zeros(shape), np.zeros(len(targets)), np.zeros(len(tracks))
     for scene in scenes:
         place = _places(scene, targets, tracks)
-        # A pair's share of a frame: its likeness against all others of its target and of its track.
+        # A pair's share of a frame: its similarity against all others of its target and of its track.
         rivals = scene.similarity.sum(axis=0, keepdims=True) + scene.similarity.sum(axis=1, keepdims=True)
         rivals = rivals - scene.similarity
         alike[place] += np.divide(scene.similarity, rivals, out=np.zeros_like(rivals), where=rivals > 0)
@@ -138,7 +139,7 @@ def hota(scenes: Sequence[Scene]) -> Hota:
 
 @dataclass(frozen=True, slots=True)
 class Gospa:
-    """A distance, px, and the parts of its p-th power: localisation, missed and false targets."""
+    """Distance, px, and the parts of its p-th power: localisation, missed and false targets."""
 
     distance: float
     localisation: float
@@ -147,7 +148,7 @@ class Gospa:
 
 
 def gospa(targets: Floats, estimates: Floats, c: float, p: float = 2.0) -> Gospa:
-    """The distance of one frame's estimates (m, 2) px from its targets (n, 2) px, with alpha = 2.
+    """Return the GOSPA distance of estimates (m, 2) px of one frame from its targets (n, 2) px, with alpha = 2.
 
     Rahmathullah, Garcia-Fernandez, Svensson, "Generalized optimal sub-pattern assignment metric",
     FUSION 2017, definition 1 and proposition 1. c: the distance from which on a pair is a miss and a
@@ -162,7 +163,7 @@ def gospa(targets: Floats, estimates: Floats, c: float, p: float = 2.0) -> Gospa
 
 
 def _matched(values: Floats) -> Iterator[tuple[int, int]]:
-    """The pairs (row, column) whose values above 0 have the largest sum."""
+    """Return the pairs (row, column) whose values above 0 have the largest sum."""
     from scipy.optimize import linear_sum_assignment  # 0.3 s to import
 
     rows, columns = linear_sum_assignment(values, maximize=True)
@@ -170,7 +171,7 @@ def _matched(values: Floats) -> Iterator[tuple[int, int]]:
 
 
 def _identities(scenes: Sequence[Scene]) -> tuple[dict[str, int], dict[str, int]]:
-    """A number for every target and every track."""
+    """Return a number for every target and every track."""
     targets = {name: None for scene in scenes for name in scene.targets}
     tracks = {name: None for scene in scenes for name in scene.tracks}
     return {name: i for i, name in enumerate(targets)}, {name: i for i, name in enumerate(tracks)}
@@ -179,7 +180,7 @@ def _identities(scenes: Sequence[Scene]) -> tuple[dict[str, int], dict[str, int]
 def _places(
     scene: Scene, targets: dict[str, int], tracks: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where a frame's pairs stand among all."""
+    """Return the rows and columns of the pairs of a frame."""
     rows = np.array([targets[name] for name in scene.targets], dtype=np.int64)
     columns = np.array([tracks[name] for name in scene.tracks], dtype=np.int64)
     return rows[:, None], columns[None, :]

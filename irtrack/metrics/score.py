@@ -1,7 +1,6 @@
-"""The figures of one track against one reference.
+"""Score: the figures of one track against one reference.
 
-A figure is a function in `irtrack.metrics.figures` and a line in `Score`: files, tables and exports
-take it from there.
+A figure is a function in `irtrack.metrics.figures` and a line in `Score`; files, tables and exports follow.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ from irtrack.types import Track
 
 @dataclass(frozen=True)
 class Figure:
-    """What is known of a figure.
+    """Description of a figure.
 
-    of      works it out from a trace (nan: nothing tells it); None: one of `CentreFigures`
-    better  which way is
-    most    that it can be, where it lies within 0 and that
-    kind    its values' (or None, each), as `Score` annotates it
+    of      function of a trace (nan: no frame gives it); None: one of `CentreFigures`
+    better  whether less or more is better
+    most    upper bound, where it lies between 0 and that
+    kind    type of its values, each of which may be None
     """
 
     of: Callable[[Trace], float | int | bool | None] | None
@@ -60,7 +59,7 @@ class CentreFigures:
 
     @classmethod
     def of(cls, offsets: Floats) -> CentreFigures:
-        """The figures of errors (n, 2) px."""
+        """Return the figures of errors (n, 2) px."""
         if len(offsets) == 0:
             return cls(*[None] * len(fields(cls)))
         errors = np.hypot(offsets[:, 0], offsets[:, 1])
@@ -71,15 +70,15 @@ class CentreFigures:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What one track scores. A figure is None where no frame says anything about it.
+    """Figures of one track; None where no frame gives one.
 
     Scored frames are those after the start frame in which the target is present; held ones are the
     scored frames before the loss (all of them where there is none); a frame counts where the target
     is visible as well (`irtrack.metrics.lost.LOSS_RULE`).
 
     frames, counted_frames, held_frames
-                            how many frames were scored; those of them that count towards the loss, and off_share;
-                            those of them before the loss
+                            number of scored frames; of those that count towards the loss and off_share; of those
+                            before the loss
     lost                    lost by `irtrack.metrics.lost`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
     off_share               share of the frames that count in which it is off (far from the target)
@@ -90,13 +89,13 @@ class Score:
     overlap                 average overlap over the scored frames (AO of GOT-10k), 0..1
     success_50, _75         share of them with an overlap above .5, .75 (SR of GOT-10k)
     lt_precision, lt_recall, lt_f   long-term figures at the threshold of largest F, 0..1
-    returns, reacquired     how often the target came back into sight, and how often the tracker found it again
-    reacquired_after        mean frames until it did, over the times that it did
-    false_tracking          share of the off frames in which it says "tracking"
-    false_lost              share of the frames on a visible target in which it says "lost"
-    hidden_tracking         share of the frames in which nothing is to be seen and it says "tracking"
-    lost_late               frames from the loss until it says "lost" (to the end where it never does)
-    nees                    mean normalised estimation error squared over the held frames; 2 is honest
+    returns, reacquired     how often the target reappeared, and how often the tracker found it again
+    reacquired_after        mean frames until it was found again
+    false_tracking          share of the off frames with the status "tracking"
+    false_lost              share of the frames on a visible target with the status "lost"
+    hidden_tracking         share of the frames with a fully occluded target with the status "tracking"
+    lost_late               frames from the loss to the status "lost" (to the end where it never comes)
+    nees                    mean normalised estimation error squared over the held frames; 2 where calibrated
     neff                    mean effective number of particles
     ms_mean, ms_median      wall time of a step (not of the start), ms
     cpu_ms_mean, cpu_ms_median   CPU time of the process in a step, ms
@@ -135,17 +134,17 @@ class Score:
     cpu_ms_median: Annotated[float | None, Figure(of.cpu_ms_median, "ms", "less")]
 
     def as_dict(self) -> dict[str, Any]:
-        """The figures by name (`FIGURES`), plain values for JSON or a table."""
+        """Return the figures by name (`FIGURES`) as plain values for JSON or a table."""
         return {name: self.figure(name) for name in FIGURES}
 
     def figure(self, name: str) -> Any:
-        """The figure of that name, one of `FIGURES`; None where no frame tells it."""
+        """Return a figure of `FIGURES` by name; None where no frame gives it."""
         group, inner = _GROUPED.get(name, (None, name))
         return getattr(self if group is None else getattr(self, group), inner)
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, Any]) -> Score:
-        """The inverse of `as_dict`; truth values may be 0 and 1, as SQLite keeps them."""
+        """Return the score of `as_dict`; truth values may be 0 and 1, as in SQLite."""
         values: dict[str, Any] = {}
         for field in fields(cls):
             if field.name in _SUFFIX:
@@ -161,7 +160,7 @@ _SUFFIX = {"all": "", "held": "_held"}
 _GROUPED = {
     each.name + suffix: (group, each.name) for group, suffix in _SUFFIX.items() for each in fields(CentreFigures)
 }
-"""Of each figure of centre errors: whose it is, and what it is called there."""
+"""Of each figure of centre errors: its group, and its name there."""
 
 
 def _figures() -> dict[str, Figure]:
@@ -177,18 +176,18 @@ def _figures() -> dict[str, Figure]:
 
 
 FIGURES: dict[str, Figure] = _figures()
-"""Every figure of `Score.as_dict` by its name."""
+"""Figures of `Score.as_dict` by name."""
 
 
 def score_trace(trace: Trace) -> Score:
-    """The figures of a track beside its truth."""
-    figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
+    """Return the figures of a trace."""
+    figures: dict[str, Any] = {name: _finite(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
     everywhere = CentreFigures.of(trace.offsets[trace.scored])
     held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
     return Score(all=everywhere, held=held, **figures)
 
 
-def _told(value: float | int | bool | None) -> Any:
+def _finite(value: float | int | bool | None) -> Any:
     return None if value is None or (isinstance(value, float) and not math.isfinite(value)) else value
 
 
@@ -201,13 +200,13 @@ def score(track: Track, against: Reference | str | Path | irsim.Scenario | Sourc
     InputError for another source than that of the track, and as `irsim.open_source`.
     """
     if not isinstance(track, Track):
-        raise InputError(f"track: a {type(track).__name__} is none; allowed: a Track, as irtrack.run gives it")
+        raise InputError(f"track: a {type(track).__name__}; allowed: a Track, the result of irtrack.run")
     if isinstance(against, Reference):
         return score_trace(Trace.of(track, against))
     source = irsim.open_source(against)
     if source.hash != track.source_hash:
         seeds = "" if source.seed == track.scene_seed else f" with seed {track.scene_seed}, not {source.seed}"
         raise InputError(
-            f"source: {source.name} is not what the track was run on; allowed: {track.source}{seeds}, unchanged"
+            f"source: {source.name} is not the source of the track; allowed: {track.source}{seeds}, unchanged"
         )
     return score_trace(Trace.of(track, Reference.of(source.truths(), track.target)))

@@ -1,4 +1,4 @@
-"""Shares and means, and their intervals."""
+"""Shares, means and differences with their intervals: Wilson, Student, Kaplan-Meier, isotonic, cluster bootstrap."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from irsim.types import Floats
 
 
 def share(hits: np.ndarray) -> float:
-    """Share 0..1 of truth values (n,) that are true; nan of nothing."""
+    """Return the share 0..1 of truth values (n,) that are true; nan of none."""
     return np.count_nonzero(hits) / len(hits) if len(hits) else np.nan
 
 
 def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:
-    """The interval of a share `count`/`total`; (0, 1) of nothing.
+    """Return the interval of a share `count`/`total`; (0, 1) where `total` is 0.
 
     Wilson, J. Am. Stat. Assoc. 22 (1927) 209: the score interval, without continuity correction.
     """
@@ -37,9 +37,9 @@ def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:
 
 
 def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, Floats]:
-    """(mean, low, high) over the first axis of values (n, ...), n >= 1: Student's t, n - 1 degrees of freedom.
+    """Return (mean, low, high) over the first axis of values (n, ...), n >= 1: Student's t, n - 1 degrees of freedom.
 
-    The ends of a single value are infinite: it says nothing of its spread. For shares there is `wilson`.
+    The ends of a single value are infinite: its standard deviation is unknown. For shares see `wilson`.
     """
     mean = np.mean(values, axis=0)
     count = len(values)
@@ -53,7 +53,7 @@ def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survival:
-    """A step function: from times[i] on, the share held[i], with its interval low[i] .. high[i].
+    """Step function: from times[i] on, the share held[i], with its interval low[i] .. high[i].
 
     Before times[0] all are held. at_risk[i] is the number of tracks watched just before times[i].
     """
@@ -66,19 +66,19 @@ class Survival:
 
     @property
     def median(self) -> float | None:
-        """The time by which half are lost; None where so many never are."""
+        """Time by which half are lost; None where fewer are."""
         reached = np.flatnonzero(self.held <= 0.5)
         return float(self.times[reached[0]]) if len(reached) else None
 
 
 def kaplan_meier(times: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray, level: float = 0.95) -> Survival:
-    """The share of tracks still held against time.
+    """Return the share of tracks still held against time.
 
     Kaplan and Meier, J. Am. Stat. Assoc. 53 (1958) 457; variance by Greenwood (1926), the interval on
     the scale log(-log S) (Kalbfleisch and Prentice 1980), which stays within 0..1.
 
-    times   (n,) when each track was lost, or ended; any unit
-    lost    (n,) bool: was it lost then? Else it was held to its end (censored)
+    times   (n,) time of the loss or of the end of each track; any unit
+    lost    (n,) bool: lost then, or else held to its end (censored)
     """
     times, lost = np.asarray(times, dtype=np.float64), np.asarray(lost, dtype=bool)
     moments = np.unique(times[lost])
@@ -96,18 +96,18 @@ def kaplan_meier(times: Sequence[float] | Floats, lost: Sequence[bool] | np.ndar
 
 
 HALF = 0.5
-"""The share of lost runs that a breaking point is the severity of."""
+"""Share of lost runs at the breaking point."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Breaking:
-    """The share of lost runs against severity, and where it reaches one half.
+    """Share of lost runs against severity, and the severity where it reaches one half.
 
     severities        (n,) rising, those that were run
-    runs, lost        (n,) how many runs, and how many of them were lost
+    runs, lost        (n,) number of runs, and of lost ones
     shares            (n,) lost/runs;  low, high  (n,) their Wilson 95 % intervals
-    at                severity of 50 % loss; inf where even the highest severity stays below that, -inf where
-                      the lowest has more already
+    at                severity of 50 % loss; inf where the highest severity stays below that, -inf where the
+                      lowest is above it
     at_low, at_high   its 95 % interval; -inf, inf where the severities that were run do not bound it
     """
 
@@ -122,7 +122,7 @@ class Breaking:
     at_high: float
 
     def in_words(self) -> str:
-        """'3.4 (3 to 4)'; '> 5' where it surely holds the last severity; '< 0' where it is surely lost at the first."""
+        """Return '3.4 (3 to 4)'; '> 5' where the last severity surely holds; '< 0' where the first is surely lost."""
         first, last = f"{self.severities[0]:g}", f"{self.severities[-1]:g}"
         low = f"{self.at_low:g}" if math.isfinite(self.at_low) else f"< {first}"
         high = f"{self.at_high:g}" if math.isfinite(self.at_high) else f"> {last}"
@@ -133,16 +133,16 @@ class Breaking:
 
 
 def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray) -> Breaking | None:
-    """The breaking point of a tracker from runs at several severities; None where there is no run.
+    """Return the breaking point of a tracker from runs at several severities; None where there is no run.
 
-    severities (n,) of each run; lost (n,) bool: was it lost (or did it fail)?
+    severities (n,) of each run; lost (n,) bool: lost or failed
 
-    A higher severity is taken to lose no fewer runs. The point is where the isotonic (least squares, rising)
-    curve through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under
-    Order Restrictions, 1972). Its interval asks nothing of the curve between severities: it begins at the last
-    of the lowest severities that all lose surely less than half, and ends at the first of the highest that all
-    lose surely more, each by its Wilson interval. Tested in this order, no test needs to be stricter for there
-    being several (Hsu and Berger, J. Am. Stat. Assoc. 94 (1999) 468).
+    A higher severity is assumed to lose no fewer runs. The point is where the isotonic (least squares, rising) curve
+    through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under Order
+    Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the last of the lowest severities
+    that all lose surely less than half, and ends at the first of the highest that all lose surely more, each by its
+    Wilson interval. Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94
+    (1999) 468).
     """
     levels, which = np.unique(np.asarray(severities, dtype=np.float64), return_inverse=True)
     if len(levels) == 0:
@@ -168,7 +168,7 @@ def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | 
 
 
 def _crossing(levels: Floats, shares: Floats, runs: np.ndarray) -> float:
-    """Where the isotonic curve of the shares reaches one half."""
+    """Return the severity where the isotonic curve of the shares reaches one half."""
     from scipy.optimize import isotonic_regression
 
     curve = isotonic_regression(shares, weights=runs).x
@@ -187,15 +187,15 @@ LEAST_SCENES = 6
 """With fewer, even differences of one sign happen by chance in more than 5 % of cases (sign test: 2 / 2^n)."""
 
 MOST_SCENES = 2**62
-"""No one is told to run more."""
+"""Largest number of scenes that is suggested."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
     """Mean of a - b over pairs, and its interval low .. high; `scenes` clusters of `pairs` pairs in all.
 
-    spread  standard deviation of the scenes seen
-    unseen  the interval takes in two scenes more, with this difference and with its negative; 0: none
+    spread  standard deviation over the scenes
+    unseen  the interval includes two added scenes, with this difference and with its negative; 0: none
     """
 
     mean: float
@@ -208,12 +208,12 @@ class Difference:
 
     @property
     def is_tie(self) -> bool:
-        """Does the interval hold zero?"""
+        """Whether the interval contains zero."""
         return self.low <= 0 <= self.high
 
     @property
     def is_open(self) -> bool:
-        """Are there fewer than `LEAST_SCENES`, so that nothing can be told?"""
+        """Whether there are fewer than `LEAST_SCENES`, too few for an interval."""
         return self.low == -np.inf
 
 
@@ -225,23 +225,23 @@ def paired_difference(
     draws: int = DRAWS,
     most: float = np.inf,
 ) -> Difference | None:
-    """The mean of a - b and its bootstrap interval; None where there is no pair.
+    """Return the mean of a - b and its bootstrap interval; None where there is no pair.
 
     a, b     (n,) figures of two trackers, pair by pair on the same frames; pairs with a nan are left out
-    scenes   (n,) which scene each pair is of
-    most     no two figures can differ by more: 1 for shares and losses
+    scenes   (n,) scene of each pair
+    most     largest possible difference: 1 for shares and losses
 
-    Runs of one scene are alike, so whole scenes are drawn with replacement, not runs (cluster
-    bootstrap: Davison and Hinkley, Bootstrap Methods, 1997, section 3.8); the ends are percentiles, with
-    Student's t in place of the normal, as few scenes make percentiles too narrow (Hesterberg, Am. Stat.
-    69 (2015) 371, section 4.1). One scene alone is no sample of scenes: then its runs are drawn. Fewer than
-    LEAST_SCENES of either say nothing: the interval has no ends. The same input gives the same interval.
+    Runs of one scene are correlated, so whole scenes are drawn with replacement, not runs (cluster bootstrap: Davison
+    and Hinkley, Bootstrap Methods, 1997, section 3.8). The ends are percentiles, with Student's t in place of the
+    normal, as few scenes make percentiles too narrow (Hesterberg, Am. Stat. 69 (2015) 371, section 4.1). Of a single
+    scene its runs are drawn. Fewer than LEAST_SCENES of either are too few: the interval has no ends. The same input
+    gives the same interval.
 
-    Figures that are all 0 or `most`, as losses are, have too few values for percentiles: where all scenes differ by
-    the same, a bootstrap has no width, as if the next scene could not differ. Two scenes more are taken in, one with
-    the difference `most` and one with -`most`, before the mean's interval by Student's t (Bonett and Price, J. Educ.
-    Behav. Stat. 37 (2012) 479, one more of either disagreement, there with the normal). Of 6 to 60 scenes with any
-    chances of loss it misses in at most 5.6 % of cases, where the bootstrap misses in up to 97 %.
+    Figures that are all 0 or `most`, such as losses, have too few values for percentiles: where all scenes differ
+    alike, a bootstrap has no width. Two scenes are added, with the differences `most` and -`most`, before the interval
+    of the mean by Student's t (Bonett and Price, J. Educ. Behav. Stat. 37 (2012) 479, one more of either
+    disagreement, there with the normal). For 6 to 60 scenes with any probability of loss it misses in at most 5.6 % of
+    cases, where the bootstrap misses in up to 97 %.
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     known = np.isfinite(first - second)
@@ -257,7 +257,7 @@ def paired_difference(
     mean = float(differences.mean())
     if len(sums) < LEAST_SCENES:
         return Difference(mean, -np.inf, np.inf, len(differences), scene_count)
-    # Of scenes with unlike numbers of runs: what each adds to the mean over all runs, to first order.
+    # Influence of each scene on the mean over all runs, to first order: scenes have different numbers of runs.
     added = mean + (sums - mean * counts) / counts.mean()
     spread = float(added.std())
     if np.isfinite(most) and np.isin([first, second], (0.0, most)).all():
@@ -270,8 +270,9 @@ def paired_difference(
 
 
 def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int:
-    """How many scenes narrow an interval of `paired_difference` to mean +- half_width (> 0), in its units, if more
-    scenes differ as those seen do. A difference that is open tells nothing of it.
+    """Return the number of scenes for an interval of `paired_difference` of mean +- half_width (> 0), in its units.
+
+    More scenes are assumed to vary as those seen; the difference must not be open.
     """
     return bisect_left(
         range(MOST_SCENES),
@@ -282,9 +283,9 @@ def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int
 
 
 def _half_width(found: Difference, scenes: int, level: float) -> float:
-    """Of the interval of n scenes: t s / sqrt(n), where n spread^2 / (n - 1) = s^2.
+    """Return the half width for n scenes: t s / sqrt(n), where n spread^2 / (n - 1) = s^2.
 
-    With scenes +-u taken in t s / sqrt(n + 2), where n spread^2 + 2 u^2, and as the mean is nearer to zero
+    With the added scenes +-u it is t s / sqrt(n + 2), where n spread^2 + 2 u^2, and as the mean is nearer to zero
     mean^2 2 n / (n + 2) more, are (n + 1) s^2.
     """
     from scipy.special import stdtrit  # scipy.stats takes a second to import
@@ -296,13 +297,13 @@ def _half_width(found: Difference, scenes: int, level: float) -> float:
 
 
 def _with_unseen(differences: Floats, most: float, level: float) -> tuple[float, float]:
-    """The interval of the mean of differences (n,) within -most .. most, two unseen ones taken in."""
+    """Return the interval of the mean of differences (n,) within -most .. most, with two scenes added."""
     _, low, high = mean_interval(np.append(differences, [most, -most]), level)
     return max(float(low), -most), min(float(high), most)
 
 
 def _tails(clusters: int, level: float) -> tuple[float, float]:
-    """The percentiles to take, widened as t is wider than the normal and the sample's sd too small."""
+    """Return the percentiles, widened as t is wider than the normal and the sample's sd too small."""
     from scipy.special import ndtr, stdtrit  # scipy.stats takes a second to import
 
     wide = np.sqrt(clusters / (clusters - 1)) * stdtrit(clusters - 1, (1 + level) / 2)

@@ -1,4 +1,4 @@
-"""Whether a tracker's status says what is so."""
+"""Status calibration: agreement of the reported status and covariance with the truth."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from irtrack.metrics.statistics import share
 
 
 def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Share 0..1 of the off frames in which it says "tracking"; nan where no counted frame is off.
+    """Return the share 0..1 of the off frames with the status "tracking"; nan where no counted frame is off.
 
-    statuses (n,) words; off, counted (n,) bool, see `irtrack.metrics.trace_.Trace`.
+    statuses (n,) words; off, counted (n,) bool, see `irtrack.metrics.Trace`.
     """
     return share((statuses == "tracking")[off & counted])
 
 
 def false_lost(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Share 0..1 of the frames on a visible target in which it says "lost"; nan where there is none."""
+    """Return the share 0..1 of the frames on a visible target with the status "lost"; nan where there is none."""
     return share((statuses == "lost")[~off & counted])
 
 
 def hidden_tracking(statuses: np.ndarray, hidden: np.ndarray) -> float:
-    """Share 0..1 of the frames in which nothing of the target is to be seen and it says "tracking"."""
+    """Return the share 0..1 of the frames with a fully occluded target with the status "tracking"."""
     return share((statuses == "tracking")[hidden])
 
 
 def lost_late(statuses: np.ndarray, lost_position: int | None) -> float:
-    """Frames from the loss (its position) until it says "lost"; nan where the track is not lost.
+    """Return the frames from the loss (its position) to the status "lost"; nan where the track is not lost.
 
-    Where it never says so: the frames to the track's end, the least that it can be.
+    Where that status never comes: the frames to the end of the track, a lower bound.
     """
     if lost_position is None:
         return np.nan
@@ -41,11 +41,11 @@ def lost_late(statuses: np.ndarray, lost_position: int | None) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """A target's coming back into sight.
+    """Reappearance of a target.
 
     at       position of the first frame in which it counts again
-    watched  how many frames it then counts, until it is hidden again or the track ends
-    after    frames from `at` until the tracker is on it (0: at once); None where it was not, while it was watched
+    watched  number of frames in which it then counts, until it is occluded again or the track ends
+    after    frames from `at` until the tracker is on it (0: at once); None where it was not in these frames
     """
 
     at: int
@@ -54,10 +54,10 @@ class Return:
 
 
 def returns(off: np.ndarray, shown: np.ndarray) -> list[Return]:
-    """Every time that the target comes back into sight; off, shown (n,) bool as for `irtrack.metrics.lost.loss`.
+    """Return the reappearances of the target; off, shown (n,) bool as for `irtrack.metrics.lost.loss`.
 
     The time to reacquire is counted in frames in which the target counts: "back within 5 frames" is
-    ``after is not None and after <= 5``. A target that shows from the first frame on has not come back.
+    ``after is not None and after <= 5``. A target that is visible from the first frame on does not reappear.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))
     found = []
@@ -70,11 +70,11 @@ def returns(off: np.ndarray, shown: np.ndarray) -> list[Return]:
 
 
 def nees(offsets: Floats, covariances: Floats) -> Floats:
-    """(n,) normalised estimation error squared e' P^-1 e of errors (n, 2) px and covariances (n, 2, 2) px^2.
+    """Return the normalised estimation error squared e' P^-1 e of errors (n, 2) px and covariances (n, 2, 2) px^2.
 
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, eq. 5.4.2-1.
-    Of an honest filter its mean is 2, the number of dimensions. nan where there is no covariance;
-    inf where it has no inverse and the error is none of what it allows.
+    Its mean is 2, the number of dimensions, for a calibrated filter. nan where there is no covariance; inf where it
+    has no inverse and the error is not 0.
     """
     # The inverse of a 2x2 matrix written out: one without an inverse gives a plain number to test for.
     a, b, d = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
@@ -88,7 +88,7 @@ def nees(offsets: Floats, covariances: Floats) -> Floats:
 
 
 def nees_interval(count: int, level: float = 0.95) -> tuple[float, float]:
-    """Within which the mean of `count` independent NEES of an honest filter in 2-D lies with that probability.
+    """Return the interval of the mean of `count` independent NEES of a calibrated filter in 2-D.
 
     Chi-square of 2 n degrees of freedom over n (the same, section 5.4.2). Errors of one track follow
     each other: count runs, not frames.

@@ -1,14 +1,14 @@
-"""Accuracy, robustness and expected average overlap by anchors, as the VOT challenge counts them.
+"""Accuracy, robustness and expected average overlap by anchors, as in the VOT challenge.
 
 A tracker is started in several frames of a sequence (anchors) and runs from each to the sequence's end or,
 backwards, to its beginning. Kristan et al., "The eighth visual object tracking VOT2020 challenge results",
 ECCV Workshops 2020, section 3; details as in vot-toolkit 0.9 (analysis/multistart.py), which these figures follow:
 
-A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A
-frame without a target counts as a good one: after it the ten are counted anew. The progress of a run is its
-number of frames before the failure. It includes the start frame, with an overlap of 0; therefore a perfect
-tracker has an accuracy below 1, and below its EAO. The toolkit also has a "burn-in" of 10 frames, but in this
-mode it leaves no frame out: it only has boxes cut to the picture before they are compared.
+A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A frame
+without a target counts as a good one: after it the count of ten restarts. The progress of a run is its number of frames
+before the failure. It includes the start frame, with an overlap of 0; therefore a perfect tracker has an accuracy below
+1, and below its EAO. The "burn-in" of 10 frames of the toolkit leaves no frame out in this mode: it only clips boxes to
+the image before they are compared.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from irtrack.replay.start import Start, find_start, shows
 from irtrack.types import GivenTracker, Tracker
 
 FAILED = 0.1
-"""Overlap up to which a frame is a bad one."""
+"""Largest overlap of a bad frame."""
 GRACE = 10
 """Bad frames in a row that make a failure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchorRun:
-    """A run from one anchor: overlap (n,) 0..1 of each frame, and whether there was a target in it (n,) bool.
+    """Run from one anchor: overlap (n,) 0..1 of each frame, and whether the target was present (n,) bool.
 
     The first frame is the start, whose overlap is not used.
     """
@@ -45,7 +45,7 @@ class AnchorRun:
 
     @property
     def progress(self) -> int:
-        """Frames before the failure; all n where there is none."""
+        """Frames before the failure; all n without one."""
         row = 0
         # As in the toolkit the start counts as a bad frame: its overlap is taken as 0.
         for position, bad in enumerate(((self.overlap <= FAILED) & self.present).tolist()):
@@ -73,10 +73,10 @@ class Vot:
 
 
 def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: int, high: int) -> Vot:
-    """The figures over sequences, each with its runs and its length in frames.
+    """Return the figures over sequences, each with its runs and its length in frames.
 
     low, high   lengths, frames, over which the curve of the expected average overlap is averaged (VOT takes
-                what holds half of its sequences' lengths; there is no such set here: say which you took)
+                the range with half of its sequences; here state the range beside the figure)
     """
     progress = np.array([sum(run.progress for run in runs) for runs in sequences], dtype=np.float64)
     frames = np.array([sum(len(run.overlap) for run in runs) for runs in sequences], dtype=np.float64)
@@ -89,10 +89,10 @@ def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: i
 
 
 def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
-    """(high,) the expected average overlap of sequences 0 .. high - 1 frames long after the start.
+    """Return the expected average overlap of sequences of 0 .. high - 1 frames after the start, (high,).
 
-    At each length the mean over the runs that are longer, and over those that failed, taken as zero
-    for ever after; a run that ends without failure says nothing about longer ones. 0 where no run does.
+    At each length it is the mean over the longer runs and over the failed ones, whose later overlaps are 0; a run that
+    ends without failure gives nothing for longer lengths. 0 where no run gives any.
     """
     totals, counts = np.zeros(high), np.zeros(high)
     lengths = np.arange(1, high)
@@ -121,13 +121,13 @@ def run_anchors(
     seed: int = 0,
     every: int = EVERY,
 ) -> list[AnchorRun]:
-    """Start a tracker in each anchor of a source and run it to the farther end, for `irtrack.metrics.vot`.
+    """Return the runs of a tracker from each anchor of a source to the farther end, for `irtrack.metrics.vot`.
 
-    Anchors are frames 0, every, 2 every ... and the last; one in which less than half of the target
-    shows moves to the nearest later frame in which it does, or is left out. A tracker runs forwards from
-    anchors of the first half and backwards from the others; it sees frames counted from 0 on.
+    Anchors are frames 0, every, 2 every ... and the last. One in which less than half of the target is visible moves to
+    the nearest later frame in which it is, or is left out. A tracker runs forwards from anchors of the first half and
+    backwards from the others; it sees frames counted from 0 on.
 
-    target, input, seed   as in `irtrack.run`. InputError for bad input, TrackerError for what the tracker raises.
+    target, input, seed   as in `irtrack.run`. InputError for wrong input, TrackerError for an error of the tracker.
     """
     step = whole("every", every, least=1)
     chosen, opened = named(tracker), irsim.open_source(source)
@@ -140,7 +140,7 @@ def run_anchors(
 
 
 def orders(truths: Sequence[Truth], target: str | None, every: int = EVERY) -> list[range]:
-    """The frames of each run, in the order in which the tracker sees them."""
+    """Return the frames of each run, in the order in which the tracker sees them."""
     shown = [k for k, truth in enumerate(truths) if any(seen.id == target and shows(seen) for seen in truth.targets)]
     last = len(truths) - 1
     wanted = [*range(0, last, every), last]
