@@ -1,4 +1,4 @@
-"""Many runs: scenes by trackers by seeds, kept in a results file."""
+"""Bench: scenes by trackers by seeds, kept in a results file."""
 
 from irtrack.bench.export import export
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow

@@ -17,26 +17,24 @@ from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
 
 HELD = ("lost", "error", "off_share", "success_auc", "lt_f")
-"""The figures that are held: identity, error, and overlap, by runs of any length."""
+"""Figures of a baseline: loss, error and overlap."""
 
 TOLERANCE = 0.04
-"""Share of a figure by which it may change: numbers that another machine rounds otherwise may do that to a run of
-particles; a tracker that is a tenth worse may not."""
+"""Largest relative change of a figure: other rounding on another machine may change a run of particles by so much."""
 
 FLOOR = 0.002
-"""Change, in the figure's own unit, that is never told: figures may be 0."""
+"""Largest change in the unit of the figure that is ignored: figures may be 0."""
 
 Run: TypeAlias = tuple[str, str, int]
 """(source, label, seed)."""
 
 Baseline: TypeAlias = Mapping[Run, Mapping[str, float | None]]
-"""The figures of each run; None where nothing tells one."""
+"""Figures of each run; None where it has none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A figure that is not what it was; `old` or `new` None: it is not known there. Of a run that only one
-    of the two has, the figure is 'run'."""
+    """Changed figure; `old` or `new` is None where it is unknown. The figure is 'run' for a run that only one has."""
 
     run: Run
     figure: str
@@ -88,7 +86,7 @@ def measure(
 
 
 def changes(old: Baseline, new: Baseline) -> list[Change]:
-    """What differs by more than `TOLERANCE`, in the order of the runs."""
+    """Return the differences beyond `TOLERANCE`, in the order of the runs."""
     found: list[Change] = []
     for run in sorted({*old, *new}):
         if run not in old or run not in new:
@@ -121,7 +119,7 @@ def read(path: Path) -> Baseline:
 
 
 def write(baseline: Baseline, path: Path) -> None:
-    """A run a line, so that a change shows as one."""
+    """Write a run a line, so that a change is one line of a diff."""
     rows = [
         json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
         for (source, label, seed), figures in sorted(baseline.items())

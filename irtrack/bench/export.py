@@ -1,4 +1,4 @@
-"""The results as one table, a run a row, for other programs: CSV and Parquet."""
+"""Export of results as one table, a run a row: CSV and Parquet."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _KINDS: dict[str, type] = {
     **{field.name: int if field.name.endswith("_seed") else str for field in fields(Key)},
     **{name: figure.kind for name, figure in FIGURES.items()},
 }
-"""The columns and what is in them; any may be empty."""
+"""Columns and their types; any value may be missing."""
 
 
 def export(results: Results | str | Path, out: str | Path) -> Path:
     """Write the newest runs of a results file as a table, by the ending of `out`: .csv or .parquet (or .pq).
 
-    A run is a row: what decides it (`irtrack.bench.Key`), how it went, and every figure of
-    `irtrack.metrics.FIGURES`; empty (null) where nothing tells it. InputError where it cannot be written.
+    A row has the key of a run (`irtrack.bench.Key`), its outcome, and every figure of `irtrack.metrics.FIGURES`; empty
+    (null) where it has none. InputError where the table cannot be written.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:

@@ -1,4 +1,4 @@
-"""What a bench is to run: every source with its seeds, every tracker on each."""
+"""Plan of a bench: every source with its seeds, every tracker on each."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker, Tracker
 
 Outcome = tuple[RunRecord, Trace | None]
-"""A finished cell, and its track beside the truth; None where it failed."""
+"""Record of a finished run, and its trace; None where it failed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """A cell to be run: its tracker under its label, and its key."""
+    """Run to be done: its tracker under its label, and its key."""
 
     label: str
     tracker: Tracker
@@ -32,10 +32,10 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """The cells of one source and scene that share its frames.
+    """Runs of one source and scene, which share its frames.
 
     target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
-    members: what is still to be run.
+    members: the runs to be done.
     """
 
     source: Source
@@ -48,30 +48,30 @@ class Group:
     members: tuple[Member, ...]
 
     def of(self, members: Sequence[Member]) -> Group:
-        """The same with these members."""
+        """Return the group with these members."""
         return replace(self, members=tuple(members))
 
     def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
-        """The outcome of a member that failed; at a frame, where the failure does not say itself where it was."""
+        """Return the outcome of a failed member; `frame` where the failure itself does not name it."""
         where = f"{self.name}, seed {member.key.tracker_seed}"
         gap = "\n" if "\n" in failure else " "
         outcome, told = failure, f"{where}:{gap}{failure}"
         if frame is not None:
             outcome = f"frame {frame}:{gap}{failure}"
             told = f"{where}, {outcome}"
-        return replace(self._cell(member), status="failed", failure=told, outcome=outcome), None
+        return replace(self._record(member), status="failed", failure=told, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
-        """The outcome of a member that went all the way."""
-        return replace(self._cell(member), score=score_trace(trace), outcome=trace.digest), trace
+        """Return the outcome of a member that reached the end."""
+        return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), trace
 
-    def _cell(self, member: Member) -> RunRecord:
+    def _record(self, member: Member) -> RunRecord:
         return RunRecord(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One source with one scene seed: its row, and the group of cells wanted of it."""
+    """One source with one scene seed: its row, and the group of its runs."""
 
     row: SourceRow
     group: Group
@@ -79,7 +79,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class TrackerSpec:
-    """An entry with what a key says of its tracker."""
+    """Tracker spec: an entry with the parts of a key that describe its tracker."""
 
     entry: Entry
     config: str
@@ -87,7 +87,7 @@ class TrackerSpec:
 
 
 def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[TrackerSpec]:
-    """The trackers of a bench; InputError where there are none or two have one label."""
+    """Return the tracker specs of a bench; InputError where there are none or two have one label."""
     entries = [entry(tracker) for tracker in trackers]
     if not entries:
         raise InputError("no trackers; allowed: at least one, see irtrack list")
@@ -106,7 +106,7 @@ def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[Tracke
 
 @dataclass(frozen=True)
 class Seeds:
-    """Scene seeds 0, 1, ... (or others), and how often each scene is run with another tracker seed.
+    """Scene seeds 0, 1, ... (or others), and the number of runs of each scene with other tracker seeds.
 
     Run r of scene i has the tracker seed i + r * `APART`; a recording has tracker seeds only.
     """
@@ -116,7 +116,7 @@ class Seeds:
 
     @classmethod
     def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
-        """InputError for none, negative or doubled ones."""
+        """Return the seeds of a number or list; InputError for none, negative or repeated ones."""
         if isinstance(seeds, Iterable):
             found = [whole("seeds", seed) for seed in seeds]
         else:
@@ -126,12 +126,12 @@ class Seeds:
         return cls(found, whole("tracker seeds", repeats, 1))
 
     def of_tracker(self, scene: int) -> Iterator[int]:
-        """The tracker seeds of a scene seed."""
+        """Return the tracker seeds of a scene seed."""
         return (scene + APART * repeat for repeat in range(self.repeats))
 
 
 APART = 1000
-"""Between the tracker seeds of one scene: so that few scenes share one."""
+"""Step between the tracker seeds of one scene, so that few scenes share one."""
 
 
 def plans(
@@ -142,7 +142,7 @@ def plans(
     target: str | None,
     init: tuple[Box, int] | None,
 ) -> list[Plan]:
-    """One plan per source and scene; InputError where two sources share a name or nothing can be measured.
+    """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
     target, init as in `run_bench`.
     """
@@ -181,7 +181,7 @@ def plans(
 
 
 def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
-    """(source, row, tracker seeds) for each scene; only a scenario's scene changes with its seed."""
+    """Yield (source, row, tracker seeds) for each scene; only the scene of a scenario changes with its seed."""
     source = each.source
     scene_hash = source.with_seed(0).hash
     for seed in seeds.scenes:
@@ -192,8 +192,8 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # A value from Python is named by a recording's path, or by the file in which the report lets one
-        # save the scenario, which holds its changes.
+        # A value from Python is named by the path of a recording, or by the file in which the report offers the
+        # scenario, changes included.
         changes = () if each.word is None else each.changes
         row = SourceRow(
             hash=seeded.hash,
@@ -212,9 +212,9 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
 
 
 def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | None) -> str | None:
-    """Who is followed; InputError where no track can start with any of the seeds.
+    """Return the id of the tracked target; InputError where no track can start with any of the seeds.
 
-    With some seeds the target may never show: those cells will say so.
+    Runs with seeds by which the target is never visible fail later.
     """
     fault = InputError(f"{source.name}: nothing to run")
     for seed in seeds:

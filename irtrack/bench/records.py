@@ -1,4 +1,4 @@
-"""The values of a results file: which run, which source, which cell, what came out."""
+"""Values of a results file: run key, bench call, source row and run record; traces packed as bytes."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from irtrack.metrics import Score, Trace
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What decides a cell's outcome, times aside.
+    """Run key: all that decides the outcome of a run, times aside.
 
     source_hash     of the Source, its scene seed applied
     target          id of the target followed; None where a box was given and there is no truth
-    start           'visible' (first frame in which half the target shows, box from truth), or
+    start           'visible' (first frame in which half the target is visible, box from truth), or
                     'cx,cy,w,h@frame'
-    input           what the tracker looks at
+    input           images that the tracker sees
     scene_seed      None for a recording
     tracker_seed    of the tracker's generators
     config          canonical JSON of the tracker's name and parameters
@@ -50,10 +50,7 @@ class Key:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One call of the bench: when it started (UTC, ISO 8601), its command line, the versions used.
-
-    command is None where Python code called it.
-    """
+    """Call of the bench: its start (UTC, ISO 8601), command line and versions; command is None for Python code."""
 
     id: int
     started: str
@@ -63,14 +60,14 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class SourceRow:
-    """A source as it was measured.
+    """Source as it was measured.
 
     scene_hash   the same for all seeds of a scenario (a recording: its hash)
     text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
-    word         how a command names it: as whoever asked for it wrote it;  changes  KEY=VALUE that follow
+    word         its name on a command line;  changes  KEY=VALUE that follow
     severity     of a scenario that has severities
     size         (columns, rows)
-    length       how many frames it has
+    length       number of frames
     """
 
     hash: str
@@ -87,18 +84,18 @@ class SourceRow:
 
 
 def family(source: str, severity: int | None) -> str:
-    """What a source is called at all of its severities."""
+    """Return the name of a source without its severity."""
     return source if severity is None else source.removesuffix(f"@{severity}")
 
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """One tracker on one source with one pair of seeds.
+    """Run record: one tracker on one source with one pair of seeds (table `cells`).
 
     label     of the tracker in tables;  source  name of the source
     scene_hash, severity   see `SourceRow`
-    status    'failed' where the tracker raised; then `failure` is its traceback and `score` is None
-    outcome   digest of what it did frame by frame, times aside (`irtrack.metrics.Trace.digest`)
+    status    'failed' where the tracker raised, hung or died; then `failure` says how and `score` is None
+    outcome   digest of its track frame by frame, times aside (`irtrack.metrics.Trace.digest`)
     """
 
     key: Key
@@ -113,36 +110,36 @@ class RunRecord:
 
     @property
     def family(self) -> str:
-        """What the source is called at all of its severities."""
+        """Name of the source without its severity."""
         return family(self.source, self.severity)
 
     @property
     def lost_or_failed(self) -> bool:
-        """Did the tracker lose the target, or fail? False where nothing tells."""
+        """Whether the tracker lost the target or failed; False where it is unknown."""
         return self.score is None or self.score.lost is True
 
     @property
     def config(self) -> dict[str, Any]:
-        """The tracker's name and parameters."""
+        """Name and parameters of the tracker."""
         return dict(json.loads(self.key.config))
 
 
 _HEAD = struct.Struct("<I")
-"""How many bytes the description takes that follows it."""
+"""Length of the description that follows, bytes."""
 
 _LEVEL = 1
-"""Of zlib: on tracks within 5 % of the size that the usual 6 gives, in a third of its time."""
+"""Level of zlib: on tracks within 5 % of the size of the default level 6, in a third of its time."""
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """The arrays in one zlib stream: a JSON list of (name, dtype, shape), then their bytes one after the other."""
+    """Return arrays as one zlib stream: a JSON list of (name, dtype, shape), then their bytes in turn."""
     described = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
     parts = [_HEAD.pack(len(described)), described, *(array.tobytes() for array in arrays.values())]
     return zlib.compress(b"".join(parts), _LEVEL)
 
 
 def unpack(blob: bytes) -> dict[str, np.ndarray]:
-    """The inverse of `pack`; the arrays are read-only. ValueError where the bytes are not what it gave."""
+    """Return the arrays of `pack`, read-only; ValueError for other bytes."""
     try:
         data = zlib.decompress(blob)
         (described,) = _HEAD.unpack_from(data)
@@ -157,10 +154,10 @@ def unpack(blob: bytes) -> dict[str, np.ndarray]:
 
 
 def packed_trace(trace: Trace) -> bytes:
-    """All arrays of a trace, packed."""
+    """Return all arrays of a trace, packed."""
     return pack({field.name: getattr(trace, field.name) for field in fields(trace)})
 
 
 def unpacked_trace(blob: bytes) -> Trace:
-    """The inverse of `packed_trace`; ValueError or TypeError where the bytes are not what it gave."""
+    """Return the trace of `packed_trace`; ValueError or TypeError for other bytes."""
     return Trace(**unpack(blob))

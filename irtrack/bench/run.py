@@ -1,4 +1,4 @@
-"""What a worker does: one source with its seeds, all trackers over it at once."""
+"""Run of a bench: groups of runs that share the frames of a source, here, in workers, or on an executor."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from irtrack.runner.worker import one_thread
 from irtrack.types import GivenTracker
 
 CACHE_BYTES = 64 * 2**20
-"""Pictures kept of a source: 200 frames of 640 x 512 as 8 bits. Of longer sources each group reads its own."""
+"""Largest size of the images kept: 200 frames of 640 x 512 as 8 bits. Each group reads a longer source itself."""
 
 
 class FrameCache:
-    """All frames of the source that was read last, where no seed changes it: read once for all tracker seeds."""
+    """Frames of the source that was read last, where no seed changes it: read once for all tracker seeds."""
 
     def __init__(self) -> None:
         self._key: tuple[str, Input] | None = None
@@ -70,7 +70,7 @@ def _truths(pairs: Iterable[Pair]) -> list[Truth]:
 
 
 def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
-    """Run all members of a group. A tracker that raises fails its own cell and no other.
+    """Run all members of a group. A tracker that raises fails its own run and no other.
 
     cache   frames of the groups before, where one process runs several
 
@@ -103,7 +103,7 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
 
 
 class _Attempt:
-    """A player whose tracker may fail: then it sees no more."""
+    """Player whose tracker may fail, after which it sees no more frames."""
 
     def __init__(self, player: Player, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
@@ -128,7 +128,7 @@ class _Attempt:
 
 
 Progress = Callable[[int, int], None]
-"""Called with (cells done, cells to do) as the bench goes on."""
+"""Called with (runs done, runs to do) as the bench goes on."""
 
 
 def run_bench(
@@ -149,26 +149,26 @@ def run_bench(
     progress: Progress | None = None,
     seen: Callable[[RunRecord], None] | None = None,
 ) -> Results:
-    """Run every tracker on every source with every seed; what the results file has is not run again.
+    """Run every tracker on every source with every seed; runs in the results file are not repeated.
 
-    sources   scenarios and recordings, or entries that say their changes and severities; their names differ
+    sources   scenarios and recordings, or entries with changes and severities; their names differ
     trackers  specs (`irtrack.bench.spec`), trackers, or entries; their labels differ
-    seeds     how many (0, 1, ...), or which. Cell i of a scenario has scene seed i and tracker seed i, the
-              same scenes for every tracker; a recording has tracker seeds only
-    tracker_seeds   how often each scene is run, each time with another tracker seed (`irtrack.bench.plan.Seeds`)
-    jobs      worker processes; the cells are the same for any number, times aside. With more than one, or
+    seeds     a number (0, 1, ...) or a list. Run i of a scenario has scene seed i and tracker seed i, the same scenes
+              for every tracker; a recording has tracker seeds only
+    tracker_seeds   runs of each scene, each with another tracker seed (`irtrack.bench.plan.Seeds`)
+    jobs      worker processes; the outcomes are the same for any number, times aside. With more than one, or
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
     executor  any executor in place of those processes, such as dask's; it is left open
-    time_limit_s   a tracker that takes more wall time in one cell, rendering apart, is stopped: the cell failed
-    frame_limit_s  in place of it, the same for each frame
-    target    id of the target to follow in every source; without it each source's own
+    time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
+    frame_limit_s  in place of it, the longest time for each frame
+    target    id of the target to track in every source; by default that of each source
     init      (box, frame) to start from, for sources without truth
-    command   the command line that asked for this, for the report; None where Python code does
-    progress  called with (cells done, cells to do);  seen  called with each cell that is done
+    command   command line, for the report; None for Python code
+    progress  called with (runs done, runs to do);  seen  called with the record of each run
 
-    Returns the results file, open; its `run` is this one. A tracker's exception makes a failed cell; bad input is an
-    InputError before anything is run. WorkerError where workers died or failed and no tracker did it: what
-    was finished is kept, and the same call goes on.
+    Returns the results file, open; its `run` is this call. A tracker that raises, hangs or dies makes a failed run.
+    InputError for wrong input, before any run. WorkerError where workers died or failed and no tracker caused it:
+    finished runs are kept, and the same call continues.
     """
     compared = tracker_specs(trackers)
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
@@ -212,9 +212,9 @@ def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
 
 
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
-    """Note what the plan wants; its group with the cells that neither the file has nor a group before it.
+    """Note the runs of the plan; return its group with those that neither the file nor an earlier group has.
 
-    Two labels, or two names of one and the same scene, may stand for one cell.
+    Two labels, or two names of the same scene, may have one run.
     """
     kept.add_source(plan.row)
     missing: list[Member] = []
@@ -229,7 +229,7 @@ def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
 def _outcomes(
     groups: list[Group], jobs: int, executor: Executor | None, limit: Limit | None
 ) -> Iterator[list[Outcome]]:
-    """What each group gives, as they finish."""
+    """Yield the outcomes of each group as it finishes."""
     if executor is not None:
         yield from _by(executor, run_alone if limit is None else partial(run_limited, limit=limit), groups)
     elif limit is None and jobs == 1:
@@ -254,7 +254,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 raise WorkerError(f"a worker failed: {what}") from error
             yield found
     finally:
-        for future in list(waiting):  # nobody listens: an executor of the caller's would go on with them
+        for future in list(waiting):  # else the executor of a caller would continue with them
             future.cancel()
 
 

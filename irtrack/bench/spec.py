@@ -1,4 +1,4 @@
-"""Trackers as the command line writes them: ``[LABEL=]NAME[:KEY=VALUE...]``, several by commas."""
+"""Specs of a bench: trackers as ``[LABEL=]NAME[:KEY=VALUE...]``, several by commas, and sources with changes."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _PAIR = re.compile(r"\w+=")
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A tracker and its label in tables."""
+    """Tracker and its label in tables."""
 
     label: str
     tracker: Tracker
 
 
 def parse_trackers(text: str) -> list[Entry]:
-    """Entries of a list such as ``grey_pf,big=grey_pf:n=500:damping=0.9,mine=pkg.mod:Class``.
+    """Return the entries of a list such as ``grey_pf,big=grey_pf:n=500:damping=0.9,mine=pkg.mod:Class``.
 
     A comma or colon within brackets or quotes belongs to its value. InputError as `parse_tracker_spec`.
     """
@@ -37,7 +37,7 @@ def parse_trackers(text: str) -> list[Entry]:
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """What a spec says; `label` is None where it says none."""
+    """Parts of a tracker's spec; `label` is None where it has none."""
 
     label: str | None
     name: str
@@ -45,8 +45,10 @@ class Spec:
 
 
 def parse_tracker_spec(text: str) -> Entry:
-    """The entry of one spec; without a label the whole spec is the label. InputError as `read_spec`, and for what
-    `irtrack.registry.table.make` refuses."""
+    """Return the entry of a spec; without a label the whole spec is the label.
+
+    InputError as `read_spec` and `irtrack.registry.table.make`.
+    """
     from irtrack.registry.table import make
 
     spec = read_spec(text)
@@ -54,9 +56,9 @@ def parse_tracker_spec(text: str) -> Entry:
 
 
 def read_spec(text: str) -> Spec:
-    """A spec taken apart. VALUE is read as YAML.
+    """Return the parts of a spec. VALUE is read as YAML.
 
-    A part that does not begin with ``KEY=`` belongs to what is before it: a VALUE (``path=a:b``), or the NAME
+    A part that does not begin with ``KEY=`` belongs to the part before it: a VALUE (``path=a:b``), or the NAME
     (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable one or a repeated parameter.
     """
     first, *rest = _split(text.strip(), ":")
@@ -86,7 +88,7 @@ def read_spec(text: str) -> Spec:
 
 
 def entry(tracker: str | GivenTracker | Entry) -> Entry:
-    """An entry from what a caller may give: a spec, a tracker, plain or not, or an entry as it is."""
+    """Return the entry of a spec, of a tracker, plain or not, or an entry as it is."""
     from irtrack.registry.identity import tracker_name
     from irtrack.registry.table import of
 
@@ -99,7 +101,7 @@ def entry(tracker: str | GivenTracker | Entry) -> Entry:
 
 
 def _split(text: str, mark: str) -> list[str]:
-    """The parts between marks that stand outside of brackets and quotes."""
+    """Return the parts between marks outside of brackets and quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -122,12 +124,12 @@ AnySource: TypeAlias = str | Path | irsim.Scenario | Source
 
 @dataclass(frozen=True, eq=False)
 class SourceEntry:
-    """A source and how it is to be used.
+    """Source and its use.
 
     source       a scenario's or recording's path or name, a Scenario, or a Source
     changes      KEY=VALUE over a scenario's keys
-    severities   of a scenario that has some: which of them, or 'all'; none: the scenario's own
-    target       id of the target to follow; None: the source's own
+    severities   some of the scenario's, or 'all'; none: its own severity
+    target       id of the target to track; None: the source's default
     name         in tables; None: its own. At severity 3 `@3` is added
     """
 
@@ -140,7 +142,7 @@ class SourceEntry:
 
 @dataclass(frozen=True, eq=False)
 class SourceSpec:
-    """A source opened: its name in tables, and how a command names it (None, where Python gave a value).
+    """Source spec: an open source, its name in tables, and its word on a command line (None for a Python value).
 
     severity   of a scenario that has severities;  changes  KEY=VALUE
     """
@@ -154,12 +156,12 @@ class SourceSpec:
 
     @property
     def family(self) -> str:
-        """What it is called at all of its severities."""
+        """Name without its severity."""
         return family(self.name, self.severity)
 
 
 def source_specs(entry: AnySource | SourceEntry | SourceSpec) -> Iterator[SourceSpec]:
-    """What an entry stands for, one for each severity; InputError where there is no such source or severity."""
+    """Yield the source specs of an entry, one for each severity; InputError where a source or severity is unknown."""
     if isinstance(entry, SourceSpec):
         yield entry
         return
@@ -189,7 +191,7 @@ def source_specs(entry: AnySource | SourceEntry | SourceSpec) -> Iterator[Source
 
 
 def severity_count(source: Source) -> int:
-    """How many severities a source has, 0 among them; 0 of one that has none."""
+    """Return the number of severities of a source, 0 where it has none."""
     if not isinstance(source, irsim.Rendering):
         return 0
     return min(map(len, source.scenario.severities.values()), default=0)

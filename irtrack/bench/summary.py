@@ -1,4 +1,4 @@
-"""Runs of two trackers on the same frames, and runs that only repeat another."""
+"""Summary of runs by source and tracker: ranks, ties, repeats, and paired differences on the same frames."""
 
 from __future__ import annotations
 
@@ -14,43 +14,43 @@ Pair = tuple[RunRecord, RunRecord]
 
 
 def distinct(cells: Iterable[RunRecord]) -> list[RunRecord]:
-    """The cells without those that repeat another: same tracker, same frames, and the very same outcome.
+    """Return the records without those that repeat another: same tracker, same frames, same outcome.
 
-    A tracker that draws nothing at random does the same with every tracker seed: that is one run.
+    A tracker without randomness has the same outcome with every tracker seed: that is one run.
     """
-    return list({_doing(cell): cell for cell in reversed(list(cells))}.values())[::-1]
+    return list({_repeat_key(cell): cell for cell in reversed(list(cells))}.values())[::-1]
 
 
 def pairs(a: Iterable[RunRecord], b: Iterable[RunRecord]) -> list[Pair]:
-    """Each of `b` with that of `a` on the same frames with the same tracker seed; repeats count once."""
-    firsts = {_frames(cell): cell for cell in a}
-    both = [(first, second) for second in b if (first := firsts.get(_frames(second))) is not None]
-    return list({(_doing(first), _doing(second)): (first, second) for first, second in both}.values())
+    """Return each record of `b` with that of `a` on the same frames with the same tracker seed; repeats count once."""
+    firsts = {_frames_key(cell): cell for cell in a}
+    both = [(first, second) for second in b if (first := firsts.get(_frames_key(second))) is not None]
+    return list({(_repeat_key(first), _repeat_key(second)): (first, second) for first, second in both}.values())
 
 
 def difference(both: Sequence[Pair], figure: str) -> Difference | None:
-    """Second less first of a figure over the pairs, its interval by whole scenes; None where no pair has it."""
+    """Return second minus first of a figure over the pairs, its interval by scenes; None where no pair has it."""
     firsts, seconds = ([value(pair[side], figure) for pair in both] for side in (0, 1))
     scenes = [f"{a.source}/{a.key.source_hash}" for a, _ in both]
     return paired_difference(seconds, firsts, scenes, most=FIGURES[figure].most)
 
 
 def value(cell: RunRecord, figure: str) -> float:
-    """A figure of a run, nan where it has none; a failed run counts as lost and has no other figure."""
+    """Return a figure of a run, nan where it has none; a failed run counts as lost and has no other figure."""
     if cell.score is None:
         return 1.0 if figure == "lost" else math.nan
     known = cell.score.figure(figure)
     return math.nan if known is None else float(known)
 
 
-def _frames(cell: RunRecord) -> tuple[object, ...]:
-    """What two runs must share to have seen the same."""
+def _frames_key(cell: RunRecord) -> tuple[object, ...]:
+    """Return the identity of the frames and tracker seed of a run."""
     key = cell.key
     return cell.source, key.source_hash, key.target, key.start, key.input, key.tracker_seed
 
 
-def _doing(cell: RunRecord) -> tuple[object, ...]:
-    """What a run and its repeats have in common."""
+def _repeat_key(cell: RunRecord) -> tuple[object, ...]:
+    """Return the identity of a run and its repeats."""
     key = cell.key
     where = (cell.source, key.source_hash, key.target, key.start, key.input)
     told_by = key.tracker_seed if cell.outcome is None else cell.outcome
@@ -62,26 +62,26 @@ ALL_SOURCES = "all sources"
 Standing = Literal["told", "tie", "too few"]
 
 MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
-"""What stands behind a rank."""
+"""Mark behind a rank."""
 
 RULES: dict[Standing, str] = {
-    "tie": "a tie: by none of lost, off_share and error_held do the paired runs tell it from the row above (95 %)",
-    "too few": f"too few runs on the frames of the row above to tell the two apart: {LEAST_SCENES} are needed",
+    "tie": "a tie: by none of lost, off_share and error_held do the paired runs differ from the row above (95 %)",
+    "too few": f"too few runs on the frames of the row above to compare the two: {LEAST_SCENES} are needed",
 }
-"""What the marks say, for those who read tables."""
+"""Meaning of the marks."""
 
 
 @dataclass(frozen=True, slots=True)
 class SummaryRow:
-    """One tracker on one source (or on all), over its runs. A figure is None where nothing tells it.
+    """One tracker on one source (or on all), over its runs; a figure is None where no run has it.
 
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
-                      error before loss, then fastest; by the runs of those scenes that every
-                      tracker of the source has, so that all are judged on the same ones
-    standing          whether it is told from the row above by more than luck: see `RULES`
-    compared          how many runs the rank goes by (all, where there is no scene that all have)
-    runs, failed      cells that do not repeat another, and those of them in which the tracker raised
-    repeats           cells left out for they repeat another to the bit: see `irtrack.bench.pairs.distinct`
+                      error before loss, then fastest; by the runs of the scenes that every tracker
+                      of the source has, so that all are compared on the same ones
+    standing          'told': it differs from the row above by more than chance; see `RULES`
+    compared          number of runs behind the rank (all, where no scene is common)
+    runs, failed      runs that do not repeat another, and those of them that failed
+    repeats           runs left out as bit-identical repeats: see `distinct`
     scored            runs that did not fail and have truth;  lost  those of them that were lost
     lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
     held              centre errors of the frames before the loss, those of all runs taken together
@@ -111,14 +111,14 @@ class SummaryRow:
     ms_median: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for JSON or a table."""
+        """Return plain values for JSON or a table."""
         flat = asdict(self)
         held: dict[str, Any] = flat.pop("held")
         return flat | held
 
 
 def summary(cells: Iterable[RunRecord], overall: bool = False) -> list[SummaryRow]:
-    """Rows per source and label, each source's ranked from 1; with `overall`, per label over all sources."""
+    """Return rows per source and label, ranked from 1 in each source; with `overall`, per label over all sources."""
     groups: dict[str, dict[str, list[RunRecord]]] = {}
     for cell in cells:
         source = ALL_SOURCES if overall else cell.source
@@ -136,12 +136,12 @@ def summary(cells: Iterable[RunRecord], overall: bool = False) -> list[SummaryRo
 
 
 def _scene(cell: RunRecord) -> tuple[str, str]:
-    """What two trackers must share to be compared: the source and its scene."""
+    """Return the identity of the scene, on which trackers are compared."""
     return cell.source, cell.key.source_hash
 
 
 def _standing(above: list[RunRecord], below: list[RunRecord]) -> Standing:
-    """Does the first figure that tells the two apart speak for the one above?"""
+    """Return whether the first figure in which the two differ favours the one above."""
     both = pairs(above, below)
     found = [each for name in ("lost", "off_share", "error_held") if (each := difference(both, name)) is not None]
     if all(each.is_open for each in found):
@@ -202,7 +202,7 @@ def _mean(figures: list[float | None]) -> float | None:
 
 
 def _together(parts: list[tuple[int, CentreFigures]]) -> CentreFigures:
-    """The figures over all frames, from (frames, figures) of each run."""
+    """Return the figures over all frames, from (frames, figures) of each run."""
     abs_x, sd_x = _pooled_spread([(count, each.abs_x, each.sd_x) for count, each in parts])
     abs_y, sd_y = _pooled_spread([(count, each.abs_y, each.sd_y) for count, each in parts])
     return CentreFigures(
@@ -218,20 +218,20 @@ def _together(parts: list[tuple[int, CentreFigures]]) -> CentreFigures:
 
 
 def _pooled(parts: list[tuple[int, float | None]]) -> float | None:
-    """The mean over all frames, from (frames, mean) of each run."""
+    """Return the mean over all frames, from (frames, mean) of each run."""
     known = [(count, mean) for count, mean in parts if count and mean is not None]
     total = sum(count for count, _ in known)
     return sum(count * mean for count, mean in known) / total if total else None
 
 
 def _pooled_rms(parts: list[tuple[int, float | None]]) -> float | None:
-    """The root mean square over all frames, from (frames, root mean square) of each run."""
+    """Return the root mean square over all frames, from (frames, root mean square) of each run."""
     square = _pooled([(count, None if value is None else value * value) for count, value in parts])
     return None if square is None else math.sqrt(square)
 
 
 def _pooled_spread(parts: list[tuple[int, float | None, float | None]]) -> tuple[float | None, float | None]:
-    """Mean and standard deviation over all frames, from (frames, mean, sd) of each run.
+    """Return mean and standard deviation over all frames, from (frames, mean, sd) of each run.
 
     E[x^2] = sd^2 + mean^2 holds in each run and in the whole.
     """
