@@ -8,7 +8,7 @@ with irtrack.run_bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, resul
 
 from __future__ import annotations
 
-from irsim.lazy import front_door
+from irsim.errors import lazy_exports
 
 # Public name -> its module, imported on first use: `irtrack --help` must not wait for numpy.
 _PUBLIC = {
@@ -43,4 +43,4 @@ _PUBLIC = {
 
 __all__ = sorted(_PUBLIC)
 
-__getattr__, __dir__ = front_door(__name__, _PUBLIC)
+__getattr__, __dir__ = lazy_exports(__name__, _PUBLIC)

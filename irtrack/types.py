@@ -12,9 +12,9 @@ from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
+from irsim.errors import counted
 from irsim.notebook import card
 from irsim.types import Box, Floats, Frame, Input
-from irsim.wording import counted
 
 LEAST_PX = 5.0
 """Least side of a start box and of boxes that are compared: the box of a point target holds too few pixels."""

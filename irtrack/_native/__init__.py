@@ -1,4 +1,4 @@
-"""C kernels of trackers, `kernels`; `COMPILED` tells whether they were built when irtrack was installed.
+"""C kernels of trackers, `kernels`; `COMPILED` is true where they were built at installation.
 
 Each has a plain twin beside its caller, which documents it. IRSIM_PLAIN=1 in the environment selects the plain twins.
 """

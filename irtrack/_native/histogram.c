@@ -88,7 +88,7 @@ static void cells_of(const Picture *picture, Bounds part, Py_ssize_t held, uint1
         }
 }
 
-/* Adds the kernel to the bins of four windows in turn: sums in one bin wait for each other. */
+/* Adds the kernel to the bins of four windows, in turn, too. */
 static void count_four(const uint16_t *const at[4], Py_ssize_t stride, const double *kernel, Py_ssize_t rows,
                        Py_ssize_t columns, double *const mass[4])
 {
@@ -101,6 +101,15 @@ static void count_four(const uint16_t *const at[4], Py_ssize_t stride, const dou
             mass[2][at[2][cell]] += share;
             mass[3][at[3][cell]] += share;
         }
+}
+
+/* Adds two kernels to the bins of one window, in turn: sums in one bin wait for each other. */
+static void count_both(const uint16_t *at, const double *kernel, Py_ssize_t pixels, double *mass, Py_ssize_t held)
+{
+    for (Py_ssize_t i = 0; i < pixels; i++) {
+        mass[at[i]] += kernel[i];
+        mass[held + at[i]] += kernel[pixels + i];
+    }
 }
 
 static void count_one(const uint16_t *at, Py_ssize_t stride, const double *kernel, Py_ssize_t rows,
@@ -141,7 +150,9 @@ KERNEL(window_histograms, 6)
         return NULL;
     cells_of(&seen, part, held, cells);
     memset(mass, 0, (size_t)space * sizeof *mass);
-    for (Py_ssize_t k = 0; k < kernels; k++, kernel += rows * columns) {
+    if (windows == 1 && kernels == 2)
+        count_both(cells, kernel, rows * columns, mass, held);
+    else for (Py_ssize_t k = 0; k < kernels; k++, kernel += rows * columns) {
         const uint16_t *at[4];
         double *of[4];
         for (Py_ssize_t i = 0; i < windows; i++) {

@@ -165,7 +165,7 @@ class Gate:
         ]
 
     def _doubt(self, each: Comparison) -> str:
-        """Return 't on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds; about 250 would tell ...'."""
+        """Return a line such as 't on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds'."""
         d = each.difference
         have = d.scenes if d.scenes > 1 else d.pairs
         need = scenes_for(d, self.margin) if self.margin > 0 else 0

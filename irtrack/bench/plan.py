@@ -11,7 +11,7 @@ from typing import Literal
 from irsim.types import Box, Input, Source
 from irtrack.bench.records import Key, RunRecord, SourceRow
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
-from irtrack.errors import InputError, whole
+from irtrack.errors import InputError, whole_number
 from irtrack.metrics import Trace, score_trace
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start
@@ -118,12 +118,12 @@ class Seeds:
     def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
         """Return the seeds of a number or list; InputError for none, negative or repeated ones."""
         if isinstance(seeds, Iterable):
-            found = [whole("seeds", seed) for seed in seeds]
+            found = [whole_number("seeds", seed) for seed in seeds]
         else:
-            found = list(range(whole("seeds", seeds, 1)))
+            found = list(range(whole_number("seeds", seeds, 1)))
         if not found or len(set(found)) < len(found):
             raise InputError(f"seeds {seeds}: allowed: at least one, from 0 up, none twice")
-        return cls(found, whole("tracker seeds", repeats, 1))
+        return cls(found, whole_number("tracker seeds", repeats, 1))
 
     def of_tracker(self, scene: int) -> Iterator[int]:
         """Return the tracker seeds of a scene seed."""

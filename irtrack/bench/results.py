@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from irsim.config.files import check_input, path_of
+from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, packed_trace, unpacked_trace
 from irtrack.bench.summary import MARKS, SummaryRow, summary

@@ -21,7 +21,7 @@ from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, plans, track
 from irtrack.bench.records import Key, Run, RunRecord
 from irtrack.bench.results import Results
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec
-from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole
+from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole_number
 from irtrack.metrics import Reference, Trace
 from irtrack.replay.replay import Pair, Player, replay, show
 from irtrack.replay.start import find_start
@@ -172,7 +172,7 @@ def run_bench(
     """
     compared = tracker_specs(trackers)
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
-    whole("jobs", jobs, 1)
+    whole_number("jobs", jobs, 1)
     limit = _limit(time_limit_s, frame_limit_s)
     kept = Results(results, create=True)
     try:

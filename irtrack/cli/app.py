@@ -15,7 +15,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare, regress
@@ -110,6 +109,8 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and how to repeat it."""
+    from irsim.recording.output import check_output
+
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
@@ -209,6 +210,8 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of a results file and print its path."""
+    from irsim.recording.output import check_output
+
     check_output(output, results)
     from irtrack.report import write_report
 

@@ -16,8 +16,8 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output
-from irsim.wording import counted
+from irsim.errors import counted
+from irsim.recording.output import check_output
 from irtrack.cli.options import (
     TRACKERS,
     TRACKERS_HELP,
@@ -190,7 +190,7 @@ def bench(
 
 
 def check_results(path: Path, *inputs: Path) -> None:
-    """InputError where no results file can be written there: see `irsim.config.files.check_output`."""
+    """InputError where no results file can be written there: see `irsim.recording.output.check_output`."""
     check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 

@@ -12,8 +12,8 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output, replacing_text
-from irsim.wording import counted
+from irsim.errors import counted
+from irsim.recording.output import atomic_text, check_output
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs, names
 from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError
@@ -63,7 +63,7 @@ def compare(
     found = compare_cells(before, after, figures)
     failed = [each for gate in gates for each in gate.failures(found)]
     if junit_file is not None:
-        with replacing_text(junit_file) as file:
+        with atomic_text(junit_file) as file:
             file.write(junit(found, gates))
     if as_json:
         print_json([_row(each) for each in found])

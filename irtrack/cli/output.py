@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from irsim import TrackHeader, TrackState, write_tracks
-from irsim.config.files import path_of, replacing_text
-from irsim.wording import counted
+from irsim.config.paths import path_of
+from irsim.errors import counted
+from irsim.recording.output import atomic_text
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
@@ -25,7 +26,7 @@ COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy
 def track_to_csv(track: Track, path: str | Path) -> Path:
     """Write one row a frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
     path = path_of(path)
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for row in _rows(track):

@@ -12,13 +12,14 @@ import numpy as np
 
 import irsim
 from irsim.config.base import suggestion
-from irsim.config.files import make_folder, path_of
+from irsim.config.paths import path_of
+from irsim.errors import counted
+from irsim.recording.output import make_folder
 from irsim.rng import stream
 from irsim.types import Floats, Input
-from irsim.wording import counted
 from irtrack.bench import Entry
 from irtrack.bench.spec import entry
-from irtrack.errors import InputError, whole
+from irtrack.errors import InputError, whole_number
 from irtrack.falsify.counterexample import Case, droppable, moves, shrink
 from irtrack.falsify.outputs import JOURNAL, check_outputs, clear, write_failure
 from irtrack.falsify.regressions import keep
@@ -238,7 +239,7 @@ def check(scenario: irsim.Scenario, name: str, search: str, budget: int, jobs: i
     if search not in SEARCHES:
         raise InputError(f"search '{search}': allowed: {', '.join(SEARCHES)}{suggestion(search, SEARCHES)}")
     for count, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
-        whole(count, number, least)
+        whole_number(count, number, least)
 
 
 def find_failure(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import irsim
-from irsim.config.files import check_output, replacing_text
+from irsim.recording.output import atomic_text, check_output
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify.rules import OF_ITSELF, asked, reached
 from irtrack.falsify.trial import Verdict
@@ -74,7 +74,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
     irsim.record(drawn, folder / f"{MINIMAL}.mcap", compression="zstd")
     head = [f"{hunt.subject.label}: {hunt.broken(failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True, folder=folder))
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
@@ -92,7 +92,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
             commands += [("All of the search", command)] if command else []
             finding = finding_of(hunt, failure, scene, name, tuple(commands))
             write_finding(kept, folder / REPLAY, finding, drawn)
-    with replacing_text(folder / REPORT) as file:
+    with atomic_text(folder / REPORT) as file:
         file.write(finding.as_markdown(REPORT))
 
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import irsim
+from irsim.errors import counted
 from irsim.types import Floats
-from irsim.wording import counted
 from irtrack.errors import InputError
 from irtrack.metrics import Trace
 from irtrack.metrics.lost import OFF_IN_A_ROW, off_beyond

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import irsim
-from irsim.config.files import replacing_text
+from irsim.recording.output import atomic_text
 from irsim.types import Frame, Input, Source
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTRIED, margin
@@ -203,7 +203,7 @@ def _read(journal: Path) -> dict[str, Verdict]:
         text = journal.read_text(encoding="utf-8")
         whole = text[: text.rfind("\n") + 1]
         if whole != text:
-            with replacing_text(journal) as file:
+            with atomic_text(journal) as file:
                 file.write(whole)
     except FileNotFoundError:
         return {}

@@ -101,7 +101,7 @@ class HighPass:
     def fitted(cls, image: Image, kernel: Kernel, grid: int) -> HighPass:
         """Return the filter whose gain maps `REACH` deviations of a first frame's residual to 128 grey levels.
 
-        The deviation is estimated by the median absolute residual, which targets hardly change.
+        The deviation is estimated by the median absolute residual, which targets change little.
         """
         pixels = image.astype(np.float32)
         deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(pixels - predicted_background(pixels, kernel, grid))))

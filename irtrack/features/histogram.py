@@ -189,7 +189,8 @@ class LocalBackground:
         """Return histograms (2, bins + 1) and visible shares; the last bin is that of pixels outside."""
         rows, columns = self.outer.rows, self.outer.columns
         height, width = image.shape
-        left, top = min(max(left, -columns), width), min(max(top, -rows), height)
+        if not (-columns <= left <= width and -rows <= top <= height):  # far outside, where all is as empty
+            left, top = min(max(left, -columns), width), min(max(top, -rows), height)
         pixels, x, y = _part(image, left, top, left + columns, top + rows)
         mass, visible = np.empty((2, self.quantiser.bins + 1)), np.empty(2)
         corner = np.array([[left - x, top - y]], np.intp)
@@ -256,7 +257,7 @@ def kullback_leibler(q: Floats, b: Floats) -> float:
 
 
 def variance_ratio(q: Floats, b: Floats) -> float:
-    """Return var(L; (q + b) / 2) / (var(L; q) + var(L; b)), L = ln(q / b); 0 where q and b are alike.
+    """Return var(L; (q + b) / 2) / (var(L; q) + var(L; b)), L = ln(q / b); 0 where q and b are equal.
 
     R. Collins, Y. Liu, M. Leordeanu, "Online Selection of Discriminative Tracking Features", IEEE TPAMI 27(10), 2005,
     eq. 2 to 4.

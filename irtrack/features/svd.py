@@ -58,7 +58,7 @@ def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Pa
 def standardised(residual: Residual, size: tuple[int, int], sign: float) -> Residual:
     """Return z: the mean over a target's (w, h) px less the median, in robust standard deviations.
 
-    The deviation is estimated by the median distance from the median, which targets and edges hardly change. sign is
+    The deviation is estimated by the median distance from the median, which targets and edges change little. sign is
     1 for hot targets, -1 for cold ones. A residual within rounding errors gives zeros.
     """
     mean = cv2.blur(residual, size, borderType=cv2.BORDER_REFLECT)

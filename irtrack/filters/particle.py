@@ -99,7 +99,7 @@ def covariance(W: Floats, particles: Floats, center: Floats) -> Floats:
     return squares
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Likelihood:
     """Log-likelihoods of N particles: scale lw (N,), up to a constant.
 
@@ -114,7 +114,7 @@ class Likelihood:
 L = TypeVar("L", bound=Likelihood)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Step(Generic[L]):
     """Outcome of an SMC step: particles (N, d), weights W (N,), their likelihood, whether any is inside the frame."""
 
@@ -140,9 +140,9 @@ def smc_step(
     """
     particles = move(None if resample is None else resample(W))
     found = likelihood(particles)
-    visible = found.visible > 0
-    weights = Weights(found.lw, visible.astype(np.float64) if resample else W * visible, found.scale)
-    return Step(particles, weights.W, found, not weights.degenerate or bool(visible.any()))
+    prior = W * (found.visible > 0) if resample is None else np.sign(found.visible)
+    weights = Weights(found.lw, prior, found.scale)
+    return Step(particles, weights.W, found, not weights.degenerate or bool(found.visible.any()))
 
 
 def particle_estimate(

@@ -21,7 +21,7 @@ import numpy as np
 
 import irsim
 from irsim.types import Floats, Frame, Input, Source, Truth
-from irtrack.errors import whole
+from irtrack.errors import whole_number
 from irtrack.metrics.trace import Reference, Trace
 from irtrack.replay.replay import Player, named
 from irtrack.replay.start import Start, find_start, shows
@@ -129,12 +129,12 @@ def run_anchors(
 
     target, input, seed   as in `irtrack.run`. InputError for wrong input, TrackerError for an error of the tracker.
     """
-    step = whole("every", every, least=1)
+    step = whole_number("every", every, least=1)
     chosen, opened = named(tracker), irsim.open_source(source)
     truths = list(opened.truths())
     followed = find_start(opened, truths, target).target
     return [
-        _run(chosen, opened, truths, followed, order, input, whole("seed", seed))
+        _run(chosen, opened, truths, followed, order, input, whole_number("seed", seed))
         for order in orders(truths, followed, step)
     ]
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from irsim.errors import counted
 from irsim.rng import stream
 from irsim.types import Box, Frame
-from irsim.wording import counted
 from irtrack.properties.case import Broken, Case, Clip, NotAsked, Walk, expect_same, numbers, walk
 from irtrack.runner.worker import NotSentError, call_in_new_interpreter
 from irtrack.types import resumable

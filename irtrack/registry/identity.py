@@ -118,8 +118,8 @@ def _plain(value: Any, place: str) -> Any:
     text = repr(value)
     if _AMBIGUOUS.search(text):
         raise InputError(
-            f"{place}: {type(value).__name__} does not say what it is, so results could not be told apart; allowed: "
-            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ that says its parameters"
+            f"{place}: {type(value).__name__} has no repr that identifies it, so results could be confused; allowed: "
+            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ with its parameters"
         )
     return text
 

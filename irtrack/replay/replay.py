@@ -15,7 +15,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError, told, whole
+from irtrack.errors import IrtrackError, TrackerError, told, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
@@ -147,9 +147,9 @@ def run(
     """
     chosen = named(tracker, parameters or {})
     opened = irsim.open_source(source)
-    wanted = None if frames is None else whole("frames", frames, 1)
+    wanted = None if frames is None else whole_number("frames", frames, 1)
     start = find_start(opened, opened.truths(), target, init)
-    player = Player(chosen, start, whole("seed", seed), label)
+    player = Player(chosen, start, whole_number("seed", seed), label)
     stop = None if wanted is None else start.frame + wanted
     replay(opened, [player.see], input, player.start.frame, stop, progress)
     return player.track(opened, input)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from irsim import Rendering, loads, open_recording
 from irsim.config.base import suggestion
-from irsim.config.files import check_output, path_of, replacing_text
+from irsim.config.paths import path_of
+from irsim.errors import counted
+from irsim.recording.output import atomic_text, check_output
 from irsim.types import Source
-from irsim.wording import counted
 from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.report.figure_data import Figures, failures, measured, severity_figures, source_figures
@@ -91,7 +92,7 @@ def write_report(
     if not cells:
         raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
     text = FORMATS[path.suffix.lower().removeprefix(".")](results, cells)
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write(text)
     return path
 

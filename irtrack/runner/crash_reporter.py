@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from irtrack.errors import how_it_ended
+from irtrack.errors import exit_status_text
 
 if TYPE_CHECKING:
     from irsim.types import Frame
@@ -114,6 +114,6 @@ def _how_it_ended(process: int) -> str:
     """Return how a process ended, in words; field 52 of proc(5)'s stat, which is gone once its parent has read it."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-        return how_it_ended(os.waitstatus_to_exitcode(int(fields[52 - 3])))
+        return exit_status_text(os.waitstatus_to_exitcode(int(fields[52 - 3])))
     except (OSError, ValueError):
         return "its exit status tells how"

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from irsim.render.interrupts import end_with_parent, ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, how_it_ended, told
+from irtrack.errors import IrtrackError, exit_status_text, told
 from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
 
 POLL_S = 0.05
@@ -139,10 +139,10 @@ class _Process:
             return WorkerDiedError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # not by chance: the next one would, too
             raise IrtrackError(
-                f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
+                f"a worker process ended as it began ({exit_status_text(code)}): what it imports ends it; a script that "
                 'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
             ) from None
-        how = "it closed its pipe and went on" if code is None else how_it_ended(code)
+        how = "it closed its pipe and went on" if code is None else exit_status_text(code)
         return WorkerDiedError(at, overdue, moved, how, went_on=code is None)
 
     def close(self) -> None:

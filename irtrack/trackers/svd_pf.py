@@ -59,7 +59,7 @@ class SVDPFState:
     monitor: VisibilityMonitor
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Observed(Likelihood):
     """Likelihood of the particles, the score and monitor after it, and a state (4,) to start anew from, if any."""
 
@@ -189,14 +189,14 @@ class SVDPF(TrackerPart):
                 if monitor.misses == 0:
                     squares = ((particles[:, :2] - centers[first]) ** 2).sum(axis=1) / self.measurement_sd**2
                     return Observed(-squares, 0.5, np.ones(len(squares)), float(heights[first]), monitor)
-        unseen = np.zeros(len(particles))
+        zero = np.zeros(len(particles))
         if (self.use == "svd" or state.monitor.misses + 1 >= self.wrong_after) and len(centers) > 0:
             monitor = state.monitor.after(float(heights[0]), self.threshold, self.seen)
             if monitor.misses == 0:
                 restart = np.concatenate([centers[0], predicted[2:]])
-                return Observed(unseen, 0.0, unseen + 1, float(heights[0]), monitor, restart)
+                return Observed(zero, 0.0, zero + 1, float(heights[0]), monitor, restart)
         if self.use == "svd":
-            return Observed(unseen, 0.0, unseen + 1, 0.0, state.monitor.miss())
+            return Observed(zero, 0.0, zero + 1, 0.0, state.monitor.miss())
         return replace(self._by_z(state, particles, z), monitor=state.monitor.miss())
 
     def _by_z(self, state: SVDPFState, particles: Floats, z: Residual) -> Observed:

@@ -71,7 +71,7 @@ def _named(option: str, row: str) -> bool:
     return option in row or short.get(option, option) in row
 
 
-COMMAND_LINE = {"irsim/frame_range.py", "irtrack/bench/baseline.py"}
+COMMAND_LINE = {"irsim/errors.py", "irtrack/bench/baseline.py"}
 """Modules besides those of the commands whose errors speak of options: only the command line comes there."""
 
 

@@ -21,8 +21,8 @@ from tempfile import TemporaryDirectory
 
 NAMES = ("irsim", "irtrack")
 IMPORTED = (
-    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.fitting", "irtrack.cli"),
-    *("irtrack.bench", "irtrack.registry.table", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
+    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.calibration.fit", "irtrack.cli"),
+    *("irtrack.bench", "irtrack.trackers", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
     *("scipy.ndimage", "scipy.optimize", "scipy.stats", "matplotlib.pyplot", "jinja2"),
 )
 """The commands, and of what they import only on demand, what takes long."""
@@ -90,7 +90,7 @@ def command(name: str, folder: str, words: list[str], streams: list[int]) -> Non
     os.chdir(folder)
     sys.argv = [name, *words]
     sys.path[0] = str(Path(sys.executable).parent)  # where the command's file is
-    importlib.import_module(f"{name}.cli").main()
+    importlib.import_module(f"{name}.__main__").main()
 
 
 if __name__ == "__main__":

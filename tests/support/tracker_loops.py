@@ -9,9 +9,9 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from hypothesis import strategies as st
-from irtrack.features.quantise import Quantiser
 
 from irsim.types import Box, Image
+from irtrack.features.quantiser import Quantiser
 from irtrack.features.window import Window
 
 
