@@ -1,4 +1,4 @@
-"""The environment that the peers run in."""
+"""Environment of the peers: its Python, and the peers that it has."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ VARIABLE = "IRTRACK_PEERS"
 HINT = f"make peers installs {', '.join(server.PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
 _BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
 LONGEST_S = 60.0
-"""How long the peers' Python may take to say which of them it has: it imports OpenCV and dlib, from a cold disk."""
+"""Longest time for the Python of the peers to list them: it imports OpenCV and dlib, from a cold disk."""
 
 
 def python() -> Path | None:
-    """The peers' Python: what IRTRACK_PEERS names, else that of .venv-peers here or beside irtrack; None where none.
+    """Return the Python of the peers: that of IRTRACK_PEERS, else of .venv-peers here or beside irtrack, else None.
 
     InputError where IRTRACK_PEERS names no file.
     """
@@ -34,21 +34,21 @@ def python() -> Path | None:
 
 
 def command(name: str, interpreter: Path) -> tuple[str, ...]:
-    """What runs a peer."""
+    """Return the command that runs a peer."""
     return (str(interpreter), str(Path(server.__file__).resolve()), name)
 
 
 def offered() -> list[str]:
-    """The peers that the environment has; none where there is no such environment.
+    """Return the peers of the environment; none where there is no such environment.
 
-    InputError where its Python, or what IRTRACK_PEERS names in its place, cannot say which it has.
+    InputError where its Python, or that of IRTRACK_PEERS, cannot list them.
     """
     interpreter = python()
     return [] if interpreter is None else list(_answered(interpreter))
 
 
 def required(name: str) -> Path:
-    """The Python that runs the peer of a name; InputError where there is none."""
+    """Return the Python that runs a peer; InputError where there is none."""
     interpreter = python()
     if interpreter is None:
         raise InputError(f"{name}: runs in an environment that is not there; allowed: after {HINT}")
@@ -57,7 +57,7 @@ def required(name: str) -> Path:
 
 @cache
 def _answered(interpreter: Path) -> tuple[str, ...]:
-    """The peers that a Python says it has."""
+    """Return the peers that a Python lists."""
     try:
         done = subprocess.run(command("", interpreter)[:2], capture_output=True, timeout=LONGEST_S, check=True)
         return tuple(name for name in json.loads(done.stdout) if name in server.PEERS)

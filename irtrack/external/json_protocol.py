@@ -1,4 +1,4 @@
-"""One target followed by a program: the protocol, and who has which program at the moment.
+"""JSON protocol: a session with a program that tracks one target, and the pool of idle programs.
 
 A request is a line of JSON and the frame's bytes after it, row by row, two little-endian bytes a pixel
 where bits is above 8:
@@ -11,7 +11,7 @@ and the answer a line of JSON, boxes as label files write them (top-left pixel, 
     {"box": [x, y, w, h], "status": "tracking", "occluded" or "lost", "score": a number or null}
     {"error": "what went wrong"}
 
-The program ends at the end of its standard input. What it prints elsewhere goes to standard error.
+The program ends at the end of its standard input. Its other output goes to standard error.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from irtrack.types import Status
 STATUSES: tuple[Status, ...] = get_args(Status)
 
 _idle: dict[tuple[str, ...], list[Child]] = {}
-"""Programs that follow nobody at the moment, by their command: starting one takes a second, they are used again."""
+"""Idle programs by their command: as a start takes a second, they are used again."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a program says after a frame."""
+    """Answer of a program after a frame."""
 
     box: Box
     status: Status
@@ -44,7 +44,7 @@ class Answer:
 
 
 class Session:
-    """A program that follows one target; when nobody holds the session any more it may follow another."""
+    """Program that tracks one target; after the last reference to the session it may track another."""
 
     def __init__(self, name: str, command: Sequence[str], timeout_s: float) -> None:
         self.name = name
@@ -57,11 +57,11 @@ class Session:
         weakref.finalize(self, _release, key, self._child)
 
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
-        """Follow what is in the box from this frame on. TrackerError as `Child.ask`, and for an error it tells."""
+        """Track the content of the box from this frame on. TrackerError as in `Child.ask`, and where it reports one."""
         return self._ask(frame, {"do": "init", "box": list(box.pixels), "seed": seed})
 
     def step(self, frame: Frame) -> Answer:
-        """Where it is in the next frame. TrackerError as `init`."""
+        """Return the answer for the next frame. TrackerError as in `init`."""
         return self._ask(frame, {"do": "step"})
 
     def _ask(self, frame: Frame, request: dict[str, Any]) -> Answer:

@@ -179,7 +179,7 @@ class TraxSession:
         TrackerError where the program dies, hangs, quits, wants a form that is not offered, or does not speak TraX.
         """
         try:
-            hello = self._message(self._child.hear(self._timeout_s), "hello").properties
+            hello = self._message(self._child.greeting(self._timeout_s), "hello").properties
             version = int(hello.get("trax.version", "1")) if hello.get("trax.version", "1").isdecimal() else 0
             if not 1 <= version <= LAST_VERSION:
                 wrong = f"its program speaks TraX {hello['trax.version']!r}; allowed: versions 1 to {LAST_VERSION}"

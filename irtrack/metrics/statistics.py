@@ -141,8 +141,8 @@ def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | 
     through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under Order
     Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the last of the
     lowest severities that all lose surely less than half, and ends at the first of the highest that all lose surely
-    more, each by its Wilson interval. Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94
-    (1999) 468).
+    more, each by its Wilson interval. Tests in this order need no correction for their number (Hsu and
+    Berger, J. Am. Stat. Assoc. 94 (1999) 468).
     """
     levels, which = np.unique(np.asarray(severities, dtype=np.float64), return_inverse=True)
     if len(levels) == 0:

@@ -139,8 +139,8 @@ class _Process:
             return WorkerDiedError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # not by chance: the next one would, too
             raise IrtrackError(
-                f"a worker process ended as it began ({exit_status_text(code)}): what it imports ends it; a script that "
-                'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
+                f"a worker process ended as it began ({exit_status_text(code)}): what it imports ends it; a script "
+                'that asks for workers is imported too, and needs the guard if __name__ == "__main__":'
             ) from None
         how = "it closed its pipe and went on" if code is None else exit_status_text(code)
         return WorkerDiedError(at, overdue, moved, how, went_on=code is None)

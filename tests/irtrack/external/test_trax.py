@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dot_scene import scene
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from processes import runs, wait_until
-from test_peers import scene
 
 import irsim
 import irtrack
@@ -82,7 +82,7 @@ def test_a_box_comes_back_from_each_kind_of_region(cx: float, cy: float, w: floa
 @given(st.text(st.sampled_from('0123456789.,-+einfa:mask "\\='), max_size=40))
 @example("nan")
 @example("inf")
-def test_any_region_gives_a_sound_box_or_none_or_one_clear_error(text: str) -> None:
+def test_any_region_is_a_valid_box_or_one_error(text: str) -> None:
     with contextlib.suppress(TrackerError):
         box = trax.box_of(text)
         assert box is None or (np.isfinite((box.cx, box.cy)).all() and min(box.w, box.h) > 0)
@@ -90,7 +90,7 @@ def test_any_region_gives_a_sound_box_or_none_or_one_clear_error(text: str) -> N
 
 @settings(max_examples=300)
 @given(st.binary(max_size=60))
-def test_any_line_is_a_message_or_one_clear_error(line: bytes) -> None:
+def test_any_line_is_a_message_or_one_error(line: bytes) -> None:
     with contextlib.suppress(TrackerError):
         message = trax.read(trax.PREFIX + line)
         again = trax.write(message.kind, message.arguments, message.properties)
@@ -110,9 +110,7 @@ needs_vot = pytest.mark.skipif(importlib.util.find_spec("trax") is None, reason=
         ("rectangle", "path", "counts"),
     ],
 )
-def test_the_reference_implementation_understands_and_is_understood(
-    region: str, pictures: str, input: irsim.Input
-) -> None:
+def test_vot_trax_understands_and_is_understood(region: str, pictures: str, input: irsim.Input) -> None:
     """A tracker on vot-trax: each picture arrives bit for bit (its sum comes back), boxes at their places."""
     source = scene()
     command = shlex.join([sys.executable, str(HERE / "vot_tracker.py"), region, pictures])
@@ -228,11 +226,11 @@ def test_a_program_ends_with_all_that_it_started(tmp_path: Path) -> None:
     sleeper = int(note.read_text())
     assert runs(sleeper)
     with pytest.raises(TrackerError, match="no answer"):
-        child.hear(0.01)
+        child.greeting(0.01)
     wait_until(lambda: not runs(sleeper))
 
 
-def test_one_killed_from_outside_fails_its_own_cell_and_no_other(tmp_path: Path) -> None:
+def test_a_killed_program_fails_its_own_run(tmp_path: Path) -> None:
     killed = f"sh -c 'kill -{int(signal.SIGKILL)} $$'"
     trackers = [Entry("dies", fake("die")), Entry("killed", make(f"trax:{killed}")), Entry("good", fake())]
     with run_bench([scene()], trackers, results=tmp_path / "r.db", seeds=1) as results:

@@ -71,7 +71,7 @@ ENDS = {
 
 @linux
 @pytest.mark.parametrize("words", ENDS, ids="-".join)
-def test_where_and_how_the_process_died_is_told(folder: Path, words: tuple[str, ...]) -> None:
+def test_a_crash_is_reported_with_frame_and_signal(folder: Path, words: tuple[str, ...]) -> None:
     """The status is the tracker's, also where it is 0. Outputs are as they were."""
     (folder / "t.csv").write_text("old")
     before = sorted(folder.iterdir())
@@ -89,7 +89,7 @@ def test_where_and_how_the_process_died_is_told(folder: Path, words: tuple[str, 
 
 
 @linux
-def test_a_tracker_that_ends_the_process_while_it_is_imported_is_told(folder: Path) -> None:
+def test_a_tracker_that_ends_the_process_while_imported(folder: Path) -> None:
     with start(folder, "leaving:Leaving", "sky") as process:
         _, err = process.communicate(timeout=60)
     assert process.returncode == 4
@@ -100,7 +100,7 @@ def test_a_tracker_that_ends_the_process_while_it_is_imported_is_told(folder: Pa
 
 
 @linux
-def test_a_process_that_the_tracker_forked_and_left_hides_nothing(folder: Path) -> None:
+def test_a_child_process_of_the_tracker_hides_no_crash(folder: Path) -> None:
     """It has the pipe, whose end does not come before its own."""
     with (folder / "err").open("w") as err:
         words = ["mine:Dying", "sky", "frames=5", "how=child"]
@@ -122,7 +122,7 @@ def test_ctrl_c_is_one_line(folder: Path) -> None:
     assert (process.returncode, err) == (130, "irtrack: stopped\n")
 
 
-def test_elsewhere_than_on_linux_nobody_listens(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_systems_have_no_reporter(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(os, "fork", None)
     assert call("run", "kalman", "clip.mcap").status == 0
@@ -142,7 +142,7 @@ def test_elsewhere_than_on_linux_nobody_listens(call: Call, monkeypatch: pytest.
     ],
     ids=["before", "at work", "between", "after the block"],
 )
-def test_what_is_told_says_who_was_at_work(
+def test_the_report_names_the_frame_at_work(
     at: tuple[bool, int] | None, told: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Of a process that leaves with status 7, within the block or after it."""

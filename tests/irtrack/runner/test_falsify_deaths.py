@@ -72,7 +72,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Failure]:
     return folder, found_of("Exiting", folder, keep_in=folder.parent / "kept")
 
 
-def test_a_scene_on_which_a_tracker_ends_its_process_is_found_and_made_small(known: tuple[Path, Failure]) -> None:
+def test_a_scene_that_kills_a_tracker_is_found_and_shrunk(known: tuple[Path, Failure]) -> None:
     folder, found = known
     assert is_least(found)
     assert found.repeats
@@ -115,7 +115,7 @@ def test_a_hunt_that_was_stopped_goes_on(known: tuple[Path, Failure], tmp_path: 
 
 
 @pytest.mark.slow
-def test_a_scene_on_which_a_tracker_hangs_is_found_and_made_small(tmp_path: Path) -> None:
+def test_a_scene_that_hangs_a_tracker_is_found_and_shrunk(tmp_path: Path) -> None:
     assert is_least(found_of("Hanging", tmp_path, frame_limit_s=3.0, jobs=2))
     assert "frame 9: hangs: more than 3 s in the tracker" in (tmp_path / "report.md").read_text()
 
@@ -159,7 +159,7 @@ def test_a_worker_killed_by_chance_breaks_nothing(pool: Pool, tmp_path: Path) ->
     assert verdict.raised is None
 
 
-def test_a_tracker_that_leaves_its_process_unable_to_answer_breaks_the_scene(
+def test_a_tracker_that_breaks_its_process_breaks_the_scene(
     pool: Pool,
 ) -> None:
     verdict, _ = examine(subject(Closer()), Strip(), 1, pool, frame_limit(LIMIT_S))

@@ -104,7 +104,6 @@ def test_every_stress_has_its_cause_measured() -> None:
     assert STRESSES.keys() == CAUSES.keys()
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("name", STRESSES)
 def test_every_severity_makes_its_cause_worse(name: str) -> None:
     measured = [CAUSES[name](at(name, severity)) for severity in SEVERITIES]
