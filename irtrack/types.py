@@ -5,31 +5,32 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
 from irsim.errors import counted
+from irsim.notebook import card
 from irsim.types import Box, Floats, Frame, Input
-from irtrack.cards import track_card
 
 LEAST_PX = 5.0
-"""No side of a box counts as shorter, when a track starts and when boxes are compared: a point target's own
-box holds too little to go by."""
+"""Least side of a start box and of boxes that are compared: the box of a point target holds too few pixels."""
 
 Status = Literal["tracking", "occluded", "lost"]
-"""What a tracker says of itself: it sees the target, it predicts through a hiding, it has lost it."""
+"""State that a tracker reports: target seen, position predicted through an occlusion, track lost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """What a tracker says after one frame.
+    """Output of a tracker after one frame.
 
     center      (x, y) px, finite
     size        (w, h) px
     status      see `Status`
-    score       similarity or confidence of the tracker's own scale; None where it has none
+    score       similarity or confidence, of any scale; None where it has none
     velocity    (vx, vy) px per frame
     covariance  (2, 2) px^2 of the centre
     neff        effective number of particles
@@ -52,7 +53,7 @@ class Estimate:
 
 
 def fault(estimate: object) -> str | None:
-    """What is wrong with what a tracker says, and what is allowed; None where it is a legal `Estimate`."""
+    """Return the error of an output of a tracker, with the allowed values; None where it is a valid `Estimate`."""
     if not isinstance(estimate, Estimate):
         return f"step gave (state, {type(estimate).__name__}); allowed: (state, Estimate)"
     if estimate.status not in get_args(Status):
@@ -84,7 +85,7 @@ def fault(estimate: object) -> str | None:
 
 
 FARTHEST_PX = 1e6
-"""Beyond it no centre and no size means a place in a picture, and squares of errors drown all others."""
+"""Largest centre and size, px: beyond it, squares of errors would exceed the precision of sums."""
 
 _SHAPES: dict[str, tuple[int | None, ...]] = {
     "center": (2,),
@@ -96,7 +97,7 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
     "particles": (None, None),
     "weights": (None,),
 }
-"""Shapes of what an Estimate holds; None: any length."""
+"""Shapes of the fields of an Estimate; None: any length."""
 
 
 def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
@@ -109,46 +110,46 @@ def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
 
 
 class Tracker(Protocol):
-    """A tracker is a frozen value of parameters with two pure functions.
+    """Frozen parameters with two pure functions.
 
-    The state is a value too: `step` returns a new one and leaves the old one, the frame and the box
-    untouched, so that a copied or pickled state resumes exactly. A tracker that promises this says
-    `resumable = True`; of one that says nothing no step is ever done again. The generator of frame k is
-    `irsim.rng.stream(seed, name, target, k)`, name being the tracker's own, whatever its label.
+    The state is a value too: `step` returns a new one and leaves the old one, the frame and the box unchanged, so
+    that a copied or pickled state resumes exactly. A tracker that promises this has `resumable = True`; no step of
+    another is repeated. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's own
+    name, whatever its label.
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
-        """The state after the first frame, where the target is in `box`."""
+        """Return the state after the first frame, in which the target is in `box`."""
         ...
 
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
-        """The state and the estimate after the next frame."""
+        """Return the state and the estimate after the next frame."""
         ...
 
 
 def resumable(tracker: Tracker) -> bool:
-    """Whether a tracker promises that a copied or pickled state resumes exactly."""
+    """Return whether a tracker promises that a copied or pickled state resumes exactly."""
     return bool(getattr(tracker, "resumable", False))
 
 
 class PlainTracker(Protocol):
-    """A tracker as most people write one; `irtrack.trackers.adapters` says what it may answer."""
+    """Tracker with its state inside, as most are written; see `irtrack.trackers.adapters` for its answers."""
 
     def start(self, image: Any, box: Box, /) -> object:
         """Begin on an image (rows, cols) with the target in `box`."""
         ...
 
     def step(self, image: Any, /) -> Any:
-        """Where the target is in the next image."""
+        """Return the place of the target in the next image."""
         ...
 
 
 GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]
-"""What Python code may give where a tracker is wanted."""
+"""Objects that Python code may pass as a tracker."""
 
 
 class Estimates:
-    """What has n estimates, and gives their fields as arrays."""
+    """Base of values with n estimates; gives their fields as arrays."""
 
     estimates: tuple[Estimate, ...]
 
@@ -169,7 +170,7 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False)
 class Track(Estimates):
-    """A tracker's run over a source: the start box as estimate of the start frame, then each step.
+    """Run of a tracker over a source: the start box as estimate of the start frame, then each step.
 
     source, source_hash   of the Source
     tracker               label in tables;  config: its name and parameters
@@ -208,4 +209,40 @@ class Track(Estimates):
             "seed": self.tracker_seed,
             "time": f"{np.median(self.step_ms):.3g} ms a frame (median)",
         }
-        return track_card(self.tracker, facts, self.centers, self.statuses)
+        return _card(self.tracker, facts, self.centers, self.statuses)
+
+
+COLOURS = {"tracking": "#0072b2", "occluded": "#e69f00", "lost": "#d55e00"}
+"""Colour of each status (palette of Okabe and Ito)."""
+
+PLOT_WIDTH, PLOT_HEIGHT = 320, 240
+"""Largest plot of a trajectory in a notebook, px."""
+
+
+def _card(name: str, facts: Mapping[str, object], centers: Floats, statuses: Sequence[str]) -> str:
+    """Return the notebook card of a track: its facts, frames of each status, and trajectory; centers (n, 2) px."""
+    said = ", ".join(f"{status} in {statuses.count(status)}" for status in COLOURS if status in statuses)
+    return card(name, {**facts, "it says": said}, _trajectory(centers, statuses))
+
+
+def _trajectory(centers: Floats, statuses: Sequence[str]) -> str:
+    """Return the trajectory as SVG: lines coloured by status, from a dot at the start."""
+    low, high = centers.min(axis=0), centers.max(axis=0)
+    margin = max(0.06 * float((high - low).max()), 4.0)
+    (left, top), (width, height) = low - margin, high - low + 2 * margin
+    lines = []
+    for status, run in groupby(range(len(centers)), key=lambda k: statuses[k]):
+        places = list(run)
+        joined = centers[max(places[0] - 1, 0) : places[-1] + 1]
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in joined)
+        lines.append(f'<polyline points="{points}" stroke="{COLOURS[status]}" vector-effect="non-scaling-stroke"/>')
+    x, y = centers[0]
+    dot = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{margin / 4:.1f}" fill="{COLOURS["tracking"]}"/>'
+    shown = min(PLOT_WIDTH, PLOT_HEIGHT * width / height)
+    words = ", ".join(f'<span style="color: {color}">{status}</span>' for status, color in COLOURS.items())
+    return (
+        f'<figure style="margin: 0"><svg viewBox="{left:.1f} {top:.1f} {width:.1f} {height:.1f}" '
+        f'style="display: block; width: {shown:.0f}px; max-width: 100%; background: rgba(128, 128, 128, .12)">'
+        f'<g fill="none" stroke-width="2">{"".join(lines)}</g>{dot}</svg>'
+        f'<figcaption style="font-size: 85%">its way: {words}</figcaption></figure>'
+    )

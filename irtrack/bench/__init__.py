@@ -1,24 +1,22 @@
-"""Many runs: scenes by trackers by seeds, kept in a results file."""
+"""Bench: scenes by trackers by seeds, kept in a results file."""
 
-from irtrack.bench.asked import SourceEntry
-from irtrack.bench.cell import Cell, Key, Run, SourceRow
-from irtrack.bench.exporting import export
-from irtrack.bench.pairs import Pair, difference, distinct, pairs, value
+from irtrack.bench.export import export
+from irtrack.bench.records import Key, Run, RunRecord, SourceRow
 from irtrack.bench.remote import cluster
 from irtrack.bench.results import Results
-from irtrack.bench.specs import Entry, parse_tracker_spec, parse_trackers
+from irtrack.bench.run import run_bench
+from irtrack.bench.spec import Entry, SourceEntry, parse_tracker_spec, parse_trackers
 from irtrack.bench.suite import Suite, is_suite, load_suite
-from irtrack.bench.sweep import run_bench
-from irtrack.bench.table import ALL_SOURCES, SummaryRow, summary
+from irtrack.bench.summary import ALL_SOURCES, Pair, SummaryRow, difference, distinct, pairs, summary, value
 
 __all__ = [
     "ALL_SOURCES",
-    "Cell",
     "Entry",
     "Key",
     "Pair",
     "Results",
     "Run",
+    "RunRecord",
     "SourceEntry",
     "SourceRow",
     "Suite",

@@ -1,4 +1,4 @@
-"""Golden figures: what every run of a suite has once measured, and how far a new measurement is from that."""
+"""Baseline: the figures that every run of a suite once had, and the changes of a new measurement."""
 
 from __future__ import annotations
 
@@ -11,32 +11,30 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from irsim.recording.output import atomic_text
-from irtrack.bench import Cell, Suite, run_bench, value
-from irtrack.bench.sweep import Progress
+from irtrack.bench import RunRecord, Suite, run_bench, value
+from irtrack.bench.run import Progress
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
 
 HELD = ("lost", "error", "off_share", "success_auc", "lt_f")
-"""The figures that are held: identity, error, and overlap, by runs of any length."""
+"""Figures of a baseline: loss, error and overlap."""
 
 TOLERANCE = 0.04
-"""Share of a figure by which it may change: numbers that another machine rounds otherwise may do that to a run of
-particles; a tracker that is a tenth worse may not."""
+"""Largest relative change of a figure: other rounding on another machine may change a run of particles by so much."""
 
 FLOOR = 0.002
-"""Change, in the figure's own unit, that is never told: figures may be 0."""
+"""Largest change in the unit of the figure that is ignored: figures may be 0."""
 
 Run: TypeAlias = tuple[str, str, int]
 """(source, label, seed)."""
 
-Golden: TypeAlias = Mapping[Run, Mapping[str, float | None]]
-"""The figures of each run; None where nothing tells one."""
+Baseline: TypeAlias = Mapping[Run, Mapping[str, float | None]]
+"""Figures of each run; None where it has none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A figure that is not what it was; `old` or `new` None: it is not known there. Of a run that only one
-    of the two has, the figure is 'run'."""
+    """Changed figure; `old` or `new` is None where it is unknown. The figure is 'run' for a run that only one has."""
 
     run: Run
     figure: str
@@ -45,8 +43,8 @@ class Change:
     verdict: Literal["better", "worse", "new", "gone"]
 
 
-def golden_file(suite: Path) -> Path:
-    """The file beside a suite that holds its golden figures."""
+def baseline_file(suite: Path) -> Path:
+    """Return the file beside a suite that holds its baseline."""
     return suite.with_suffix(".golden.json")
 
 
@@ -55,8 +53,8 @@ def measure(
     jobs: int = 1,
     progress: Progress | None = None,
     frame_limit_s: float | None = None,
-    seen: Callable[[Cell], None] | None = None,
-) -> Golden:
+    seen: Callable[[RunRecord], None] | None = None,
+) -> Baseline:
     """Run the suite and take its figures; a failed run is lost and has no other.
 
     frame_limit_s  runs trackers in worker processes: one that takes longer for a frame, or in a run longer than the
@@ -67,7 +65,7 @@ def measure(
         kept = run_bench(
             suite.sources,
             suite.trackers,
-            results=Path(scratch) / "golden.db",
+            results=Path(scratch) / "baseline.db",
             seeds=suite.seeds,
             tracker_seeds=suite.tracker_seeds,
             jobs=jobs,
@@ -87,8 +85,8 @@ def measure(
     return found
 
 
-def changes(old: Golden, new: Golden) -> list[Change]:
-    """What differs by more than `TOLERANCE`, in the order of the runs."""
+def changes(old: Baseline, new: Baseline) -> list[Change]:
+    """Return the differences beyond `TOLERANCE`, in the order of the runs."""
     found: list[Change] = []
     for run in sorted({*old, *new}):
         if run not in old or run not in new:
@@ -109,22 +107,22 @@ def _verdict(name: str, was: float | None, now: float | None) -> Literal["better
     return "worse" if (now > was) == (FIGURES[name].better == "less") else "better"
 
 
-def read(path: Path) -> Golden:
-    """The golden figures in a file; InputError where there are none."""
+def read(path: Path) -> Baseline:
+    """Return the baseline in a file; InputError where there is none."""
     try:
         rows = json.loads(path.read_text(encoding="utf-8"))
         return {(row["source"], row["tracker"], row["seed"]): row["figures"] for row in rows}
     except FileNotFoundError:
-        raise InputError(f"{path}: there are no golden figures yet; irtrack regress --bless writes them") from None
+        raise InputError(f"{path}: there is no baseline yet; irtrack regress --update writes it") from None
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f"{path}: holds no golden figures: {error!r}") from None
+        raise InputError(f"{path}: holds no baseline: {error!r}") from None
 
 
-def write(golden: Golden, path: Path) -> None:
-    """A run a line, so that a change shows as one."""
+def write(baseline: Baseline, path: Path) -> None:
+    """Write a run a line, so that a change is one line of a diff."""
     rows = [
         json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
-        for (source, label, seed), figures in sorted(golden.items())
+        for (source, label, seed), figures in sorted(baseline.items())
     ]
     with atomic_text(path) as file:
         file.write("[\n" + ",\n".join(rows) + "\n]\n")

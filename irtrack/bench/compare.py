@@ -1,4 +1,4 @@
-"""Two sets of results of the same scenes against each other: what got better, what worse, what is a tie."""
+"""Comparison of two sets of results on the same scenes: better, worse, tie or too few; gates; JUnit XML."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from irsim.config.base import suggestion
-from irtrack.bench import ALL_SOURCES, Cell, Pair, Results, difference, pairs, value
+from irtrack.bench import ALL_SOURCES, Pair, Results, RunRecord, difference, pairs, value
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, LEAST_SCENES, Difference, scenes_for
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
-"""The figures that are compared where none are named."""
+"""Figures compared by default."""
 
 COMPARED = tuple(name for name, figure in FIGURES.items() if figure.better is not None)
-"""The figures of which one way is better."""
+"""Figures of which less or more is better."""
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """One figure of one tracker on one source (or all), old and new, over the runs that both have.
 
-    old, new     means over the pairs;  difference  new less old, its interval by whole scenes
+    old, new     means over the pairs;  difference  new minus old, its interval by scenes
     """
 
     source: str
@@ -37,7 +37,7 @@ class Comparison:
 
     @property
     def verdict(self) -> Literal["better", "worse", "tie", "too few"]:
-        """A tie where the interval holds zero; too few runs for an interval tell nothing."""
+        """Verdict: a tie where the interval contains zero, too few where the runs give no interval."""
         if self.difference.is_open:
             return "too few"
         if self.difference.is_tie:
@@ -46,22 +46,22 @@ class Comparison:
 
     @property
     def worsening(self) -> tuple[float, float]:
-        """By how much it is worse, at least and at most, by the interval; below zero where it is better."""
+        """Least and largest worsening by the interval; below zero where it is better."""
         d = self.difference
         return (d.low, d.high) if FIGURES[self.figure].better == "less" else (-d.high, -d.low)
 
     def is_worse_by(self, margin: float) -> bool:
-        """Is it worse by more than `margin`, wherever in the interval the truth lies?"""
+        """Return whether the whole interval is worse by more than `margin`."""
         return self.worsening[0] > margin
 
     def may_be_worse_by(self, margin: float) -> bool:
-        """Is that told neither way, the interval reaching beyond `margin` and not lying beyond it?"""
+        """Return whether a part of the interval, and not the whole, is worse by more than `margin`."""
         least, most = self.worsening
         return not self.difference.is_open and least <= margin < most
 
 
-def compare(old: Iterable[Cell], new: Iterable[Cell], figures: Sequence[str] = USUAL) -> list[Comparison]:
-    """Every figure for each source and label that both have, and over all sources where there are several.
+def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequence[str] = USUAL) -> list[Comparison]:
+    """Return every figure for each source and label that both have, and over all sources where there are several.
 
     Runs are paired by source, target, start, input and seeds: the same frames. A failed run counts
     as lost and has no other figure. InputError for an unknown figure, or where no run is in both.
@@ -80,13 +80,13 @@ def compare(old: Iterable[Cell], new: Iterable[Cell], figures: Sequence[str] = U
 
 
 def check_figure(name: str) -> None:
-    """InputError where there is no such figure, or neither way of it is better."""
+    """Raise InputError where there is no such figure, or neither less nor more of it is better."""
     if name not in COMPARED:
         raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED)}")
 
 
-def cells_of(results: str | Path, label: str | None = None) -> list[Cell]:
-    """The newest cells of a results file, those of one label where it is given; InputError where there are none."""
+def cells_of(results: str | Path, label: str | None = None) -> list[RunRecord]:
+    """Return the newest run records of a results file, of one label where given; InputError where there are none."""
     with Results(results) as opened:
         cells = opened.cells()
     labels = sorted({cell.label for cell in cells})
@@ -99,13 +99,13 @@ def cells_of(results: str | Path, label: str | None = None) -> list[Cell]:
     return cells
 
 
-def under_one_label(cells: Iterable[Cell], label: str) -> list[Cell]:
-    """The cells as if their tracker were labelled so: to compare two trackers of one file."""
+def under_one_label(cells: Iterable[RunRecord], label: str) -> list[RunRecord]:
+    """Return the records with another label, to compare two trackers of one file."""
     return [replace(cell, label=label) for cell in cells]
 
 
-def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], list[Pair]]:
-    """(source, label): the pairs; each label over all sources last, where it has several."""
+def _pairs(old: Iterable[RunRecord], new: Iterable[RunRecord]) -> dict[tuple[str, str], list[Pair]]:
+    """Return the pairs by (source, label); each label over all sources last, where it has several."""
     before, after = _by_place(old), _by_place(new)
     found = {place: both for place in after if (both := pairs(before.get(place, ()), after[place]))}
     for label in sorted({label for _, label in found}):
@@ -115,8 +115,8 @@ def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], li
     return found
 
 
-def _by_place(cells: Iterable[Cell]) -> dict[tuple[str, str], list[Cell]]:
-    found: dict[tuple[str, str], list[Cell]] = {}
+def _by_place(cells: Iterable[RunRecord]) -> dict[tuple[str, str], list[RunRecord]]:
+    found: dict[tuple[str, str], list[RunRecord]] = {}
     for cell in cells:
         found.setdefault((cell.source, cell.label), []).append(cell)
     return found
@@ -134,14 +134,14 @@ def _comparison(source: str, label: str, name: str, both: Sequence[Pair]) -> Com
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """A figure must not be worse by more than `margin`."""
+    """Condition that a figure is not worse by more than `margin`."""
 
     figure: str
     margin: float
 
     @classmethod
     def parse(cls, text: str) -> Gate:
-        """Of 'METRIC:MARGIN', e.g. 'lost:0.05'; InputError for anything else."""
+        """Return the gate of 'METRIC:MARGIN', e.g. 'lost:0.05'; InputError for anything else."""
         figure, _, margin = text.partition(":")
         check_figure(figure)
         try:
@@ -153,11 +153,11 @@ class Gate:
         return cls(figure, value)
 
     def failures(self, comparisons: Iterable[Comparison]) -> list[Comparison]:
-        """Those that are worse beyond the margin."""
+        """Return the comparisons that are worse beyond the margin."""
         return [each for each in comparisons if each.figure == self.figure and each.is_worse_by(self.margin)]
 
     def doubts(self, comparisons: Iterable[Comparison]) -> list[str]:
-        """A line for each comparison that passes and could be worse beyond the margin for all that its runs tell."""
+        """Return a line for each comparison that passes although its interval reaches beyond the margin."""
         return [
             self._doubt(each)
             for each in comparisons
@@ -165,7 +165,7 @@ class Gate:
         ]
 
     def _doubt(self, each: Comparison) -> str:
-        """'t on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds; about 250 would tell 0.05'."""
+        """Return a line such as 't on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds'."""
         d = each.difference
         have = d.scenes if d.scenes > 1 else d.pairs
         need = scenes_for(d, self.margin) if self.margin > 0 else 0
@@ -178,7 +178,7 @@ class Gate:
         )
 
     def check_told(self, comparisons: Iterable[Comparison]) -> None:
-        """InputError where no comparison of the figure has runs enough: a gate that cannot close is none."""
+        """Raise InputError where no comparison of the figure has enough runs to fail."""
         of_figure = [each for each in comparisons if each.figure == self.figure]
         if all(each.verdict == "too few" for each in of_figure):
             raise InputError(
@@ -188,7 +188,7 @@ class Gate:
 
 
 def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
-    """JUnit XML: a test case for every gate, source and label; a failure where it is worse, its doubts as output."""
+    """Return JUnit XML: a test case for every gate, source and label; doubts are its output."""
     suite = ElementTree.Element("testsuite", name="irtrack compare")
     failed = 0
     for gate in gates:
@@ -213,7 +213,7 @@ def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
 
 
 def in_words(each: Comparison) -> str:
-    """'kalman on sky: lost 0.1 -> 0.4, +0.3 [0.1, 0.5]: worse'."""
+    """Return 'kalman on sky: lost 0.1 -> 0.4, +0.3 [0.1, 0.5]: worse'."""
     d = each.difference
     return (
         f"{each.label} on {each.source}: {each.figure} {each.old:.4g} -> {each.new:.4g}, "

@@ -1,43 +1,93 @@
-"""What a bench is to run: every source with its seeds, every tracker on each."""
+"""Plan of a bench: every source with its seeds, every tracker on each."""
 
 from __future__ import annotations
 
 import itertools
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from irsim.types import Box, Input, Source
-from irtrack.bench.asked import AnySource, Asked, SourceEntry, asked
-from irtrack.bench.cell import Key, SourceRow
-from irtrack.bench.group import Group, Member
-from irtrack.bench.specs import Entry, entry
+from irtrack.bench.records import Key, RunRecord, SourceRow
+from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
 from irtrack.errors import InputError, whole_number
+from irtrack.metrics import Trace, score_trace
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start
-from irtrack.types import GivenTracker
+from irtrack.types import GivenTracker, Tracker
+
+Outcome = tuple[RunRecord, Trace | None]
+"""Record of a finished run, and its trace; None where it failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """Run to be done: its tracker under its label, and its key."""
+
+    label: str
+    tracker: Tracker
+    key: Key
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Runs of one source and scene, which share its frames.
+
+    target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
+    members: the runs to be done.
+    """
+
+    source: Source
+    name: str
+    scene_hash: str
+    severity: int | None
+    target: str | None
+    init: tuple[Box, int] | None
+    input: Input
+    members: tuple[Member, ...]
+
+    def of(self, members: Sequence[Member]) -> Group:
+        """Return the group with these members."""
+        return replace(self, members=tuple(members))
+
+    def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
+        """Return the outcome of a failed member; `frame` where the failure itself does not name it."""
+        where = f"{self.name}, seed {member.key.tracker_seed}"
+        gap = "\n" if "\n" in failure else " "
+        outcome, told = failure, f"{where}:{gap}{failure}"
+        if frame is not None:
+            outcome = f"frame {frame}:{gap}{failure}"
+            told = f"{where}, {outcome}"
+        return replace(self._record(member), status="failed", failure=told, outcome=outcome), None
+
+    def finished(self, member: Member, trace: Trace) -> Outcome:
+        """Return the outcome of a member that reached the end."""
+        return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), trace
+
+    def _record(self, member: Member) -> RunRecord:
+        return RunRecord(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One source with one scene seed: its row, and the group of cells wanted of it."""
+    """One source with one scene seed: its row, and the group of its runs."""
 
     row: SourceRow
     group: Group
 
 
 @dataclass(frozen=True, eq=False)
-class Contestant:
-    """An entry with what a key says of its tracker."""
+class TrackerSpec:
+    """Tracker spec: an entry with the parts of a key that describe its tracker."""
 
     entry: Entry
     config: str
     code_hash: str
 
 
-def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contestant]:
-    """The trackers of a bench; InputError where there are none or two have one label."""
+def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[TrackerSpec]:
+    """Return the tracker specs of a bench; InputError where there are none or two have one label."""
     entries = [entry(tracker) for tracker in trackers]
     if not entries:
         raise InputError("no trackers; allowed: at least one, see irtrack list")
@@ -49,14 +99,14 @@ def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contesta
         spec = second.label if second.label.startswith(name) else name  # without a label of its own it is its spec
         raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={spec}")
     return [
-        Contestant(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
+        TrackerSpec(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
         for one in entries
     ]
 
 
 @dataclass(frozen=True)
 class Seeds:
-    """Scene seeds 0, 1, ... (or others), and how often each scene is run with another tracker seed.
+    """Scene seeds 0, 1, ... (or others), and the number of runs of each scene with other tracker seeds.
 
     Run r of scene i has the tracker seed i + r * `APART`; a recording has tracker seeds only.
     """
@@ -66,7 +116,7 @@ class Seeds:
 
     @classmethod
     def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
-        """InputError for none, negative or doubled ones."""
+        """Return the seeds of a number or list; InputError for none, negative or repeated ones."""
         if isinstance(seeds, Iterable):
             found = [whole_number("seeds", seed) for seed in seeds]
         else:
@@ -76,29 +126,29 @@ class Seeds:
         return cls(found, whole_number("tracker seeds", repeats, 1))
 
     def of_tracker(self, scene: int) -> Iterator[int]:
-        """The tracker seeds of a scene seed."""
+        """Return the tracker seeds of a scene seed."""
         return (scene + APART * repeat for repeat in range(self.repeats))
 
 
 APART = 1000
-"""Between the tracker seeds of one scene: so that few scenes share one."""
+"""Step between the tracker seeds of one scene, so that few scenes share one."""
 
 
 def plans(
-    sources: Sequence[AnySource | SourceEntry | Asked],
-    trackers: Sequence[Contestant],
+    sources: Sequence[AnySource | SourceEntry | SourceSpec],
+    trackers: Sequence[TrackerSpec],
     seeds: Seeds,
     input: Input,
     target: str | None,
     init: tuple[Box, int] | None,
 ) -> list[Plan]:
-    """One plan per source and scene; InputError where two sources share a name or nothing can be measured.
+    """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
     target, init as in `run_bench`.
     """
     found: list[Plan] = []
     names: set[str] = set()
-    for each in itertools.chain.from_iterable(map(asked, sources)):
+    for each in itertools.chain.from_iterable(map(source_specs, sources)):
         if each.name in names:
             other = f"NEW={each.word or each.name}"
             raise InputError(f"two sources are named '{each.name}'; allowed: names that differ, as in {other}")
@@ -130,8 +180,8 @@ def plans(
     return found
 
 
-def _seeded(each: Asked, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
-    """(source, row, tracker seeds) for each scene; only a scenario's scene changes with its seed."""
+def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
+    """Yield (source, row, tracker seeds) for each scene; only the scene of a scenario changes with its seed."""
     source = each.source
     scene_hash = source.with_seed(0).hash
     for seed in seeds.scenes:
@@ -142,8 +192,8 @@ def _seeded(each: Asked, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # A value from Python is named by a recording's path, or by the file in which the report lets one
-        # save the scenario, which holds its changes.
+        # A value from Python is named by the path of a recording, or by the file in which the report offers the
+        # scenario, changes included.
         changes = () if each.word is None else each.changes
         row = SourceRow(
             hash=seeded.hash,
@@ -162,9 +212,9 @@ def _seeded(each: Asked, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list
 
 
 def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | None) -> str | None:
-    """Who is followed; InputError where no track can start with any of the seeds.
+    """Return the id of the tracked target; InputError where no track can start with any of the seeds.
 
-    With some seeds the target may never show: those cells will say so.
+    Runs with seeds by which the target is never visible fail later.
     """
     fault = InputError(f"{source.name}: nothing to run")
     for seed in seeds:

@@ -11,15 +11,15 @@ from typing import Any
 from irtrack.errors import InputError
 
 WAIT_S = 10.0
-"""How long a scheduler may take to answer, and a first worker to join it."""
+"""Longest time for the scheduler to answer, and for a first worker to join it."""
 
 
 @contextmanager
 def cluster(address: str) -> Iterator[Executor]:
-    """The workers of the scheduler at an address such as 'tcp://127.0.0.1:8786', as an executor.
+    """Yield the workers of the scheduler at an address such as 'tcp://127.0.0.1:8786', as an executor.
 
-    A task is never taken for done because one like it was (`pure=False`): results files decide that. InputError
-    where dask is not installed, no scheduler answers, or it has no worker.
+    No task is replaced by an earlier equal one (`pure=False`): results files decide that. InputError where dask is not
+    installed, no scheduler answers, or it has no worker.
     """
     try:
         import distributed
@@ -32,8 +32,8 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         failed = " ".join(str(error).split()) or type(error).__name__
     if client is None:
-        # Not where the error is at hand, which has hold of what there is of a client. That closes itself now: later,
-        # while another one starts, it could wait for ever.
+        # Outside of the handler, whose error refers to the half-made client. The client closes itself now: later, while
+        # another one starts, it could wait forever.
         gc.collect()
         raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:

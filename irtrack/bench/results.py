@@ -1,13 +1,13 @@
-"""The results file: SQLite, one cell a row, committed as they are finished.
+"""Results file: SQLite, one run a row (table `cells`), committed as runs finish.
 
-A killed bench leaves a valid file (SQLite's journals); the next one goes on from there.
+A killed bench leaves a valid file (journals of SQLite); the next one continues from there.
 """
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
@@ -16,20 +16,20 @@ from types import TracebackType
 from typing import Any
 
 from irsim.config.paths import check_input, path_of
-from irtrack.bench.cell import Cell, Key, Run, SourceRow
-from irtrack.bench.packing import packed_trace, unpacked_trace
-from irtrack.bench.shown import results_card
+from irsim.notebook import table
+from irtrack.bench.records import Key, Run, RunRecord, SourceRow, packed_trace, unpacked_trace
+from irtrack.bench.summary import MARKS, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
 
 APPLICATION_ID = 0x69727472
-"""'irtr' in the file's header tells a results file from any other SQLite file."""
+"""'irtr' in the header of the file, which marks a results file."""
 
 SCHEMA_VERSION = 6
 """Raised whenever a table below, `Score` or `Trace` changes."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
-"""What SQLite says where it cannot write: a full disk, a quota or a limit."""
+"""Errors of SQLite where it cannot write: a full disk, a quota or a limit."""
 
 _KEY = [field.name for field in fields(Key)]
 _SQL_TYPES = {int: "INTEGER", bool: "INTEGER", float: "REAL"}
@@ -62,10 +62,10 @@ COMMIT;
 
 
 class Results:
-    """A results file. Errors with the file, foreign and broken ones too, are InputErrors.
+    """Results file. Errors with the file, also one of another program or a broken one, are InputErrors.
 
-    `create=True` makes the file where there is none (its folder must exist). `run` is the call of the
-    bench that opened it; None where it was opened to be read.
+    `create=True` creates a missing file (its folder must exist). `run` is the call of the bench that opened it; None
+    where it was opened for reading.
     """
 
     def __init__(self, path: str | Path, create: bool = False) -> None:
@@ -80,21 +80,21 @@ class Results:
         if is_new and not self.path.parent.is_dir():
             raise InputError(f"{path}: the folder {self.path.parent} does not exist")
         is_made = not self.path.exists()
-        with self._clear_errors():
+        with self._file_errors():
             self._db = sqlite3.connect(self.path, isolation_level=None)
             try:
                 if is_new:
                     self._db.executescript(_SCHEMA)
                 else:
                     with self._reading():
-                        self._refuse_foreign()
+                        self._check_header()
             except BaseException:
                 self._db.close()
                 if is_made and self.path.stat().st_size == 0:  # a full disk
                     self.path.unlink()
                 raise
 
-    def _refuse_foreign(self) -> None:
+    def _check_header(self) -> None:
         application = self._db.execute("PRAGMA application_id").fetchone()[0]
         version = self._db.execute("PRAGMA user_version").fetchone()[0]
         if application != APPLICATION_ID:
@@ -109,18 +109,18 @@ class Results:
             raise InputError(f"{self.path}: the results file is damaged: {verdict.splitlines()[0]}")
 
     @contextmanager
-    def _clear_errors(self) -> Iterator[None]:
+    def _file_errors(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.Error as error:
-            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without what it adds of where it was
+            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extended code
             hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
             raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """The same where what is kept is read: damage that SQLite does not see is told, too."""
-        with self._clear_errors():
+        """Turn errors of reading into InputErrors, also damage that SQLite does not see."""
+        with self._file_errors():
             try:
                 yield
             except (sqlite3.Error, InputError):
@@ -151,12 +151,12 @@ class Results:
 
     @contextmanager
     def sweep(self) -> Iterator[None]:
-        """Around many transactions: each then costs 0.02 ms in place of four waits for the disk, some 16 ms.
+        """Make many transactions cheap: 0.02 ms each in place of four waits for the disk, some 16 ms.
 
-        SQLite keeps what is committed in a file beside, NAME-wal, and takes it over at the end. A process killed in
-        between leaves both with all that was committed, and whoever opens NAME next puts it together; a power cut
-        costs what the system has not written yet, not the file (sqlite.org/wal.html). Where another process is
-        just writing, or the file system cannot do it, transactions cost what they cost.
+        SQLite keeps commits in a write-ahead log, NAME-wal, and merges it at the end. A process killed in between
+        leaves both files with all that was committed, and the next one to open NAME merges them; a power cut loses
+        only what the system has not written yet (sqlite.org/wal.html). Where another process is writing, or the file
+        system has no support, transactions keep their cost.
         """
         with suppress(sqlite3.Error):
             if self._db.execute("PRAGMA journal_mode = WAL").fetchone()[0] == "wal":
@@ -170,8 +170,8 @@ class Results:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """All that is written within is committed together, or not at all."""
-        with self._clear_errors():
+        """Commit all writes of the block together, or none."""
+        with self._file_errors():
             self._db.execute("BEGIN IMMEDIATE")
         try:
             yield
@@ -179,19 +179,19 @@ class Results:
             if self._db.in_transaction:  # a full disk has rolled it back already
                 self._db.execute("ROLLBACK")
             raise
-        with self._clear_errors():
+        with self._file_errors():
             self._db.execute("COMMIT")
 
     def _insert(self, table: str, row: dict[str, Any], or_what: str = "ABORT") -> int:
         marks = ", ".join("?" * len(row))
-        with self._clear_errors():
+        with self._file_errors():
             cursor = self._db.execute(
                 f"INSERT OR {or_what} INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values())
             )
         return cursor.lastrowid or 0
 
     def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
-        """Note a call of the bench; it is `run` from now on."""
+        """Note a call of the bench and return it; it is `run` from now on."""
         row = {"started": started, "command": command, "versions": json.dumps(versions)}
         self.run = Run(self._insert("runs", row), started, command, dict(versions))
         return self.run
@@ -204,17 +204,17 @@ class Results:
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Note that a run is about this cell of the source of that name, whoever computes it."""
+        """Note that a call wants this run of a source under a label, computed by it or not."""
         self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
 
     def has(self, key: Key) -> bool:
-        """Is this cell there and not failed? (A failed one is worth another try.)"""
-        with self._clear_errors():
+        """Return whether the file has a run that did not fail; failed ones are tried again."""
+        with self._file_errors():
             found = self._db.execute("SELECT 1 FROM cells WHERE digest = ? AND status = 'ok'", (key.digest,))
             return found.fetchone() is not None
 
-    def add(self, cell: Cell, trace: Trace | None) -> None:
-        """Keep a finished cell; its source and that it is wanted are noted before."""
+    def add(self, cell: RunRecord, trace: Trace | None) -> None:
+        """Keep a finished run; its source and its call were noted before."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
         row |= {"trace": packed_trace(trace) if trace else None}
@@ -222,25 +222,24 @@ class Results:
         self._insert("cells", row, "REPLACE")
 
     def runs(self) -> list[Run]:
-        """All calls of the bench, oldest first."""
+        """Return all calls of the bench, oldest first."""
         with self._reading():
             rows = self._db.execute("SELECT id, started, command, versions FROM runs ORDER BY id").fetchall()
             return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
 
     def sources(self) -> dict[tuple[str, str], SourceRow]:
-        """All sources by (name, hash): two sources of other names may have the same content."""
+        """Return all sources by (name, hash); sources of different names may have the same content."""
         names = [field.name for field in fields(SourceRow) if field.name != "size"]
         with self._reading():
             rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
             sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
         return {(source.name, source.hash): source for source in sources}
 
-    def cells(self, every: bool = False, run: Run | None = None) -> list[Cell]:
-        """The cells, by source, label and seeds.
+    def cells(self, every: bool = False, run: Run | None = None) -> list[RunRecord]:
+        """Return the run records, by source, label and seeds.
 
-        Where a source or a tracker has changed under the same name, only its newest version (the one
-        that a run wanted last) is given; `every=True` gives the older ones too. With `run` only the
-        cells that this run wanted.
+        Where a source or a tracker has changed under the same name, only its newest version is returned, the one that
+        a call wanted last; `every=True` adds the older ones. With `run` only those that this call wanted.
         """
         columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity", *FIGURES]
         sql = f"""
@@ -262,13 +261,13 @@ class Results:
         return [cell for _, cell in dated if _version(cell) in current]
 
     def trace(self, key: Key) -> Trace | None:
-        """A cell's track and truth frame by frame; None where it failed or is not there."""
+        """Return the trace of a run; None where it failed or is missing."""
         with self._reading():
             row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
             return unpacked_trace(row[0]) if row and row[0] else None
 
 
-def _version(cell: Cell) -> tuple[str, ...]:
+def _version(cell: RunRecord) -> tuple[str, ...]:
     key = cell.key
     return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, key.input, key.config, key.code_hash)
 
@@ -277,8 +276,40 @@ def _source(size: tuple[int, int], row: dict[str, Any]) -> SourceRow:
     return SourceRow(size=size, **row | {"changes": tuple(json.loads(row["changes"]))})
 
 
-def _cell(row: dict[str, Any]) -> Cell:
+def _cell(row: dict[str, Any]) -> RunRecord:
     score = Score.from_dict(row) if row["status"] == "ok" else None
     key = Key(**{name: row[name] for name in _KEY})
     told = (row["status"], row["failure"], score, row["severity"], row["outcome"])
-    return Cell(key, row["label"], row["name"], row["scene_hash"], *told)
+    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *told)
+
+
+MAX_ROWS = 40
+"""Rows of the table in a notebook; the report has all."""
+
+HEAD = ("", "tracker", "source", "runs", "lost", "95 %", "rmse before loss, px", "≤ 20 px", "AUC", "ms")
+
+
+def results_card(name: str, cells: Iterable[RunRecord]) -> str:
+    """Return the ranked table of each source under the name of the file, as HTML."""
+    rows = summary(cells)
+    more = f"<p>… {len(rows) - MAX_ROWS} more rows</p>" if len(rows) > MAX_ROWS else ""
+    return f"<p><b>{escape(name)}</b></p>{table(HEAD, [_columns(row) for row in rows[:MAX_ROWS]])}{more}"
+
+
+def _columns(row: SummaryRow) -> Sequence[object]:
+    return (
+        f"{row.rank}{MARKS[row.standing]}",
+        row.label,
+        row.source,
+        row.runs,
+        _number(row.lost_share, ".0%"),
+        "–" if row.lost_low is None else f"{row.lost_low:.0%} to {row.lost_high:.0%}",
+        _number(row.held.rmse, ".2f"),
+        _number(row.precision_20, ".3f"),
+        _number(row.success_auc, ".3f"),
+        _number(row.ms_median, ".3g"),
+    )
+
+
+def _number(value: float | None, form: str) -> str:
+    return "–" if value is None else format(value, form)

@@ -1,10 +1,11 @@
-"""Suites: a bench written down, sources by severities by trackers by seeds, as a YAML file `*suite*.yaml`."""
+"""Suites: sources by severities by trackers by seeds in a YAML file `*suite*.yaml`; the stress suite."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -12,11 +13,10 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 import irsim
-from irsim.config.base import Name, Part, Several
+from irsim.config.base import Name, Part, Several, suggestion
 from irsim.config.quantities import Index, Positive
 from irsim.types import Input
-from irtrack.bench.asked import Asked, SourceEntry, asked
-from irtrack.bench.specs import Entry, parse_tracker_spec
+from irtrack.bench.spec import Entry, SourceEntry, SourceSpec, parse_tracker_spec, source_specs
 from irtrack.errors import InputError
 
 Found = TypeVar("Found")
@@ -24,18 +24,18 @@ Item = TypeVar("Item")
 
 
 class SuiteSource(Part):
-    """A scenario or a recording, and how it is to be used. Its name alone may stand for it."""
+    """Scenario or recording, and its use; a plain name is short for it."""
 
     source: Annotated[str, Field(min_length=1)]
-    """A file, sought beside the suite first, or the name of a shipped scenario."""
+    """File, looked up beside the suite first, or name of a shipped scenario."""
     changes: Mapping[str, Any] = {}
     """Values by override keys, such as `camera.netd_mk: 80`."""
     severities: Literal["all"] | Several[Index] = ()
-    """Which severities of a scenario that has some; the scenario's own where not given."""
+    """Severities of the scenario; by default its own."""
     target: str | None = None
-    """Id of the target to follow; the source's own where not given."""
+    """Id of the target to track; by default the source's."""
     name: Name | None = None
-    """What tables call it; its own name where not given."""
+    """Name in tables; by default its own."""
 
     @model_validator(mode="before")
     @classmethod
@@ -44,14 +44,14 @@ class SuiteSource(Part):
 
 
 class SuiteTracker(Part):
-    """A tracker. A spec as `--trackers` takes it may stand for it: `big=grey_pf:particles=500`."""
+    """Tracker; a spec as for `--trackers` is short for it: `big=grey_pf:particles=500`."""
 
     tracker: Annotated[str, Field(min_length=1)]
-    """A name of `irtrack list`, or module:Class."""
+    """Name of `irtrack list`, or module:Class."""
     label: Annotated[str, Field(min_length=1, max_length=64)] | None = None
-    """What tables call it; the tracker's name where not given."""
+    """Label in tables; by default the name of the tracker."""
     parameters: Mapping[str, Any] = {}
-    """The tracker's parameters."""
+    """Parameters of the tracker."""
 
     @model_validator(mode="before")
     @classmethod
@@ -60,27 +60,27 @@ class SuiteTracker(Part):
 
 
 class SuiteFile(Part):
-    """A bench written down."""
+    """Suite as a YAML file."""
 
     about: str = ""
-    """What it is for."""
+    """Purpose."""
     sources: Annotated[Several[SuiteSource], Field(min_length=1)]
     """Scenarios and recordings."""
     trackers: Annotated[Several[SuiteTracker], Field(min_length=1)]
-    """The trackers that run on all of them."""
+    """Trackers, each of which runs on all sources."""
     seeds: Annotated[int, Field(ge=1, le=100_000)] = 10
-    """How many scene seeds, from 0 on; each is the tracker's seed too."""
+    """Number of scene seeds, from 0 on; each is the tracker's seed too."""
     tracker_seeds: Annotated[int, Field(ge=1, le=1000)] = 1
-    """How often each scene is run, each time with another tracker seed."""
+    """Runs of each scene, each with another tracker seed."""
     input: Literal["display", "counts"] = "display"
-    """What trackers look at."""
+    """Images that trackers see."""
     time_limit_s: Positive | None = None
-    """A tracker that takes longer in one run, rendering apart, is stopped; the run failed."""
+    """Longest time of a tracker in one run, rendering apart, s; a run that takes longer fails."""
 
     @model_validator(mode="before")
     @classmethod
     def _is_no_scenario(cls, value: Any) -> Any:
-        """A scenario in a suite's place is one mistake, not one for each of its keys."""
+        """Report a scenario in place of a suite as one error, not one for each of its keys."""
         if isinstance(value, Mapping):
             own, of_scenes = cls.model_fields.keys(), irsim.Scenario.model_fields.keys()
             if value.keys() & (of_scenes - own) and not value.keys() & (own - of_scenes):
@@ -94,10 +94,10 @@ class SuiteFile(Part):
 
 @dataclass(frozen=True, eq=False)
 class Suite:
-    """A suite read and checked: what `irtrack.run_bench` takes."""
+    """Suite that was read and checked: the arguments of `irtrack.run_bench`."""
 
     about: str
-    sources: list[Asked]
+    sources: list[SourceSpec]
     trackers: list[Entry]
     seeds: int
     tracker_seeds: int
@@ -106,16 +106,16 @@ class Suite:
 
 
 def is_suite(word: str) -> bool:
-    """Is a suite meant? By its name: `*suite*.yaml`, or the same without the ending for a shipped one."""
+    """Return whether a word names a suite: `*suite*.yaml`, or the same without the ending for a shipped one."""
     path = Path(word)
     return "suite" in path.stem and path.suffix in {".yaml", ".yml", ""}
 
 
 def load_suite(path: str | Path) -> Suite:
-    """The suite in a YAML file, or the shipped one of that name (`suites/quick-suite`).
+    """Return the suite in a YAML file, or the shipped one of that name (`suites/quick-suite`).
 
-    InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'. All
-    sources are opened and all trackers made.
+    All sources are opened and all trackers made. InputError with a line for each error,
+    'file:line:column: key: problem; allowed: ...'.
     """
     written = irsim.read_part(path, SuiteFile, wants="suites")
     suite, folder = written.part, Path(path).parent
@@ -128,7 +128,7 @@ def load_suite(path: str | Path) -> Suite:
             except InputError as error:
                 wrong.extend(written.line((key, index), each) for each in str(error).splitlines())
 
-    opened = list(tried("sources", suite.sources, lambda source: list(asked(_entry(source, folder)))))
+    opened = list(tried("sources", suite.sources, lambda source: list(source_specs(_entry(source, folder)))))
     trackers = list(tried("trackers", suite.trackers, _tracker))
     if wrong:
         raise InputError("\n".join(wrong))
@@ -150,3 +150,27 @@ def _tracker(tracker: SuiteTracker) -> Entry:
     if tracker.label is None and not tracker.parameters:
         return parse_tracker_spec(tracker.tracker)
     return Entry(tracker.label or tracker.tracker, make(tracker.tracker, tracker.parameters))
+
+
+STRESS_SUITE = "suites/stress-suite"
+"""Shipped suite of all causes of failure, a stress scenario each at all of its severities."""
+
+
+def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = (), path: str = STRESS_SUITE) -> Suite:
+    """Return the stress suite for these trackers: each cause of failure alone, from harmless to severe.
+
+    path   file of a suite, or name of a shipped one;  causes  names of its sources; all by default
+
+    InputError for an unknown cause, for a source at fewer than two severities, and as `load_suite`.
+    """
+    suite = load_suite(path)
+    by_cause = {each.name: each.family for each in suite.sources}
+    known = Counter(by_cause.values())
+    for name, severities in known.items():
+        if severities < 2:
+            raise InputError(f"{path}: {name} has at most one severity; allowed: two of its `severities`, or more")
+    for cause in causes:
+        if cause not in known:
+            raise InputError(f"cause '{cause}': allowed: {', '.join(known)}{suggestion(cause, known)}")
+    sources = [each for each in suite.sources if not causes or by_cause[each.name] in causes]
+    return replace(suite, sources=sources, trackers=list(trackers), seeds=seeds)

@@ -17,19 +17,18 @@ from irsim.cli import terminal
 from irsim.cli.terminal import given_path
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
-from irtrack.cli.compare import compare
+from irtrack.cli.compare import compare, regress
 from irtrack.cli.falsify import falsify
-from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
 from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
-from irtrack.cli.regress import regress
-from irtrack.cli.sources import sources
+from irtrack.cli.papers import sources
 from irtrack.cli.stress import stress
 from irtrack.errors import InputError, TrackerError
+from irtrack.runner.crash_reporter import crash_reporter
 
 if TYPE_CHECKING:
     from irsim.types import Source
-    from irtrack.falsify.told import Told
+    from irtrack.falsify.rules import Told
 
 app = terminal.commands("Replay infrared recordings into trackers, measure where they break, and report it.")
 
@@ -115,9 +114,9 @@ def run(
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
-    with last_words(tracker, f"repeat it: {command_line()}") as last:
+    with crash_reporter(tracker, f"repeat it: {command_line()}") as reporter:
         from irsim import Rendering, Scenario, is_recording, open_source
-        from irtrack.bench.specs import read_spec
+        from irtrack.bench.spec import read_spec
         from irtrack.cli.options import split_settings, start_box
         from irtrack.metrics import Reference, Trace, score_trace
         from irtrack.registry.identity import source_file
@@ -147,8 +146,8 @@ def run(
         player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
-        last.where(where)
-        see = last.watching(player.see)
+        reporter.note(where)
+        see = reporter.watching(player.see)
         try:
             with terminal.progress_bar(tracker, ticking=False) as progress:
                 truths = replay(opened, [see], looked_at, player.start.frame, progress=progress)
@@ -160,19 +159,19 @@ def run(
     result = score_trace(trace)
     expected: list[Told] = []
     if isinstance(opened, Rendering) and track.target is not None:
-        from irtrack.falsify.told import told
+        from irtrack.falsify.rules import told
 
         expected = told(opened.scenario, trace, track.target)
     if csv is not None:
-        from irtrack.cli.trackfile import track_to_csv
+        from irtrack.cli.output import track_to_csv
 
         track_to_csv(track, csv)
     if output is not None:
-        from irtrack.cli.track_recording import record_track
+        from irtrack.cli.output import record_track
 
         record_track(track, opened.rate_hz, output)
     if as_json:
-        from irtrack.cli.trackfile import track_as_dict
+        from irtrack.cli.output import track_as_dict
 
         rules = [asdict(each) for each in expected]
         print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})

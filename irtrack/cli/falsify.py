@@ -62,7 +62,7 @@ def falsify(
     from irsim import find, is_recording, load
     from irtrack.bench import parse_tracker_spec
     from irtrack.falsify import KEPT, Nearest, find_failure
-    from irtrack.falsify.files import JOURNAL, file_stem, short
+    from irtrack.falsify.outputs import JOURNAL, file_stem, short
 
     if is_recording(Path(scenario)):
         raise InputError(f"{scenario}: is a recording, where nothing varies; allowed: a scenario with vary")

@@ -36,12 +36,12 @@ def stress(
 ) -> None:
     """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
     from irtrack.bench import parse_trackers
-    from irtrack.bench.stress import SUITE, stress_suite
+    from irtrack.bench.suite import STRESS_SUITE, stress_suite
     from irtrack.report import severity_figures, severity_values
 
     check_results(results)
     asked = stress_suite(
-        parse_trackers(trackers), seeds, names("--only", only) or (), SUITE if suite is None else suite
+        parse_trackers(trackers), seeds, names("--only", only) or (), STRESS_SUITE if suite is None else suite
     )
     cells = sweep(asked, results, jobs)
     figures = severity_figures(cells)

@@ -1,9 +1,9 @@
-"""Trackers that run as programs of their own, spoken to over pipes: OpenCV's and dlib's, and anybody's."""
+"""Trackers that run as programs, over pipes: those of OpenCV and dlib, TraX trackers, and any other program."""
 
-from irtrack.external.child import Child
-from irtrack.external.environment import HINT, command, offered, required
+from irtrack.external.install import HINT, command, offered, required
+from irtrack.external.json_protocol import Answer, Session
+from irtrack.external.process import Child
 from irtrack.external.server import PEERS
-from irtrack.external.session import Answer, Session
 from irtrack.external.trax import TraxSession
 
 __all__ = ["HINT", "PEERS", "Answer", "Child", "Session", "TraxSession", "command", "offered", "required"]

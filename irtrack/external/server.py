@@ -1,8 +1,8 @@
-"""The program that runs the peers: OpenCV's and dlib's trackers, each behind the same two requests.
+"""Program that runs the peers, the trackers of OpenCV and dlib, behind the JSON protocol.
 
 It runs in an environment of its own (`make peers`) and imports nothing of irtrack: OpenCV's contrib
 wheel, which alone has most of these, owns the same files as the plain one that irtrack needs. The
-protocol is that of `irtrack.external.session`. Run as `python server.py NAME`, or without a name to print
+protocol is that of `irtrack.external.json_protocol`. Run as `python server.py NAME`, or without a name to print
 which peers this environment has.
 """
 
@@ -19,9 +19,9 @@ PEERS = ("cv_mil", "cv_kcf", "cv_csrt", "cv_mosse", "dlib")
 
 Box = tuple[float, float, float, float]
 Follow = Callable[[Any], tuple[Box, bool, float | None]]
-"""A picture (rows, cols) uint8 to (box, whether it says that it still has the target, score)."""
+"""From an image (rows, cols) uint8 to (box, whether it reports the target, score)."""
 Start = Callable[[Any, Box, int], Follow]
-"""The first picture, the box in it and a seed to what follows from there."""
+"""From the first image, the box in it and a seed to the function for the next images."""
 
 
 def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
@@ -44,14 +44,14 @@ def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
                 assert follow is not None, "a step before any init"
                 box, has, score = follow(picture)
                 answer = {"box": box, "status": "tracking" if has else "lost", "score": score}
-        except Exception as error:  # whatever a peer raises is the parent's to report
+        except Exception as error:  # the parent reports any error of a peer
             answer = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
         answers.write(json.dumps(answer).encode() + b"\n")
         answers.flush()
 
 
 def opencv(make: Callable[[], Any], whole: bool) -> Start:
-    """One of OpenCV's trackers; `whole`: it takes boxes of whole px only."""
+    """Return a tracker of OpenCV; `whole`: it takes boxes of whole px only."""
     import cv2
 
     cv2.setNumThreads(1)
@@ -78,7 +78,7 @@ def opencv(make: Callable[[], Any], whole: bool) -> Start:
 
 
 def correlation(library: Any) -> Start:
-    """dlib's; its score is the peak's height over its surroundings, it never says that it lost the target."""
+    """Return the tracker of dlib; its score is the height of the peak, it never reports a loss."""
 
     def start(picture: Any, box: Box, seed: int) -> Follow:
         tracker = library.correlation_tracker()
@@ -97,7 +97,7 @@ def correlation(library: Any) -> Start:
 
 
 def starter(name: str) -> Start:
-    """What starts a peer; an exception where this environment does not have it."""
+    """Return the start function of a peer; an exception where this environment does not have it."""
     if name == "dlib":
         return correlation(importlib.import_module("dlib"))
     cv2 = importlib.import_module("cv2")

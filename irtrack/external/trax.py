@@ -1,83 +1,218 @@
-"""One target followed by a program that speaks TraX, versions 1 to 4, over its standard input and output."""
+"""TraX, the exchange protocol of the VOT challenges: messages, regions, images, and a session with a program.
+
+Source: Cehovin Zajc, "TraX: The visual tracking exchange protocol and library", Neurocomputing 260 (2017)
+5-8, and the specification of the reference implementation (github.com/votchallenge/trax, docs/protocol.rst).
+Where libtrax 4.0.2 differs from the specification, both forms are read and that of libtrax is written: ';' between
+the items of a list, 'data:image/png;' before an encoded image.
+"""
 
 from __future__ import annotations
 
+import base64
 import os
+import re
 import tempfile
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from math import ceil
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from irsim.types import Box, Frame
+from irsim.types import Box, Frame, Image
 from irtrack.errors import TrackerError
-from irtrack.external import trax_text as text
-from irtrack.external.child import Child, quoted
-from irtrack.external.session import Answer
+from irtrack.external.json_protocol import Answer
+from irtrack.external.process import Child, quoted
+
+PREFIX = b"@@TRAX:"
+REGIONS = ("rectangle", "polygon", "mask")
+"""Kinds of regions that a target can be given as, the preferred one first."""
 
 PICTURES = ("path", "buffer", "data", "memory")
-"""How pictures can be handed over, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
-specification's word for what libtrax calls 'buffer'."""
+"""Forms in which images are sent, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
+specification's word for the 'buffer' of libtrax."""
 CHANNELS = ("color", "ir")
-"""Channels that the infrared picture can be given as; most trackers know no other than color."""
+"""Channels as which the infrared image is sent; most trackers know only color."""
 LAST_VERSION = 4
+
+_TOKEN = re.compile(r'\s*(?:"((?:[^"\\]|\\.)*)"|([^\s"]+))')
+_PROPERTY = re.compile(r"([\w.]{1,64})=(.*)", re.S | re.A)
+_ESCAPED = re.compile(r"\\(.)")
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """kind: hello, state, quit, ...;  arguments in their order;  properties: what follows as KEY=VALUE."""
+
+    kind: str
+    arguments: tuple[str, ...]
+    properties: dict[str, str]
+
+
+def write(kind: str, arguments: Sequence[str] = (), properties: Mapping[str, object] | None = None) -> bytes:
+    """Return a message as a line."""
+    words = [*arguments, *(f"{key}={value}" for key, value in (properties or {}).items())]
+    return PREFIX + " ".join([kind, *map(_quote, words)]).encode() + b"\n"
+
+
+def read(line: bytes) -> Message:
+    """Return the message of a line that begins with the prefix; TrackerError where it is none."""
+    kind, _, rest = line.removeprefix(PREFIX).decode(errors="replace").strip().partition(" ")
+    arguments: list[str] = []
+    properties: dict[str, str] = {}
+    at = 0
+    while at < len(rest):
+        token = _TOKEN.match(rest, at)
+        if token is None:
+            raise TrackerError(f"its program answered {quoted(line)}; allowed: a TraX message")
+        at = token.end()
+        word = token[2] if token[1] is None else _ESCAPED.sub(lambda each: {"n": "\n"}.get(each[1], each[1]), token[1])
+        named = _PROPERTY.fullmatch(word)
+        if named:
+            properties[named[1]] = named[2]
+        else:
+            arguments.append(word)
+    return Message(kind, tuple(arguments), properties)
+
+
+def listed(text: str) -> list[str]:
+    """Return the items of a list such as 'path;memory;'."""
+    return [word for word in re.split("[;,]", text) if word]
+
+
+def region(box: Box, kind: str, shape: tuple[int, int]) -> str:
+    """Return a box as a region of a kind of `REGIONS`; a mask is cut to the (rows, columns) of the frame."""
+    x, y, w, h = box.pixels
+    if kind == "mask":
+        left, top = max(round(x), 0), max(round(y), 0)
+        columns = max(min(ceil(x + w), shape[1]) - left, 1)
+        rows = max(min(ceil(y + h), shape[0]) - top, 1)
+        return f"mask:{left},{top},{columns},{rows},0,{columns * rows}"
+    sides = (x, y, w, h) if kind == "rectangle" else (x, y, x + w, y, x + w, y + h, x, y + h)
+    return ",".join(f"{side:.4f}" for side in sides)
+
+
+def box_of(text: str) -> Box | None:
+    """Return the box of a region, or the box around a polygon or mask.
+
+    None for an empty mask and for a special region (a code in place of coordinates), by which the tracker reports no
+    target. TrackerError for anything else.
+    """
+    fault = TrackerError(
+        f"its program answered the region {text[:100]!r}; allowed: a rectangle X,Y,W,H, a polygon X,Y,X,Y,X,Y,..., "
+        "or mask:X,Y,W,H,RUN,... with finite numbers and a size above 0"
+    )
+    try:
+        if text.startswith("mask:"):
+            return _around_mask([int(each) for each in text.removeprefix("mask:").split(",")])
+        numbers = np.array([float(each) for each in text.split(",")])
+    except (ValueError, OverflowError):
+        raise fault from None
+    if len(numbers) == 1 and numbers[0].is_integer():
+        return None
+    if not np.isfinite(numbers).all():
+        raise fault
+    if len(numbers) == 4:
+        x, y, w, h = numbers.tolist()
+    elif len(numbers) >= 6 and len(numbers) % 2 == 0:
+        points = numbers.reshape(-1, 2)
+        (x, y), (w, h) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
+    else:
+        raise fault
+    if min(w, h) <= 0:
+        raise fault
+    return Box.from_pixels(x, y, w, h)
+
+
+def memory(image: Image) -> str:
+    """Return an image as its plain values."""
+    depth = "gray16" if image.dtype == np.uint16 else "gray8"
+    plain = image.astype(image.dtype.newbyteorder("<"), copy=False).tobytes()
+    return f"image:{image.shape[1]};{image.shape[0]};{depth};{base64.b64encode(plain).decode()}"
+
+
+def encoded(png: bytes) -> str:
+    """Return an image as the bytes of a PNG file."""
+    return f"data:image/png;{base64.b64encode(png).decode()}"
+
+
+def _around_mask(numbers: list[int]) -> Box | None:
+    """Return the box around the ones of a mask: x, y, w, h, then runs of zeros and ones by turns, row by row."""
+    x, y, w, h, *runs = numbers
+    if min(w, h, *runs, 0) < 0 or sum(runs) > w * h:
+        raise ValueError
+    ends = list(accumulate(runs))
+    ones = [(start, stop - 1) for start, stop in zip(ends[::2], ends[1::2], strict=False) if stop > start]
+    if not ones:
+        return None
+    rows, columns = np.divmod(np.array(ones), w)
+    left, right = columns[:, 0].min(), columns[:, 1].max()
+    if (rows[:, 0] != rows[:, 1]).any():  # a run that goes on over the end of a row touches both sides
+        left, right = 0, w - 1
+    top, bottom = rows[0, 0], rows[-1, 1]
+    return Box.from_pixels(x + int(left), y + int(top), int(right - left) + 1, int(bottom - top) + 1)
+
+
+def _quote(word: str) -> str:
+    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'
 
 
 class TraxSession:
-    """A program that follows one target from the first frame on. It is ended when nobody holds the session."""
+    """Program that tracks one target from the first frame on. It ends with the last reference to the session."""
 
     def __init__(self, name: str, command: Sequence[str], timeout_s: float) -> None:
-        """Start it; InputError where that cannot be done."""
+        """Start the program; InputError where it cannot be started."""
         self.name = name
         self._timeout_s = timeout_s
-        self._child = Child(command, text.PREFIX, farewell=text.write("quit"), greets=True)
+        self._child = Child(command, PREFIX, farewell=write("quit"), greets=True)
         weakref.finalize(self, self._child.close)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._last = Box(0.0, 0.0, 1.0, 1.0)
 
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
-        """Follow what is in the box from this frame on.
+        """Track the content of the box from this frame on; return the first answer.
 
-        TrackerError where the program dies, hangs, quits, asks for what there is none of, or says what is
-        not TraX.
+        TrackerError where the program dies, hangs, quits, wants a form that is not offered, or does not speak TraX.
         """
         try:
-            hello = self._told(self._child.hear(self._timeout_s), "hello").properties
+            hello = self._message(self._child.greeting(self._timeout_s), "hello").properties
             version = int(hello.get("trax.version", "1")) if hello.get("trax.version", "1").isdecimal() else 0
             if not 1 <= version <= LAST_VERSION:
                 wrong = f"its program speaks TraX {hello['trax.version']!r}; allowed: versions 1 to {LAST_VERSION}"
                 raise self._child.refuse(wrong)
             self._picture = self._chosen("pictures", hello.get("trax.image", ""), PICTURES, "path")
-            region = self._chosen("regions", hello.get("trax.region", ""), text.REGIONS, "rectangle")
-            channels = text.listed(hello.get("trax.channels", "")) or ["color"]
+            kind = self._chosen("regions", hello.get("trax.region", ""), REGIONS, "rectangle")
+            channels = listed(hello.get("trax.channels", "")) or ["color"]
             for channel in channels:
                 self._chosen("the channel", channel, CHANNELS, "color")
             self._copies = len(channels)
             self._last = box
             shape = (frame.image.shape[0], frame.image.shape[1])
-            target, pictures = text.region(box, region, shape), self._pictures(frame)
+            target, pictures = region(box, kind, shape), self._pictures(frame)
             chance, when = {"irtrack.seed": seed}, {"irtrack.time": frame.time}
             if version < LAST_VERSION:
-                return self._ask(text.write("initialize", [*pictures, target], {**chance, **when}), frame)
-            messages = text.write("initialize", [target], chance) + text.write("frame", pictures, when)
+                return self._ask(write("initialize", [*pictures, target], {**chance, **when}), frame)
+            messages = write("initialize", [target], chance) + write("frame", pictures, when)
             return self._ask(messages, frame)
         except TrackerError as error:
             raise self._placed(error, frame) from None
 
     def step(self, frame: Frame) -> Answer:
-        """Where it is in the next frame. TrackerError as `init`."""
+        """Return the answer for the next frame. TrackerError as in `init`."""
         try:
-            return self._ask(text.write("frame", self._pictures(frame), {"irtrack.time": frame.time}), frame)
+            return self._ask(write("frame", self._pictures(frame), {"irtrack.time": frame.time}), frame)
         except TrackerError as error:
             raise self._placed(error, frame) from None
 
     def _ask(self, request: bytes, frame: Frame) -> Answer:
-        state = self._told(self._child.ask([request], self._timeout_s), "state")
+        state = self._message(self._child.ask([request], self._timeout_s), "state")
         if len(state.arguments) != 1:
             raise self._child.refuse(f"its program answered a state of {len(state.arguments)} regions; allowed: one")
-        box = text.box_of(state.arguments[0])
+        box = box_of(state.arguments[0])
         self._last = box or self._last
         confidence = state.properties.get("confidence")
         try:
@@ -86,9 +221,9 @@ class TraxSession:
             raise TrackerError(f"its program says the confidence {confidence!r}; allowed: a number") from None
         return Answer(self._last, "tracking" if box else "lost", score)
 
-    def _told(self, line: bytes, kind: str) -> text.Message:
-        """The message of a line, which must be of a kind."""
-        message = text.read(line)
+    def _message(self, line: bytes, kind: str) -> Message:
+        """Return the message of a line; TrackerError where it is not of the kind."""
+        message = read(line)
         if message.kind == "quit":
             reason = " ".join(message.properties.get("trax.reason", "").split())
             raise self._child.refuse("its program quit" + (reason and f": {reason}"))
@@ -97,20 +232,20 @@ class TraxSession:
         return message
 
     def _chosen(self, what: str, offered: str, known: Sequence[str], default: str) -> str:
-        """The first known word of those that the program offers."""
-        words = text.listed(offered) or [default]
+        """Return the first known word of those that the program offers."""
+        words = listed(offered) or [default]
         for word in known:
             if word in words:
                 return word
         raise self._child.refuse(f"its program wants {what} {', '.join(words)}; allowed: {', '.join(known)}")
 
     def _pictures(self, frame: Frame) -> list[str]:
-        """The frame once for every channel, as the program wants it."""
+        """Return the frame once for every channel, in the form that the program wants."""
         if self._picture == "memory":
-            return [text.memory(frame.image)] * self._copies
+            return [memory(frame.image)] * self._copies
         png = cv2.imencode(".png", np.ascontiguousarray(frame.image), [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         if self._picture != "path":
-            return [text.encoded(png)] * self._copies
+            return [encoded(png)] * self._copies
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix="irtrack-", ignore_cleanup_errors=True)
         for old in os.scandir(self._folder.name):

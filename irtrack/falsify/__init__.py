@@ -1,8 +1,7 @@
 """Search of a scenario's ranges for a scene in which a tracker breaks a rule; what is found is made small and kept."""
 
-from irtrack.falsify.find import find_failure
-from irtrack.falsify.hunt import Failure, Luck, Nearest
-from irtrack.falsify.kept import KEPT, Kept, Revisited, kept_failures, revisit
+from irtrack.falsify.falsification import Failure, Luck, Nearest, find_failure
+from irtrack.falsify.regressions import KEPT, Kept, Revisited, kept_failures, revisit
 from irtrack.falsify.search import SEARCHES
 
 __all__ = [

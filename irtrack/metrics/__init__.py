@@ -1,9 +1,7 @@
-"""Figures from tracks: arrays in, values out; no file is opened here."""
+"""Figures of tracks against ground truth: arrays in, values out."""
 
-from irtrack.metrics.attributes import ATTRIBUTES, Attribute
-from irtrack.metrics.breaking import Breaking, breaking_point
-from irtrack.metrics.by_attribute import AttributeRow, by_attribute
-from irtrack.metrics.centre import (
+from irtrack.metrics.attributes import ATTRIBUTES, Attribute, AttributeRow, by_attribute
+from irtrack.metrics.centre_error import (
     PRECISION_NORM,
     PRECISION_PX,
     area,
@@ -13,19 +11,35 @@ from irtrack.metrics.centre import (
     precision_curve,
     rmse,
 )
-from irtrack.metrics.consistency import nees, nees_interval
-from irtrack.metrics.honesty import false_lost, false_tracking, hidden_tracking, lost_late
-from irtrack.metrics.interval import mean_interval, share, wilson
-from irtrack.metrics.long_term import LongTerm, long_term
-from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
-from irtrack.metrics.multi import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
+from irtrack.metrics.longterm import LongTerm, long_term
+from irtrack.metrics.lost import LOSS_RULE, loss, off_frames
+from irtrack.metrics.multi_target import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
-from irtrack.metrics.paired import LEAST_SCENES, Difference, paired_difference, scenes_for
-from irtrack.metrics.reacquire import Return, returns
-from irtrack.metrics.reference import Reference
-from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score, score_trace
-from irtrack.metrics.survival import Survival, kaplan_meier
-from irtrack.metrics.trace import Trace
+from irtrack.metrics.score import FIGURES, CentreFigures, Score, score, score_trace
+from irtrack.metrics.statistics import (
+    LEAST_SCENES,
+    Breaking,
+    Difference,
+    Survival,
+    breaking_point,
+    kaplan_meier,
+    mean_interval,
+    paired_difference,
+    scenes_for,
+    share,
+    wilson,
+)
+from irtrack.metrics.status import (
+    Return,
+    false_lost,
+    false_tracking,
+    hidden_tracking,
+    lost_late,
+    nees,
+    nees_interval,
+    returns,
+)
+from irtrack.metrics.trace import Reference, Trace
 from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 
 __all__ = [

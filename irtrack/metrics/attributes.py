@@ -1,30 +1,36 @@
-"""What makes a frame hard, told from the truth, and how tracks fare in such frames."""
+"""Attributes that make a frame hard, by its ground truth, and the figures of tracks in such frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from irsim.types import SHOWN, Floats, Truth
+from irtrack.metrics.lost import OFF_IN_A_ROW
+from irtrack.metrics.statistics import share
+
+if TYPE_CHECKING:
+    from irtrack.metrics.trace import Trace
 
 TURNS_DEG = 2.0
-"""Turning of a target's attitude in a frame from which on its outline is taken to deform, degrees."""
+"""Least change of attitude in a frame that counts as deformation, degrees."""
 GROWS = 0.03
-"""Change of a side of its box in a frame from which on it does, as a share."""
+"""Least change of a side of the box in a frame that counts as deformation, as a share."""
 TURN_PX = 0.5
-"""Change of the apparent velocity in a frame from which on a target manoeuvres, px per frame."""
+"""Least change of the apparent velocity that counts as a manoeuvre, px per frame."""
 LOW_SCR = 3.0
 """A signal-to-clutter ratio below this is low: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
 NEAR = 3.0
-"""Another target nearer than this many diagonals of the target's box is clutter. The limits but
-LOW_SCR are chosen here: no benchmark prints one for each frame."""
+"""Distance of another target, in diagonals of the target's box, below which it is clutter. All limits but LOW_SCR
+are chosen here: no benchmark prints one for each frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """The truth of one target over n frames; nan or False where it is absent or the truth does not say.
+    """Ground truth of one target over n frames; nan or False where it is absent or unknown.
 
     present, in_view, crossing (n,) bool;  visible (n,);  velocity (n, 2) px per frame;  attitude (n, 3)
     degrees;  size (n, 2) px;  scr (n,);  nearest (n,) distance of the nearest other target in diagonals of its box
@@ -42,7 +48,7 @@ class History:
 
     @classmethod
     def of(cls, truths: Sequence[Truth], target: str | None) -> History:
-        """Of consecutive truths."""
+        """Return the history of a target in consecutive truths."""
         n = len(truths)
         seen = [None if target is None else truth.target(target) for truth in truths]
         unknown2, unknown3 = (np.nan, np.nan), (np.nan, np.nan, np.nan)
@@ -103,13 +109,13 @@ def _out_of_view(history: History) -> np.ndarray:
 
 
 def _change(values: Floats) -> Floats:
-    """(n, d): from the frame before; nothing in the first."""
+    """Return the change from the frame before, (n, d); 0 in the first."""
     return np.asarray(np.diff(values, axis=0, prepend=values[:1]))
 
 
 @dataclass(frozen=True)
 class Attribute:
-    """What a frame is marked for: a rule in words, and as a function of the truth's history, (n,) bool."""
+    """Attribute of a frame: its rule in words, and as a function of the history, (n,) bool."""
 
     rule: str
     of: Callable[[History], np.ndarray]
@@ -127,7 +133,56 @@ ATTRIBUTES: dict[str, Attribute] = {
 
 
 def marks(truths: Sequence[Truth], target: str | None) -> np.ndarray:
-    """(n, len(ATTRIBUTES)) bool: what each frame is marked for."""
+    """Return the attributes of each frame, (n, len(ATTRIBUTES)) bool."""
     history = History.of(truths, target)
     found = [attribute.of(history) for attribute in ATTRIBUTES.values()]
     return np.stack(found, axis=1) if truths else np.zeros((0, len(ATTRIBUTES)), dtype=bool)
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeRow:
+    """Figures of tracks in the frames with an attribute; None where no frame gives one.
+
+    frames      such frames after the start, in all tracks;  counted  those of them with a visible target
+    off_share   share of the counted ones that are off
+    error       mean centre error over such frames before the loss in which the target is present, px
+    losses      losses dated to such a frame, or to within `OFF_IN_A_ROW` frames after one
+    tracks      tracks with such a frame
+    """
+
+    attribute: str
+    frames: int
+    counted: int
+    off_share: float | None
+    error: float | None
+    losses: int
+    tracks: int
+
+
+def by_attribute(traces: Sequence[Trace]) -> list[AttributeRow]:
+    """Return a row for each of `ATTRIBUTES`, over all traces."""
+    return [_row(name, column, traces) for column, name in enumerate(ATTRIBUTES)]
+
+
+def _row(name: str, column: int, traces: Sequence[Trace]) -> AttributeRow:
+    frames = losses = tracks = 0
+    off, errors = [np.zeros(0, dtype=bool)], [np.zeros(0)]
+    for trace in traces:
+        marked = trace.marks[:, column].copy()
+        marked[:1] = False
+        frames += int(marked.sum())
+        tracks += bool(marked.any())
+        off.append(trace.off[marked & trace.counted])
+        errors.append(trace.errors[marked & trace.held])
+        if trace.lost_position is not None:
+            losses += bool(marked[max(trace.lost_position - OFF_IN_A_ROW, 0) : trace.lost_position + 1].any())
+    all_off, all_errors = np.concatenate(off), np.concatenate(errors)
+    return AttributeRow(
+        attribute=name,
+        frames=frames,
+        counted=len(all_off),
+        off_share=share(all_off) if len(all_off) else None,
+        error=float(all_errors.mean()) if len(all_errors) else None,
+        losses=losses,
+        tracks=tracks,
+    )

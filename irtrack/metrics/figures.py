@@ -1,14 +1,14 @@
-"""What `irtrack.metrics.Score` is made of: each figure as a function of a trace; nan where nothing tells it."""
+"""Figures of `irtrack.metrics.Score`, each as a function of a trace; nan where no frame gives one."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics import consistency, honesty
-from irtrack.metrics.centre import PRECISION_NORM, area, normalised_errors, precision_curve
-from irtrack.metrics.interval import share
+from irtrack.metrics import status
+from irtrack.metrics.centre_error import PRECISION_NORM, area, normalised_errors, precision_curve
 from irtrack.metrics.overlap import success_curve, success_rate, widened
+from irtrack.metrics.statistics import share
 from irtrack.metrics.trace import Trace
 
 
@@ -98,23 +98,23 @@ def reacquired_after(trace: Trace) -> float:
 
 
 def false_tracking(trace: Trace) -> float:
-    return honesty.false_tracking(trace.statuses, trace.off, trace.counted)
+    return status.false_tracking(trace.statuses, trace.off, trace.counted)
 
 
 def false_lost(trace: Trace) -> float:
-    return honesty.false_lost(trace.statuses, trace.off, trace.counted)
+    return status.false_lost(trace.statuses, trace.off, trace.counted)
 
 
 def hidden_tracking(trace: Trace) -> float:
-    return honesty.hidden_tracking(trace.statuses, trace.scored & (trace.visible == 0))
+    return status.hidden_tracking(trace.statuses, trace.scored & (trace.visible == 0))
 
 
 def lost_late(trace: Trace) -> float:
-    return honesty.lost_late(trace.statuses, trace.lost_position)
+    return status.lost_late(trace.statuses, trace.lost_position)
 
 
 def nees(trace: Trace) -> float:
-    return _mean(consistency.nees(trace.offsets, trace.covariances)[trace.held])
+    return _mean(status.nees(trace.offsets, trace.covariances)[trace.held])
 
 
 def neff(trace: Trace) -> float:
@@ -138,13 +138,13 @@ def cpu_ms_median(trace: Trace) -> float:
 
 
 def _mean(values: Floats) -> float:
-    """The mean of what is known; nan of nothing."""
+    """Return the mean of the known values; nan of none."""
     known = values[~np.isnan(values)]
     return float(known.sum() / len(known)) if len(known) else np.nan
 
 
 def _median(values: Floats) -> float:
-    """The median; nan of nothing."""
+    """Return the median; nan of no values."""
     if len(values) == 0:
         return np.nan
     ordered = np.sort(values)  # np.median takes ten times as long for the few frames of a short track

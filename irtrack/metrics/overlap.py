@@ -1,11 +1,11 @@
-"""Figures of the overlap with the true box."""
+"""Overlap with the true box, and success curves."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics.interval import share
+from irtrack.metrics.statistics import share
 from irtrack.types import LEAST_PX
 
 SUCCESS = np.arange(21) / 20
@@ -13,10 +13,7 @@ SUCCESS = np.arange(21) / 20
 
 
 def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes: Floats) -> Floats:
-    """(n,) intersection over union 0..1 of boxes given as centres and sizes, all (n, 2) px.
-
-    nan where there is no true box.
-    """
+    """Return the intersection over union of boxes by centres and sizes (n, 2) px, (n,) 0..1; nan without a true box."""
     low = np.maximum(centers - sizes / 2, truth_centers - truth_sizes / 2)
     high = np.minimum(centers + sizes / 2, truth_centers + truth_sizes / 2)
     common = np.clip(high - low, 0, None).prod(axis=1)
@@ -25,20 +22,19 @@ def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes:
 
 
 def widened(sizes: Floats) -> Floats:
-    """(n, 2) sizes with no side under `LEAST_PX`, nan where there is none.
+    """Return sizes (n, 2) with no side under `LEAST_PX`; nan where there is none.
 
-    Boxes are compared so, as start boxes are made so: a tracker that keeps the start box of a point
-    target has the size right.
+    Start boxes are widened in the same way, so that a tracker which keeps the start box of a point target has the
+    right size.
     """
     return np.asarray(np.maximum(sizes, LEAST_PX))
 
 
 def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
-    """(len(thresholds),): share of the overlaps (n,) that are > each threshold; nan of nothing.
+    """Return the share of the overlaps (n,) that are > each threshold; nan of no overlaps.
 
     Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2. The area under it
-    (`area`) is its mean over the 21 thresholds; as nothing is above an overlap of 1, a perfect track
-    scores 20/21 = 0.952.
+    (`area`) is its mean over the 21 thresholds; as no overlap is above 1, a perfect track scores 20/21 = 0.952.
     """
     if len(overlap) == 0:
         return np.full(len(thresholds), np.nan)
@@ -46,7 +42,7 @@ def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
 
 
 def success_rate(overlap: Floats, threshold: float) -> float:
-    """Share of the overlaps (n,) that are > threshold; nan of nothing.
+    """Return the share of the overlaps (n,) that are > threshold; nan of no overlaps.
 
     Huang, Zhao, Huang, GOT-10k, IEEE TPAMI 43 (2021), section 3.4: SR at 0.5 and 0.75. Its AO, the
     average overlap, is the mean of the overlaps.

@@ -1,35 +1,105 @@
-"""A track beside its truth, frame by frame: what every figure is worked out from."""
+"""Reference, the ground truth of one target as arrays, and trace, a track beside its reference."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
-from irsim.types import Floats
-from irtrack.metrics.centre import centre_errors
-from irtrack.metrics.long_term import LongTerm, long_term
-from irtrack.metrics.loss import loss, off_frames
+from irsim.types import SHOWN, Floats, Truth
+from irtrack.metrics.attributes import ATTRIBUTES, marks
+from irtrack.metrics.centre_error import centre_errors
+from irtrack.metrics.longterm import LongTerm, long_term
+from irtrack.metrics.lost import loss, off_frames
 from irtrack.metrics.overlap import overlaps, widened
-from irtrack.metrics.reacquire import Return, returns
-from irtrack.metrics.reference import Reference
+from irtrack.metrics.status import Return, returns
 from irtrack.types import Track
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """Ground truth of one target, frame by frame.
+
+    indices   (n,) frame indices, rising
+    centers   (n, 2) px and sizes (n, 2) px; nan in frames where the target is absent
+    visible   (n,) fraction 0..1, nan where it is not known
+    accuracy  (n,) px: how far a centre may be off
+    marks     (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
+
+    Rule for absent frames: a target is absent where it has no truth or its centre is out of the frame; such frames
+    enter no error, no overlap and no count towards the loss.
+    """
+
+    indices: np.ndarray
+    centers: Floats
+    sizes: Floats
+    visible: Floats
+    accuracy: Floats
+    marks: np.ndarray
+
+    @classmethod
+    def of(cls, truths: Iterable[Truth], target: str | None) -> Reference:
+        """Return the reference of a target by id; it is absent everywhere where `target` is None."""
+        truths = list(truths)
+        rows = []
+        for truth in truths:
+            seen = None if target is None else truth.target(target)
+            if seen is None or seen.in_view is False:
+                rows.append((truth.index, np.nan, np.nan, np.nan, np.nan, np.nan, 0.0))
+            else:
+                visible = np.nan if seen.visible is None else seen.visible
+                rows.append((truth.index, *seen.center, seen.box.w, seen.box.h, visible, seen.accuracy_px))
+        table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        indices = table[:, 0].astype(np.int64)
+        return cls(indices, table[:, 1:3], table[:, 3:5], table[:, 5], table[:, 6], marks(truths, target))
+
+    def at(self, indices: np.ndarray) -> Reference:
+        """Return the reference at these frame indices; unknown frames count as absent."""
+        indices = np.asarray(indices, dtype=np.int64)
+        if np.array_equal(indices, self.indices):
+            return self
+        known = np.isin(indices, self.indices)
+        place = np.searchsorted(self.indices, indices[known])
+        unknown = np.full(len(indices), np.nan)
+        centers, sizes = np.column_stack([unknown, unknown]), np.column_stack([unknown, unknown])
+        visible, accuracy = unknown.copy(), np.zeros(len(indices))
+        centers[known], sizes[known] = self.centers[place], self.sizes[place]
+        visible[known], accuracy[known] = self.visible[place], self.accuracy[place]
+        marked = np.zeros((len(indices), len(ATTRIBUTES)), dtype=bool)
+        marked[known] = self.marks[place]
+        return Reference(indices, centers, sizes, visible, accuracy, marked)
+
+    @property
+    def present(self) -> np.ndarray:
+        """Whether the target is present, (n,) bool."""
+        return np.asarray(np.isfinite(self.centers).all(axis=1))
+
+    @property
+    def shown(self) -> np.ndarray:
+        """Whether it is present and at least `SHOWN` of it visible, (n,) bool; unknown counts as visible."""
+        return np.asarray(self.present & ~(self.visible < SHOWN))
+
+    @property
+    def diagonals(self) -> Floats:
+        """Diagonals of the true boxes, (n,) px."""
+        return np.asarray(np.hypot(self.sizes[:, 0], self.sizes[:, 1]))
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A track and the truth of its target at the same n frames; the first is the start, given to the tracker.
+    """Track and ground truth of its target at the same n frames; the first is the start, given to the tracker.
 
     indices        (n,) frame indices
-    centers, sizes (n, 2) px of the tracker;  statuses (n,) its words
-    scores         (n,) of the tracker's own scale;  neffs (n,);  covariances (n, 2, 2) px^2; nan where it says none
-    truth_centers, truth_sizes   (n, 2) px; nan where there is nothing to point at (see `Reference`)
+    centers, sizes (n, 2) px of the tracker;  statuses (n,) words
+    scores         (n,) of any scale;  neffs (n,);  covariances (n, 2, 2) px^2; nan where the tracker gives none
+    truth_centers, truth_sizes   (n, 2) px; nan where it is absent (see `Reference`)
     visible        (n,) fraction 0..1, nan where unknown
     accuracy       (n,) px, see `irsim.types.TargetTruth`
-    marks          (n, len(ATTRIBUTES)) bool: what makes each frame hard, see `irtrack.metrics.attributes`
+    marks          (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
     step_ms, cpu_ms  (n,) wall time, and CPU time of the process, of each step
     """
 
@@ -50,7 +120,7 @@ class Trace:
 
     @classmethod
     def of(cls, track: Track, reference: Reference) -> Trace:
-        """`reference` may hold any frames; those that the track has not seen are left out."""
+        """Return the trace of a track; `reference` may hold other frames too."""
         truth = reference.at(track.indices)
         unsaid = np.full((2, 2), np.nan)
         estimates = track.estimates
@@ -74,58 +144,58 @@ class Trace:
         )
 
     def first(self, n: int) -> Trace:
-        """Its first n frames: what the trace would be, had the source ended there."""
+        """Return its first n frames: the trace of a source that ended there."""
         return replace(self, **{name: getattr(self, name)[:n] for name in _ARRAYS})
 
     def same_as(self, other: Trace) -> bool:
-        """Is every number of the two the same, bit for bit, times aside?"""
+        """Return whether all numbers of the two are the same, bit for bit, times aside."""
         return self.digest == other.digest
 
     @cached_property
     def truth(self) -> Reference:
-        """What is true at these frames."""
+        """Reference at these frames."""
         return Reference(self.indices, self.truth_centers, self.truth_sizes, self.visible, self.accuracy, self.marks)
 
     @cached_property
     def offsets(self) -> Floats:
-        """(n, 2) px: centre less true centre."""
+        """Centre minus true centre, (n, 2) px."""
         return np.asarray(self.centers - self.truth_centers)
 
     @cached_property
     def errors(self) -> Floats:
-        """(n,) px: centre error, nan where there is nothing to point at."""
+        """Centre errors, (n,) px; nan where the target is absent."""
         return centre_errors(self.centers, self.truth_centers)
 
     @cached_property
     def overlaps(self) -> Floats:
-        """(n,) overlap of the boxes, each at least `irtrack.types.LEAST_PX` wide and high; nan as above."""
+        """Overlaps of the boxes, each at least `irtrack.types.LEAST_PX` wide and high, (n,); nan as above."""
         return overlaps(self.centers, widened(self.sizes), self.truth_centers, widened(self.truth_sizes))
 
     @cached_property
     def scored(self) -> np.ndarray:
-        """(n,) bool: frames after the start in which the target is present."""
+        """Frames after the start in which the target is present, (n,) bool."""
         present = self.truth.present
         present[:1] = False
         return present
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """(n,) bool: scored frames in which it is visible, as `irsim.types.SHOWN` says."""
+        """Scored frames in which at least `irsim.types.SHOWN` of it is visible, (n,) bool."""
         return np.asarray(self.scored & self.truth.shown)
 
     @cached_property
     def off(self) -> np.ndarray:
-        """(n,) bool: frames that are off (see `irtrack.metrics.loss.LOSS_RULE`)."""
+        """Frames that are off, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
         return off_frames(self.errors, self.truth.diagonals, self.accuracy)
 
     @cached_property
     def lost_position(self) -> int | None:
-        """Position of the frame that the loss is dated to; None where the track is not lost."""
+        """Position of the frame that the loss is dated to; None without a loss."""
         return loss(self.off, self.counted)
 
     @cached_property
     def held(self) -> np.ndarray:
-        """(n,) bool: the scored frames before the loss; all of them where there is none."""
+        """Scored frames before the loss, (n,) bool; all of them without a loss."""
         held = self.scored.copy()
         if self.lost_position is not None:
             held[self.lost_position :] = False
@@ -133,15 +203,15 @@ class Trace:
 
     @cached_property
     def returns(self) -> list[Return]:
-        """Every time that the target comes back into sight."""
+        """Reappearances of the target."""
         return returns(self.off, self.truth.shown)
 
     @cached_property
     def long_term(self) -> LongTerm:
-        """Precision, recall and F of all frames but the start, the score being the confidence.
+        """Precision, recall and F of all frames but the start, with the score as confidence.
 
-        The target is present where something of it is to be seen; the tracker points at something unless it
-        says "lost". A tracker without scores has one threshold.
+        The target is present where part of it is visible; the tracker reports a position unless its status is "lost".
+        A tracker without scores has one threshold.
         """
         confidence = np.where(self.statuses == "lost", np.nan, np.where(np.isnan(self.scores), 0.0, self.scores))
         present = self.truth.present & ~(self.visible == 0)
@@ -149,12 +219,12 @@ class Trace:
 
     @property
     def digest(self) -> str:
-        """Hex digest of the track and its truth, times aside: two runs that have it in common did the same."""
+        """Hex digest of the track and its truth, times aside; equal for two equal runs."""
         digest = hashlib.blake2b(digest_size=16)
         for name in _ARRAYS:
             if name not in ("step_ms", "cpu_ms"):
                 array = getattr(self, name)
-                digest.update(f"{name} {_words(array.dtype)} {array.shape}\0".encode() + array.tobytes())
+                digest.update(f"{name} {_dtype_name(array.dtype)} {array.shape}\0".encode() + array.tobytes())
         return digest.hexdigest()
 
 
@@ -162,6 +232,6 @@ _ARRAYS = tuple(field.name for field in fields(Trace))
 
 
 @cache
-def _words(dtype: np.dtype[Any]) -> str:
-    """A dtype's name, which numpy puts together anew each time: half of what a short track's digest would take."""
+def _dtype_name(dtype: np.dtype[Any]) -> str:
+    """Return the name of a dtype, cached: numpy builds it each time, half of the digest of a short track."""
     return str(dtype)

@@ -1,34 +1,41 @@
-"""Accuracy, robustness and expected average overlap by anchors, as the VOT challenge counts them.
+"""Accuracy, robustness and expected average overlap by anchors, as in the VOT challenge.
 
 A tracker is started in several frames of a sequence (anchors) and runs from each to the sequence's end or,
 backwards, to its beginning. Kristan et al., "The eighth visual object tracking VOT2020 challenge results",
 ECCV Workshops 2020, section 3; details as in vot-toolkit 0.9 (analysis/multistart.py), which these figures follow:
 
-A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A
-frame without a target counts as a good one: after it the ten are counted anew. The progress of a run is its
-number of frames before the failure. It includes the start frame, with an overlap of 0; therefore a perfect
-tracker has an accuracy below 1, and below its EAO. The toolkit also has a "burn-in" of 10 frames, but in this
-mode it leaves no frame out: it only has boxes cut to the picture before they are compared.
+A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A frame
+without a target counts as a good one: after it the count of ten restarts. The progress of a run is its number of frames
+before the failure. It includes the start frame, with an overlap of 0; therefore a perfect tracker has an accuracy below
+1, and below its EAO. The "burn-in" of 10 frames of the toolkit leaves no frame out in this mode: it only clips boxes to
+the image before they are compared.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from irsim.types import Floats
+import irsim
+from irsim.types import Floats, Frame, Input, Source, Truth
+from irtrack.errors import whole_number
+from irtrack.metrics.trace import Reference, Trace
+from irtrack.replay.replay import Player, named
+from irtrack.replay.start import Start, find_start, shows
+from irtrack.types import GivenTracker, Tracker
 
 FAILED = 0.1
-"""Overlap up to which a frame is a bad one."""
+"""Largest overlap of a bad frame."""
 GRACE = 10
 """Bad frames in a row that make a failure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchorRun:
-    """A run from one anchor: overlap (n,) 0..1 of each frame, and whether there was a target in it (n,) bool.
+    """Run from one anchor: overlap (n,) 0..1 of each frame, and whether the target was present (n,) bool.
 
     The first frame is the start, whose overlap is not used.
     """
@@ -38,7 +45,7 @@ class AnchorRun:
 
     @property
     def progress(self) -> int:
-        """Frames before the failure; all n where there is none."""
+        """Frames before the failure; all n without one."""
         row = 0
         # As in the toolkit the start counts as a bad frame: its overlap is taken as 0.
         for position, bad in enumerate(((self.overlap <= FAILED) & self.present).tolist()):
@@ -66,10 +73,10 @@ class Vot:
 
 
 def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: int, high: int) -> Vot:
-    """The figures over sequences, each with its runs and its length in frames.
+    """Return the figures over sequences, each with its runs and its length in frames.
 
     low, high   lengths, frames, over which the curve of the expected average overlap is averaged (VOT takes
-                what holds half of its sequences' lengths; there is no such set here: say which you took)
+                the range with half of its sequences; here state the range beside the figure)
     """
     progress = np.array([sum(run.progress for run in runs) for runs in sequences], dtype=np.float64)
     frames = np.array([sum(len(run.overlap) for run in runs) for runs in sequences], dtype=np.float64)
@@ -82,10 +89,10 @@ def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: i
 
 
 def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
-    """(high,) the expected average overlap of sequences 0 .. high - 1 frames long after the start.
+    """Return the expected average overlap of sequences of 0 .. high - 1 frames after the start, (high,).
 
-    At each length the mean over the runs that are longer, and over those that failed, taken as zero
-    for ever after; a run that ends without failure says nothing about longer ones. 0 where no run does.
+    At each length it is the mean over the longer runs and over the failed ones, whose later overlaps are 0; a run that
+    ends without failure gives nothing for longer lengths. 0 where no run gives any.
     """
     totals, counts = np.zeros(high), np.zeros(high)
     lengths = np.arange(1, high)
@@ -99,3 +106,56 @@ def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
         totals[1:] += np.where(counted, means, 0.0)
         counts[1:] += counted
     return np.divide(totals, counts, out=np.zeros(high), where=counts > 0)
+
+
+EVERY = 50
+"""Frames between anchors (Kristan et al., VOT2020, section 3.1)."""
+
+
+def run_anchors(
+    tracker: str | GivenTracker,
+    source: str | Path | irsim.Scenario | Source,
+    *,
+    target: str | None = None,
+    input: Input = "display",
+    seed: int = 0,
+    every: int = EVERY,
+) -> list[AnchorRun]:
+    """Return the runs of a tracker from each anchor of a source to the farther end, for `irtrack.metrics.vot`.
+
+    Anchors are frames 0, every, 2 every ... and the last. One in which less than half of the target is visible moves to
+    the nearest later frame in which it is, or is left out. A tracker runs forwards from anchors of the first half and
+    backwards from the others; it sees frames counted from 0 on.
+
+    target, input, seed   as in `irtrack.run`. InputError for wrong input, TrackerError for an error of the tracker.
+    """
+    step = whole_number("every", every, least=1)
+    chosen, opened = named(tracker), irsim.open_source(source)
+    truths = list(opened.truths())
+    followed = find_start(opened, truths, target).target
+    return [
+        _run(chosen, opened, truths, followed, order, input, whole_number("seed", seed))
+        for order in orders(truths, followed, step)
+    ]
+
+
+def orders(truths: Sequence[Truth], target: str | None, every: int = EVERY) -> list[range]:
+    """Return the frames of each run, in the order in which the tracker sees them."""
+    shown = [k for k, truth in enumerate(truths) if any(seen.id == target and shows(seen) for seen in truth.targets)]
+    last = len(truths) - 1
+    wanted = [*range(0, last, every), last]
+    anchors = sorted({next(k for k in shown if k >= anchor) for anchor in wanted if shown and anchor <= shown[-1]})
+    return [range(k, last + 1) if 2 * k < last else range(k, -1, -1) for k in anchors]
+
+
+def _run(
+    tracker: Tracker, source: Source, truths: Sequence[Truth], target: str | None, order: range, input: Input, seed: int
+) -> AnchorRun:
+    ordered = [Truth(k, k / source.rate_hz, truths[index].targets) for k, index in enumerate(order)]
+    box = find_start(source, ordered[:1], target).box
+    player = Player(tracker, Start(target, 0, box), seed)
+    for k, index in enumerate(order):
+        frame = source.frame(index, input)
+        player.see(Frame(frame.image, k, k / source.rate_hz, frame.bits))
+    trace = Trace.of(player.track(source, input), Reference.of(ordered, target))
+    return AnchorRun(np.nan_to_num(trace.overlaps), trace.truth.present)

@@ -11,9 +11,7 @@ from irtrack.metrics import mean_interval, wilson
 from irtrack.papers.growth import PARTICLES, Filtering, GrowthResult
 from irtrack.papers.runs import Outcome
 from irtrack.papers.values import Experiment, Run, Sweep
-from irtrack.report.charts import Axis, Line, line_chart
-from irtrack.report.palette import LineStyle, styles
-from irtrack.report.plots import error_chart
+from irtrack.report.plots import Axis, Line, LineStyle, error_chart, line_chart, styles
 
 SMALL = (450, 280)
 

@@ -16,7 +16,7 @@ import irsim
 from irsim.recording.output import atomic_text, make_folder
 from irtrack.errors import InputError, whole_number
 from irtrack.external import PEERS
-from irtrack.metrics.loss import LOSS_RULE
+from irtrack.metrics.lost import LOSS_RULE
 from irtrack.papers.cheng import CHENG
 from irtrack.papers.cost import COST
 from irtrack.papers.digests import AN, CAMSHIFT, CUI
@@ -33,7 +33,7 @@ from irtrack.papers.tables import Row, Speed, rows, speeds
 from irtrack.papers.values import Experiment, Paper
 from irtrack.papers.verdicts import RULE, Effect, Verdict, effect, verdict
 from irtrack.papers.xue import XUE
-from irtrack.report.palette import LineStyle, styles
+from irtrack.report.plots import LineStyle, styles
 
 PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
 PARTS = (*(paper.key for paper in PAPERS), "growth", "hard")

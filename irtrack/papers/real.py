@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import irsim
-from irtrack.bench import Cell, Entry, run_bench
+from irtrack.bench import Entry, RunRecord, run_bench
 from irtrack.errors import InputError
 from irtrack.metrics import Trace
 from irtrack.papers.ours import OURS, THEIRS
@@ -35,7 +35,7 @@ class RealRow:
     within: float | None
 
 
-Found = dict[str, list[tuple[Cell, Trace | None]]]
+Found = dict[str, list[tuple[RunRecord, Trace | None]]]
 """Cells and their traces by the tracker's label."""
 
 
@@ -97,7 +97,7 @@ def _cells(
     return found
 
 
-def _is_steady(found: Sequence[tuple[Cell, Trace | None]]) -> bool:
+def _is_steady(found: Sequence[tuple[RunRecord, Trace | None]]) -> bool:
     """Whether each target's runs came to the same, whatever the seed."""
     outcomes: dict[str | None, set[str | None]] = {}
     for cell, _ in found:
@@ -105,7 +105,7 @@ def _is_steady(found: Sequence[tuple[Cell, Trace | None]]) -> bool:
     return all(len(each) == 1 for each in outcomes.values())
 
 
-def _row(sequence: str, label: str, targets: int, found: Sequence[tuple[Cell, Trace | None]]) -> RealRow:
+def _row(sequence: str, label: str, targets: int, found: Sequence[tuple[RunRecord, Trace | None]]) -> RealRow:
     """A failed run is a lost one, and tells no distance."""
     errors = [trace.errors[trace.scored] for _, trace in found if trace is not None]
     distances = np.concatenate(errors) if errors else np.array([])

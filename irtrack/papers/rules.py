@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from irtrack.metrics.loss import OFF_PX
+from irtrack.metrics.lost import OFF_PX
 from irtrack.papers.values import Rule, Run
 
 BACK_WITHIN = 5

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from irsim.types import Source
-from irtrack.bench import Cell, Entry, Results, parse_tracker_spec, run_bench
+from irtrack.bench import Entry, Results, RunRecord, parse_tracker_spec, run_bench
 from irtrack.errors import InputError
 from irtrack.papers.values import Paper, Run, Scene
 
@@ -128,6 +128,6 @@ def present(trackers: Mapping[str, str]) -> tuple[list[Entry], dict[str, str]]:
     return entries, absent
 
 
-def _run(kept: Results, cell: Cell) -> Run | None:
+def _run(kept: Results, cell: RunRecord) -> Run | None:
     trace = kept.trace(cell.key)
     return None if cell.score is None or trace is None else Run(cell.score, trace)

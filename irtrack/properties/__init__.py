@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from irtrack.properties.checking import check, check_tracker
-from irtrack.properties.examining import Outcome, Profile
-from irtrack.properties.exceptions import EXCEPTIONS
-from irtrack.properties.table import PROPERTIES, Property
+from irtrack.properties.check import Outcome, Profile, check, check_tracker
+from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
 
 __all__ = ["EXCEPTIONS", "PROPERTIES", "Outcome", "Profile", "Property", "check", "check_tracker"]

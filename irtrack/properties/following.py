@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from irsim.types import Box
-from irtrack.properties.case import Broken, Case, NotAsked, expect_near
-from irtrack.properties.clip import Clip
+from irtrack.properties.case import Broken, Case, Clip, NotAsked, expect_near
 
 HELD_PX = 2.0
 """How near an easy target is held: a fifth of its height."""

@@ -1,4 +1,4 @@
-"""The properties: one table."""
+"""What shipped trackers are excused from, and why: tracker -> property -> reason."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 from irtrack.properties import contract, following, honesty, pictures
 from irtrack.properties.case import Case
+
+EXCEPTIONS: dict[str, dict[str, str]] = {
+    "template": {"distractor": "it searches the whole frame, where a perfect like is as good as the target"},
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,1 +1,1 @@
-"""Frames of a source, one after the other, into trackers."""
+"""Replay of the frames of a source into trackers, and the start of a track."""

@@ -1,4 +1,4 @@
-"""Replay: the frames of a source, one after the other, into trackers."""
+"""Replay of a source: its frames, one after the other, into trackers."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""
 
 Pair = tuple[Frame, Truth | None]
-"""A frame and what is true of it; None where the source has no truth."""
+"""A frame and its ground truth; None where the source has none."""
 
 BLOCK_FRAMES = 64
 BLOCK_BYTES = 16 * 2**20
-"""What a tracker is shown in a row: long enough that its first step, which finds the caches cold, weighs little."""
+"""Frames shown to one tracker in a row: enough that its first step, with cold caches, weighs little."""
 
 
 class Player:
-    """One tracker on its way through a source, from its start frame on.
+    """One tracker on a source, from its start frame on.
 
     The generator of frame k is ``stream(seed, tracker's name, target or "init", k)``.
     """
@@ -53,10 +53,9 @@ class Player:
     def see(self, frame: Frame) -> None:
         """Show the tracker the next frame.
 
-        What it prints goes to standard error: standard output is the caller's. TrackerError for what it
-        raises, also where it would end the program (KeyboardInterrupt: in workers), and for what is no
-        estimate; an irsim or irtrack error, such as a shipped tracker's InputError for a frame of another
-        size, is passed on.
+        Its output goes to standard error. TrackerError for its exceptions, also for those that would end the program
+        (KeyboardInterrupt: in workers), and for an invalid estimate. Errors of irsim and irtrack are passed on, such
+        as the InputError of a shipped tracker for a frame of another size.
         """
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
@@ -90,11 +89,11 @@ class Player:
 
     @property
     def estimate(self) -> Estimate:
-        """What the tracker said last."""
+        """Last estimate of the tracker."""
         return self._estimates[-1]
 
     def track(self, source: Source, input: Input) -> Track:
-        """What the tracker has said so far."""
+        """Return the track so far."""
         return Track(
             source=source.name,
             source_hash=source.hash,
@@ -135,8 +134,8 @@ def run(
 ) -> Track:
     """Run one tracker over one source.
 
-    tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
-              `irtrack.trackers.adapters`);  parameters  of a named one
+    tracker   a name of `irtrack list`, 'module:Class', or a tracker (see `irtrack.trackers.adapters`) or its class
+    parameters   of a named tracker
     source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
               its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
     target, init   see `irtrack.replay.start.find_start`
@@ -144,7 +143,7 @@ def run(
     frames    at most so many, the start frame included, 1 or more
     progress  called with (frames done, frames to do)
 
-    TrackerError for what the tracker raises. InputError for bad input.
+    TrackerError for an error of the tracker, InputError for wrong input.
     """
     chosen = named(tracker, parameters or {})
     opened = irsim.open_source(source)
@@ -164,12 +163,11 @@ def replay(
     stop: int | None = None,
     progress: Progress | None = None,
 ) -> list[Truth]:
-    """Show frames start .. stop-1 to all viewers; return what is true of them, nothing where the source has no truth.
+    """Show frames start .. stop-1 to all viewers; return their ground truth, nothing where the source has none.
 
-    A frame is rendered or read once, truth and all, however many trackers look at it. Each viewer goes through a
-    block of frames before the next one does, so its steps follow each other as if it ran alone. Were every frame
-    shown to all in turn, the first viewer would find the caches and the heap as the rendering left them, and
-    its steps would take about twice the time of the others'.
+    A frame is rendered or read once, whatever the number of viewers. Each viewer sees a block of frames before the
+    next one does, so that its steps follow each other and their times are those of a tracker alone. With all viewers
+    in turn on each frame, the steps of the first, with caches and heap as rendering left them, take twice as long.
     """
     total = (len(source) if stop is None else min(stop, len(source))) - start
     shown = None if progress is None else lambda done: progress(done, total)
@@ -179,7 +177,7 @@ def replay(
 def show(
     pairs: Iterable[Pair], viewers: Sequence[Callable[[Frame], None]], shown: Callable[[int], None] | None = None
 ) -> list[Truth]:
-    """Show these frames to all viewers, see `replay`; `shown` is called with how many each has seen, on average."""
+    """Show frames to all viewers, see `replay`; `shown` is called with the mean number that each has seen."""
     truths: list[Truth] = []
     views = 0
     for block in _blocks(pairs):
@@ -194,8 +192,7 @@ def show(
 
 
 def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
-    """The pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES; no tracker can
-    change the frames. Two blocks at most are in memory: one that was seen, and the one that is being filled."""
+    """Yield the pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES, images read-only."""
     block: list[Pair] = []
     held = 0
     for frame, truth in pairs:
@@ -209,14 +206,14 @@ def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
 
 
 def _read_only(frame: Frame) -> Frame:
-    """The frame with an image that no tracker can change under the next one."""
+    """Return the frame with a read-only image."""
     image = frame.image.view()
     image.flags.writeable = False
     return Frame(image, frame.index, frame.time, frame.bits)
 
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
-    """The tracker of a name with parameters (see `irtrack.make`), or the one given, a plain one wrapped."""
+    """Return the tracker of a name (see `irtrack.make`), or the one given, a plain one wrapped."""
     from irtrack.registry.table import make, of
 
     return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)

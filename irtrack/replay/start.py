@@ -1,4 +1,4 @@
-"""Who is followed, and from when."""
+"""Start of a track: its target, its first frame and the box there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from irtrack.types import LEAST_PX
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Follow `target` (None where only a box is known) from frame `frame` on, where it is in `box`."""
+    """Track of `target` (None where only a box is known) from frame `frame` on, where it is in `box`."""
 
     target: str | None
     frame: int
@@ -28,15 +28,14 @@ def find_start(
     target: str | None = None,
     init: tuple[Box, int] | None = None,
 ) -> Start:
-    """The start: the first frame in which at least half of the target shows, its box from truth.
+    """Return the start: the first frame in which at least half of the target is visible, and its true box.
 
     truths  of the source; read only as far as needed
-    target  id; without it the one that the source says to follow, else the first in its truth
-    init    (box, frame) given by the user; then truth decides nothing, and who is followed is
-            known only where `target` says so
+    target  id; by default the target that the source names, else the first in its truth
+    init    (box, frame) given by the user, in place of the truth; the target is then known only by `target`
 
-    InputError where the target is unknown or never shows, where there is neither truth nor `init`,
-    where `init` is something else, or where the box lies outside the frame or is larger than it.
+    InputError where the target is unknown or never visible, where there is neither truth nor `init`, where `init` is
+    no such pair, or where the box lies outside the frame or is larger than it.
     """
     if init is not None:
         box, frame = _given(init)
@@ -64,7 +63,7 @@ def find_start(
 
 
 def _given(init: object) -> tuple[Box, int]:
-    """The box and the frame that the user gave; InputError for anything else."""
+    """Return the box and the frame that the user gave; InputError for anything else."""
     if not (isinstance(init, tuple | list) and len(init) == 2 and isinstance(init[0], Box)):
         raise InputError(f"init {reprlib.repr(init)}: allowed: (irsim.Box(cx, cy, w, h), frame)")
     box, frame = init
@@ -72,7 +71,7 @@ def _given(init: object) -> tuple[Box, int]:
 
 
 def shows(target: TargetTruth) -> bool:
-    """Is the target not hidden, its centre in the frame? Unknown counts as visible."""
+    """Return whether the target is visible and its centre in the frame; unknown counts as visible."""
     return not target.hidden and target.in_view is not False
 
 
@@ -94,8 +93,7 @@ def _unknown(source: Source, target: str, ids: Iterable[str]) -> InputError:
 
 
 def _checked(source: Source, box: Box) -> Box:
-    """The box, no side under LEAST_PX; InputError where no pixel of the frame is in it, and where it is wider or higher
-    than the frame: trackers keep patches of its size."""
+    """Return the box, no side under LEAST_PX; InputError where it holds no pixel of the frame, or is larger than it."""
     columns, rows = source.size
     text = f"start box of {box.w:g}x{box.h:g} px around ({box.cx:g}, {box.cy:g})"
     if not (all(map(math.isfinite, (box.cx, box.cy, box.w, box.h))) and box.w > 0 and box.h > 0):

@@ -1,6 +1,6 @@
 """The report of a bench: one offline HTML file, or the same figures as JSON, CSV or Markdown."""
 
-from irtrack.report.figures import SeverityFigures, severity_figures
+from irtrack.report.figure_data import SeverityFigures, severity_figures
 from irtrack.report.formats import severity_values
 from irtrack.report.write import FORMATS, write_report
 

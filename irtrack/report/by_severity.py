@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from irtrack.metrics import Breaking
-from irtrack.report.figures import SeverityFigures
+from irtrack.report.figure_data import SeverityFigures
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irtrack.metrics.breaking import HALF
-from irtrack.report.charts import Axis, Line, line_chart
-from irtrack.report.figures import SeverityFigures, source_figures
-from irtrack.report.measured import Measured
-from irtrack.report.palette import LineStyle
+from irtrack.metrics.statistics import HALF
+from irtrack.report.figure_data import Measured, SeverityFigures, source_figures
+from irtrack.report.plots import Axis, Line, LineStyle, line_chart
 from irtrack.report.sections import Room, Section, section
 
 

@@ -8,10 +8,9 @@ from pathlib import Path
 from irsim.recording.output import atomic_text
 from irsim.types import Source
 from irtrack.bench import Results
-from irtrack.report.figures import failures, source_figures
-from irtrack.report.measured import measured
+from irtrack.report.figure_data import failures, measured, source_figures
 from irtrack.report.page import rendered, versions
-from irtrack.report.palette import styles
+from irtrack.report.plots import styles
 from irtrack.report.sections import Room, section
 
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from irtrack.bench import Run, SummaryRow
-from irtrack.bench.table import MARKS, RULES
+from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import Breaking, Survival
-from irtrack.metrics.loss import LOSS_RULE
+from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.by_severity import LossTable, loss_tables
-from irtrack.report.figures import Figures, SeverityFigures, SourceFigures
-from irtrack.report.words import NOTHING, lead, ms, percent, px, share
+from irtrack.report.figure_data import Figures, SeverityFigures, SourceFigures
+from irtrack.report.write import NOTHING, lead, ms, percent, px, share
 
 
 def as_json(figures: Figures, runs: Sequence[Run]) -> str:

@@ -10,25 +10,24 @@ from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from irtrack.bench import Cell, Results, Run, summary
-from irtrack.bench.table import MARKS, RULES
+from irtrack.bench import Results, Run, RunRecord, summary
+from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
-from irtrack.metrics.loss import LOSS_RULE
+from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.by_severity import loss_tables
 from irtrack.report.chapters import chapters
-from irtrack.report.figures import failures, severity_figures
-from irtrack.report.gallery import gallery
-from irtrack.report.measured import measured
-from irtrack.report.palette import styles
+from irtrack.report.figure_data import failures, measured, severity_figures
+from irtrack.report.frames import gallery
+from irtrack.report.plots import styles
 from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Room
-from irtrack.report.words import lead, ms, percent, px, share
+from irtrack.report.write import lead, ms, percent, px, share
 
 SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """The page's only code: it plays the replays."""
 
 
-def page(results: Results, cells: Sequence[Cell]) -> str:
+def page(results: Results, cells: Sequence[RunRecord]) -> str:
     """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))

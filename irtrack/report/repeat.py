@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from irsim.types import Box
-from irtrack.bench import Cell, Key, Run, SourceRow
+from irtrack.bench import Key, Run, RunRecord, SourceRow
 from irtrack.registry.identity import changed_parameters
 
 
@@ -27,7 +27,7 @@ def render_command(source: SourceRow, seed: int | None) -> str | None:
     return shlex.join(["irsim", "render", source.word, *source.changes, "--seed", str(seed), "-o", name])
 
 
-def run_command(cell: Cell, source: SourceRow) -> str:
+def run_command(cell: RunRecord, source: SourceRow) -> str:
     """The command that repeats one cell and prints its scores."""
     key, config = cell.key, cell.config
     words = ["irtrack", "run", config["tracker"], source.word, *source.changes, *_seeds(key)]

@@ -12,13 +12,13 @@ import cv2
 import numpy as np
 
 from irsim.types import Box, Floats, Frame, Image, Source
-from irtrack.bench import Cell
+from irtrack.bench import RunRecord
 from irtrack.errors import IrtrackError
 from irtrack.metrics import Trace
 from irtrack.registry.identity import code_hash, remade
 from irtrack.replay.replay import Player, replay
 from irtrack.replay.start import Start
-from irtrack.report.filmstrip import Follower
+from irtrack.report.frames import Follower
 from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000
@@ -51,7 +51,9 @@ class Replay:
     has_particles: bool
 
 
-def replayed(source: Source, cells: Sequence[Cell], followers: Sequence[Follower], clouds: int) -> tuple[Replay, int]:
+def replayed(
+    source: Source, cells: Sequence[RunRecord], followers: Sequence[Follower], clouds: int
+) -> tuple[Replay, int]:
     """The replay of the runs of `cells`, and how many of them were repeated for their particles.
 
     source      with the seed of the cells;  followers  their tracks, by label
@@ -149,7 +151,7 @@ def _number(value: float, digits: int) -> float | None:
 class _Repeat:
     """A run repeated for its particles. It ends where it has none, or does not repeat what was measured."""
 
-    def __init__(self, cell: Cell, trace: Trace, player: Player) -> None:
+    def __init__(self, cell: RunRecord, trace: Trace, player: Player) -> None:
         self.label = cell.label
         self.input = cell.key.input
         self._trace = trace
@@ -197,7 +199,7 @@ def _packed(points: Floats, size: tuple[int, int]) -> str:
     return base64.b64encode(np.round(shares * PARTICLE_GRID).astype("<u2").tobytes()).decode()
 
 
-def _repeats(cells: Sequence[Cell], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
+def _repeats(cells: Sequence[RunRecord], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
     """The runs that can be repeated as they were: their tracker is at hand, its code the same."""
     tracks = {follower.label: follower.trace for follower in followers}
     found: list[_Repeat] = []

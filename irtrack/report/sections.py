@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from irsim import IrsimError
 from irsim.errors import counted
 from irsim.types import Source
-from irtrack.report.figures import SourceFigures
-from irtrack.report.filmstrip import Follower, Still, moments, still
-from irtrack.report.measured import Measured
-from irtrack.report.opening import opened
-from irtrack.report.palette import LineStyle
-from irtrack.report.plots import Plots, plots
+from irtrack.report.figure_data import Measured, SourceFigures
+from irtrack.report.frames import Follower, Still, moments, still
+from irtrack.report.plots import LineStyle, Plots, plots
 from irtrack.report.repeat import render_command, run_command
 from irtrack.report.replays import Replay, replayed
+from irtrack.report.write import opened
 
 CHANGED = {
     "recording": "{} is not the recording that was measured, it has changed since.",

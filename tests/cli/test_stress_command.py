@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from irtrack.bench import Entry
-from irtrack.bench.stress import stress_suite
+from irtrack.bench.suite import stress_suite
 from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.registry.table import make

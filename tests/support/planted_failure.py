@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from irsim.types import Box, Frame
-from irtrack.metrics.loss import OFF_PX
+from irtrack.metrics.lost import OFF_PX
 from irtrack.types import Estimate
 
 SCENE = """

@@ -65,16 +65,14 @@ def test_a_second_bench_runs_nothing(tmp_path: Path) -> None:
         {"init": (Box(10.0, 20.0, 5.0, 5.0), 0)},
     ],
 )
-def test_whatever_decides_the_outcome_makes_another_cell(tmp_path: Path, change: dict[str, Any]) -> None:
+def test_all_that_decides_an_outcome_is_in_the_run_key(tmp_path: Path, change: dict[str, Any]) -> None:
     plain: dict[str, Any] = {"sources": [Strip()], "trackers": [Entry("w", Walker())], "seeds": 1}
     run_bench(**plain, results=tmp_path / "r.db").close()
     with run_bench(**plain | change, results=tmp_path / "r.db") as results:
         assert len(results.cells(every=True)) == 2
 
 
-def test_changed_code_makes_another_cell_and_the_newest_is_shown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_changed_code_makes_another_run_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = tmp_path / "changing.py"
     text = "from bench_fakes import Walker\nclass Mine(Walker):\n    pass\n"
     module.write_text(text)
@@ -93,7 +91,7 @@ def test_changed_code_makes_another_cell_and_the_newest_is_shown(
         assert [cell.key for cell in results.cells()] == [old.key]
 
 
-def test_two_labels_may_stand_for_one_cell(tmp_path: Path) -> None:
+def test_two_labels_may_share_one_run(tmp_path: Path) -> None:
     log = tmp_path / "log"
     tracker = Logger(log=str(log))
     with run_bench([Strip()], [Entry("a", tracker), Entry("b", tracker)], results=tmp_path / "r.db") as results:
@@ -115,7 +113,7 @@ def test_sources_of_equal_content_keep_their_names(tmp_path: Path) -> None:
     assert steps(log) == dict.fromkeys(range(1, 20), 2)  # measured once
 
 
-def test_a_run_tells_its_own_cells_from_the_others_in_the_file(tmp_path: Path) -> None:
+def test_a_call_returns_its_own_runs(tmp_path: Path) -> None:
     path, trackers = tmp_path / "r.db", [Entry("w", Walker())]
     run_bench([Strip()], trackers, seeds=5, results=path).close()
     with run_bench([Strip()], trackers, seeds=[1, 7], results=path) as results:
@@ -144,7 +142,7 @@ def test_seeds_are_paired_over_trackers(tmp_path: Path) -> None:
         assert kept.seed == cell.key.scene_seed
 
 
-def test_a_cell_equals_a_run_with_its_seeds(tmp_path: Path) -> None:
+def test_a_bench_run_equals_irtrack_run(tmp_path: Path) -> None:
     with run_bench([scenario()], ["g=grey_pf:particles=40"], seeds=[4], results=tmp_path / "r.db") as results:
         (cell,) = results.cells()
         trace = results.trace(cell.key)
@@ -200,7 +198,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_killed_bench_goes_on_where_it_stopped(tmp_path: Path, jobs: int) -> None:
     """It is held after 95 steps: five cells of 19 by one worker, at least three by two."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import multiprocessing
 import resource
-import sqlite3
 import sys
 from pathlib import Path
 
@@ -57,37 +56,6 @@ def test_what_cannot_be_exported_is_one_line(results: Path, tmp_path: Path) -> N
     with pytest.raises(InputError, match="no finished run"):
         export(tmp_path / "empty.db", tmp_path / "x.csv")
     assert not (tmp_path / "x.csv").exists()
-
-
-class Full:
-    """A connection to a results file that may grow by a few pages and no more: SQLite itself says that it is full."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, pages: int) -> None:
-        connect = sqlite3.connect
-
-        def limited(*words: object, **named: object) -> sqlite3.Connection:
-            database = connect(*words, **named)  # type: ignore[call-overload]  # whatever it is called with
-            database.execute(f"PRAGMA max_page_count = {pages}")
-            assert isinstance(database, sqlite3.Connection)
-            return database
-
-        monkeypatch.setattr(sqlite3, "connect", limited)
-
-
-def test_a_full_disk_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, entries = tmp_path / "r.db", [Entry("w", Walker(jitter=1.0))]
-    with monkeypatch.context() as patch:
-        Full(patch, 24)
-        with pytest.raises(InputError, match=r"r\.db: .*full; what was finished is kept: make room and give the same"):
-            run_bench([Strip()], entries, seeds=60, results=path)
-    with Results(path) as left:
-        kept = {cell.key for cell in left.cells()}
-    assert 0 < len(kept) < 60
-    counts: list[tuple[int, int]] = []
-    progress = lambda done, total: counts.append((done, total))  # noqa: E731 - as short as what it stands for
-    with run_bench([Strip()], entries, seeds=60, results=path, progress=progress) as results:
-        assert kept < {cell.key for cell in results.cells()}
-    assert counts[-1] == (60 - len(kept), 60 - len(kept))
 
 
 def limited_sweep(path: Path, most_bytes: int) -> None:

@@ -49,7 +49,7 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     ],
     ids=["nan", "two numbers", "text", "exit", "memory", "an error without words"],
 )
-def test_whatever_a_tracker_answers_or_raises_fails_its_own_cell(tmp_path: Path, tracker: Any, failure: str) -> None:
+def test_wrong_output_of_a_tracker_fails_its_own_run(tmp_path: Path, tracker: Any, failure: str) -> None:
     with run_bench([Strip()], [Entry("bad", tracker), Entry("fine", Walker())], results=tmp_path / "r.db") as results:
         bad, fine = results.cells()
     assert (bad.status, fine.status) == ("failed", "ok")
@@ -73,7 +73,7 @@ class Moody(Strip):
         return replace(self, seed=seed, hash=str(seed), visible=(float(seed % 2),) * 5)
 
 
-def test_a_scene_that_hides_its_target_with_some_seeds_is_a_failed_cell(tmp_path: Path) -> None:
+def test_a_seed_without_visible_target_is_a_failed_run(tmp_path: Path) -> None:
     with run_bench([Moody()], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db") as results:
         cells = results.cells()
     assert [cell.status for cell in cells] == ["failed", "ok", "failed"]
@@ -85,7 +85,7 @@ def test_a_bench_follows_the_target_asked_for(tmp_path: Path) -> None:
         assert [cell.key.target for cell in results.cells()] == ["a"]
 
 
-def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Path) -> None:
+def test_a_source_without_truth_runs_from_a_box(tmp_path: Path) -> None:
     bare = Strip(has_truth=False)
     with pytest.raises(InputError, match="no truth"):
         run_bench([bare], [Entry("w", Walker())], results=tmp_path / "r.db")

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import random
 import re
 import signal
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
@@ -20,17 +17,17 @@ import pytest
 from bench_fakes import Breaker, Closer, Hanger, Killer, LateMute, Logger, Mute, Raiser, Strip, Threader, Walker, steps
 from bench_rows import rows
 
-from irtrack.bench import Entry, Results, run_bench
-from irtrack.bench.group import run_group
-from irtrack.bench.plan import Seeds, contestants, plans
+from irtrack.bench import Entry, run_bench
+from irtrack.bench.plan import Seeds, plans, tracker_specs
+from irtrack.bench.run import run_group
 from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.replay.replay import BLOCK_FRAMES
-from irtrack.runner import Limit
+from irtrack.runner.watchdog import Heartbeat, Limit
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
 
-def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Path) -> None:
+def test_a_tracker_that_hangs_fails_alone(tmp_path: Path) -> None:
     """At frames 3 and 4, unless the machine is so slow that they come late before."""
     hanging = [Entry(f"hanging {at}", Hanger(at=at)) for at in (3, 4)]
     with run_bench([Strip()], [*hanging, FINE], time_limit_s=2.0, results=tmp_path / "r.db") as results:
@@ -43,10 +40,10 @@ def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Pa
     assert found["fine"].outcome == cell.outcome
 
 
-def test_a_tracker_that_is_late_without_hanging_is_told_when_it_is_done() -> None:
+def test_a_late_tracker_fails_without_a_watchdog() -> None:
     """No tracker does anything in a nanosecond, and nobody watches who could stop it."""
-    (plan,) = plans([Strip()], contestants([FINE]), Seeds.of(1, 1), "display", None, None)
-    ((cell, trace),) = run_group(plan.group, Limit(1e-9, "run"))
+    (plan,) = plans([Strip()], tracker_specs([FINE]), Seeds.of(1, 1), "display", None, None)
+    ((cell, trace),) = run_group(plan.group, Heartbeat(Limit(1e-9, "run")))
     assert cell.failure == "strip, seed 0, frame 0: timed out: more than 1e-09 s in the tracker"
     assert trace is None
 
@@ -63,9 +60,7 @@ def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
 
 
-def test_a_tracker_that_raises_what_ctrl_c_does_fails_as_any_that_raises(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_tracker_that_raises_keyboard_interrupt(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """In workers, where Ctrl-C is ignored; in this process it stops."""
     entries = [FINE, Entry("raiser", Raiser(what="interrupt"))]
     with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
@@ -79,11 +74,11 @@ def test_a_tracker_that_raises_what_ctrl_c_does_fails_as_any_that_raises(
 
 
 @pytest.mark.parametrize("beside", [Walker(), Threader()], ids=["ends", "goes on"])
-def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
+def test_a_tracker_that_breaks_its_process_fails_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: Walker
 ) -> None:
     """Where one beside it holds up the process's end, too."""
-    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
+    monkeypatch.setattr("irtrack.runner.worker.END_S", 0.5)
     entries = [FINE, Entry("closer", Closer()), Entry("beside", beside)]
     with run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db") as results:
         cells = results.cells()
@@ -94,19 +89,6 @@ def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
         for seed in (0, 1)
     }
     assert sorted(cell.label for cell in cells) == ["beside", "beside", "closer", "closer", "fine", "fine"]
-
-
-def test_a_process_that_closes_its_pipe_and_goes_on_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
-
-    with run_bench([Strip()], [Entry("both", Stayer())], jobs=2, results=tmp_path / "r.db") as results:
-        (cell,) = results.cells()
-    said = "the process died 2 times after the tracker had been at work (it closed its pipe and went on)"
-    assert cell.failure == f"strip, seed 0, frame 19: {said}"
-
-
-class Stayer(Closer, Threader):
-    """Both of it."""
 
 
 def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
@@ -193,48 +175,6 @@ def test_what_a_worker_cannot_import_is_one_line(tmp_path: Path, monkeypatch: py
 def test_a_time_limit_is_above_0_and_of_runs_or_of_frames(tmp_path: Path, limits: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         run_bench([Strip()], [FINE], results=tmp_path / "r.db", **limits)
-
-
-def test_what_a_run_has_taken_counts_against_the_limit_of_runs_alone() -> None:
-    assert (Limit(2.0, "run").left(1.5), Limit(2.0, "frame").left(1.5)) == (0.5, 2.0)
-
-
-def test_ten_kills_at_random_moments_end_in_the_same_rows(tmp_path: Path) -> None:
-    log, path = tmp_path / "log", tmp_path / "r.db"
-    trackers = [Entry("a", Logger(jitter=1.0, log=str(log))), Entry("b", Logger(jitter=2.0, log=str(log)))]
-
-    def sweep() -> None:
-        run_bench([Strip()], trackers, seeds=60, results=path).close()
-
-    moments = random.Random(5)
-    kept = []
-    for _ in range(10):
-        log.write_text("")
-        process = multiprocessing.get_context("fork").Process(target=sweep)
-        process.start()
-        # So many steps after it began, and a moment more: within a step, within a commit, or between.
-        wait_for_steps(log, moments.randrange(100), process)
-        time.sleep(0.02 * moments.random())
-        process.kill()
-        process.join()
-        with Results(path) as results:
-            kept.append(len(results.cells()))
-    assert kept == sorted(kept)
-    assert 0 < kept[-1] < 120  # it was truly stopped, and truly went on
-    assert len(set(kept)) > 3
-    with run_bench([Strip()], trackers, seeds=60, results=path) as results:
-        found = rows(results)
-    with run_bench([Strip()], trackers, seeds=60, results=tmp_path / "whole.db") as results:
-        assert rows(results) == found
-    assert len(found) == 120
-
-
-def wait_for_steps(log: Path, count: int, process: Any, seconds: float = 60.0) -> None:
-    """Until the log has more lines, or the process has come to its end."""
-    end = time.monotonic() + seconds
-    while log.read_bytes().count(b"\n") <= count and process.is_alive():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.001)
 
 
 def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:

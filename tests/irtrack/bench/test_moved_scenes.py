@@ -48,9 +48,7 @@ def elsewhere(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_moved_scene_is_not_run_again(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log, results = elsewhere / "log", elsewhere / "r.db"
 
     def bench(scene: str, cwd: Path) -> list[str]:
@@ -70,7 +68,7 @@ def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(
     assert steps(log) == after_first
 
 
-def test_a_found_failure_and_its_kept_copy_load_from_anywhere_and_move_with_their_files(
+def test_found_and_kept_failures_move_with_their_files(
     project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """They lie in folders of different depths."""

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from bench_fakes import Strip, Walker
 
-from irtrack.bench import Cell, Entry, Key, Results, run_bench
-from irtrack.bench.packing import pack, packed_trace
+from irtrack.bench import Entry, Key, Results, RunRecord, run_bench
+from irtrack.bench.records import pack, packed_trace
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score
@@ -140,10 +140,10 @@ def modes(path: Path) -> tuple[str, list[str]]:
     return mode, sorted(each.name for each in path.parent.iterdir())
 
 
-def test_during_a_sweep_others_read_what_is_committed_and_after_it_all_is_in_one_file(tmp_path: Path) -> None:
+def test_others_read_committed_runs_during_a_bench(tmp_path: Path) -> None:
     path, counts = tmp_path / "r.db", []
 
-    def look(cell: Cell) -> None:
+    def look(cell: RunRecord) -> None:
         with Results(path) as other:
             counts.append(len(other.cells()))
 
@@ -176,7 +176,7 @@ if __name__ == "__main__":
 """
 
 
-def test_a_killed_process_loses_nothing_of_what_it_said_was_done(tmp_path: Path) -> None:
+def test_a_killed_bench_keeps_every_reported_run(tmp_path: Path) -> None:
     path, script = tmp_path / "r.db", tmp_path / "saying.py"
     script.write_text(SAYING)
     here = Path(__file__).parents[2] / "support"

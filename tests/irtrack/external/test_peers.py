@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import os
 import re
 import shlex
@@ -14,32 +13,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import Call
-from processes import PATIENCE_S, runs, wait_until
+from dot_scene import SCENE, scene
+from processes import runs, wait_until
 
 import irsim
 import irtrack
 from irtrack import external as peers
-from irtrack.bench import run_bench
 from irtrack.errors import InputError, TrackerError
-from irtrack.external import environment
+from irtrack.external import install
 from irtrack.registry.table import describe, make
-from irtrack.trackers.foreign import FOREIGN
+from irtrack.trackers.external import EXTERNAL
 
 FAKE = Path(__file__).parents[2] / "support" / "fake_peer.py"
 INSTALLED = peers.offered()
-SCENE = """
-frames: 12
-camera: {size: [64, 48], netd_mk: 20, bits: 14}
-background: {kind: ground, spread_k: 0}
-targets:
-  - id: dot
-    shape: {kind: hot_spot, size_m: [3, 3], temperature_k: 340}
-    path: {kind: straight, start: [20, 20], speed: 1.5}
-"""
-
-
-def scene() -> irsim.Rendering:
-    return irsim.Rendering(irsim.loads(SCENE), "dot")
 
 
 def fake(mode: str = "good", at: int = 4, **more: object) -> irtrack.Tracker:
@@ -58,7 +44,7 @@ def test_a_program_is_shown_each_frame_and_its_boxes_come_back(input: irsim.Inpu
     assert track.sizes[5] == pytest.approx(track.sizes[0])
 
 
-def test_the_context_widens_the_box_that_is_given_and_narrows_the_one_that_is_told() -> None:
+def test_the_context_widens_the_given_box() -> None:
     tight, wide = (irtrack.run(fake(context=context), scene()) for context in (1.0, 3.0))
     assert wide.sizes[3] == pytest.approx(tight.sizes[3])
     assert wide.centers[3] == pytest.approx(tight.centers[3])
@@ -93,27 +79,7 @@ def test_a_program_that_hangs_is_ended() -> None:
         irtrack.run(fake("hang", timeout_s=0.5), scene())
 
 
-def test_a_program_that_hangs_is_given_its_time_and_no_more() -> None:
-    """Counted from the request: how slow it was to begin does not matter."""
-    child = peers.Child([sys.executable, str(FAKE), "hang", "4"])
-    request = {"rows": 1, "columns": 1, "bits": 8, "seed": 0, "box": [0, 0, 1, 1], "frame": 4}
-    requests = [json.dumps(request | {"do": do}).encode() + b"\n0" for do in ("init", "step")]
-    child.ask(requests[:1], PATIENCE_S)
-    with pytest.raises(TrackerError, match=r"its program gave no answer in 0\.01 s"):
-        child.ask(requests[1:], 0.01)
-    assert not child.alive
-
-
-def test_a_program_killed_from_outside_fails_its_own_cell_and_no_other(tmp_path: Path) -> None:
-    trackers = [irtrack.bench.Entry("dies", fake("die")), irtrack.bench.Entry("good", fake())]
-    with run_bench([scene()], trackers, results=tmp_path / "r.db", seeds=1) as results:
-        cells = {cell.label: cell for cell in results.cells()}
-    assert cells["good"].status == "ok"
-    assert cells["dies"].status == "failed"
-    assert "out of luck" in (cells["dies"].failure or "")
-
-
-def test_a_program_is_used_again_when_nobody_holds_its_session_and_not_before() -> None:
+def test_an_idle_program_is_used_again() -> None:
     """The fake tells its process id as its score."""
     first = irtrack.run(fake(), scene()).estimates[3].score
     gc.collect()
@@ -151,8 +117,8 @@ def test_a_program_that_ends_at_once_is_told_so(name: str, command: object, stat
         irtrack.run(make(name, {"command": command}), scene())
 
 
-def test_without_the_environment_a_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(environment, "python", lambda: None)
+def test_a_missing_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(install, "python", lambda: None)
     with pytest.raises(InputError, match="cv_kcf: runs in an environment that is not there; allowed: after make peers"):
         make("cv_kcf", {})
     assert peers.offered() == []
@@ -219,7 +185,7 @@ def test_a_peer_that_the_environment_does_not_have_is_refused(tmp_path: Path, mo
 
 
 def test_every_peer_has_a_class() -> None:
-    assert {*peers.PEERS, "program", "trax"} == FOREIGN.keys()
+    assert {*peers.PEERS, "program", "trax"} == EXTERNAL.keys()
 
 
 needs_peers = pytest.mark.skipif(not INSTALLED, reason=f"no peers here: {peers.HINT}")

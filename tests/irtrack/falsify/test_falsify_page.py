@@ -19,14 +19,11 @@ from test_report_browser import contrast
 import irsim
 from irsim.scenario.expectation import Expectation
 from irtrack.falsify import Failure, Luck
-from irtrack.falsify.case import Case
-from irtrack.falsify.files import FOUND, JOURNAL, write_failure
-from irtrack.falsify.hunt import Hunt
-from irtrack.falsify.order import in_order
-from irtrack.falsify.rules import MARGINS, rules_of
-from irtrack.falsify.told import ASKED, REACHED, asked, reached
-from irtrack.falsify.trial import RAISES, Subject
-from irtrack.falsify.trials import Trials
+from irtrack.falsify.counterexample import Case
+from irtrack.falsify.falsification import Hunt
+from irtrack.falsify.outputs import FOUND, JOURNAL, write_failure
+from irtrack.falsify.rules import ASKED, MARGINS, RAISES, REACHED, asked, reached, rules_of
+from irtrack.falsify.trial import Subject, Trials
 from irtrack.metrics import Trace
 from irtrack.types import Tracker
 
@@ -119,13 +116,12 @@ def left(folder: Path, tracker: Tracker, rule: int | str, least_luck: Luck | Non
     scene = irsim.loads(SCENE)
     folder.mkdir()
     (folder / JOURNAL).touch()
-    with in_order(1) as apply:
-        subject = Subject("still", tracker, "display", rules_of(scene))
-        hunt = Hunt(scene, subject, Trials(subject, apply, folder / JOURNAL), print)
-        speed = "targets.jet.path.speed"
-        least = Case({speed: 1.0}, ("white",), 9)
-        failure = Failure(rule, 7, Case({speed: 1.5}), Luck(12, 20), True, least, least_luck)
-        write_failure(folder, hunt, failure, "jets", "irtrack falsify jets.yaml --tracker still")
+    subject = Subject("still", tracker, "display", rules_of(scene))
+    hunt = Hunt(scene, subject, Trials(subject, folder / JOURNAL), print)
+    speed = "targets.jet.path.speed"
+    least = Case({speed: 1.0}, ("white",), 9)
+    failure = Failure(rule, 7, Case({speed: 1.5}), Luck(12, 20), True, least, least_luck)
+    write_failure(folder, hunt, failure, "jets", "irtrack falsify jets.yaml --tracker still")
     return Left(folder, (folder / "replay.html").read_text())
 
 

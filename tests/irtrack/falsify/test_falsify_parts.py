@@ -13,7 +13,7 @@ import irsim
 from irsim.rng import stream
 from irsim.scenario.expectation import Expectation
 from irsim.types import Floats
-from irtrack.falsify.case import Case, droppable, moves, nearer, shrink
+from irtrack.falsify.counterexample import Case, droppable, moves, nearer, shrink
 from irtrack.falsify.rules import MARGINS, in_words, margin, rules_of, shortest
 from irtrack.falsify.search import SEARCHES, search
 from irtrack.metrics import ATTRIBUTES, Trace

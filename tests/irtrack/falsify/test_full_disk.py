@@ -16,8 +16,8 @@ from irsim.scenario.catalog import start_text, write_new
 from irtrack.bench import Results
 from irtrack.errors import InputError
 from irtrack.falsify import find_failure
-from irtrack.falsify.files import FOUND, JOURNAL
-from irtrack.falsify.kept import keep
+from irtrack.falsify.outputs import FOUND, JOURNAL
+from irtrack.falsify.regressions import keep
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject
 

@@ -121,7 +121,7 @@ def test_a_frame_is_off_beyond_5_px_or_the_diagonal() -> None:
     assert off_frames(errors, diagonals, np.zeros(5)).tolist() == [False, True, False, True, False]
 
 
-def test_nine_frames_off_are_no_loss_and_ten_are_dated_to_the_first() -> None:
+def test_ten_frames_off_in_a_row_are_a_loss() -> None:
     shown = np.ones(30, dtype=bool)
     off = np.zeros(30, dtype=bool)
     off[5:14] = True
@@ -146,7 +146,7 @@ def test_hidden_frames_neither_count_nor_break_the_row() -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=60))
-def test_loss_is_found_by_reading_and_only_comes_earlier_with_more_frames_off(rows: list[tuple[bool, bool]]) -> None:
+def test_loss_by_search_and_monotonic_in_off_frames(rows: list[tuple[bool, bool]]) -> None:
     off, shown = np.array(rows).T
     kept = [position for position, (_, is_shown) in enumerate(rows) if is_shown]
     text = "".join("x" if rows[position][0] else "." for position in kept)

@@ -50,7 +50,7 @@ def test_what_a_change_marks(change: dict[str, Any], found: set[str]) -> None:
     assert marked(STILL, replace(STILL, **change))[1] == found
 
 
-def test_absent_frames_are_out_of_view_and_neighbours_are_clutter() -> None:
+def test_absent_frames_and_near_targets() -> None:
     assert marked(STILL, None, STILL)[1] == {"out of view"}
     near, far = replace(STILL, id="b", center=(79.9, 50.0)), replace(STILL, id="c", center=(80.1, 50.0))
     assert marked(STILL, others=(near,)) == [{"clutter"}]  # the diagonal is 10

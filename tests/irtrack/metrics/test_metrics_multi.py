@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from irsim.types import Box
-from irtrack.metrics.multi import Scene, clear_mot, gospa, hota, idf1
+from irtrack.metrics.multi_target import Scene, clear_mot, gospa, hota, idf1
 
 
 def walk(kind: int) -> list[Scene]:

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import multinomial
 
 from irtrack.metrics import Difference, paired_difference, scenes_for
 
@@ -25,20 +24,6 @@ def test_pairs_by_hand() -> None:
     assert few.is_open
     assert not same.is_open
     assert paired_difference([np.nan], [0.0], ["a"]) is None
-
-
-@pytest.mark.parametrize(("scenes", "runs"), [(6, 6), (12, 3), (1, 20)])
-def test_the_interval_covers_the_truth_as_often_as_it_says(scenes: int, runs: int) -> None:
-    """Runs of one scene share its effect; 300 experiments: 95 % within four standard errors (1.26 % each), at least."""
-    rng = np.random.default_rng(11)
-    names = [f"s{scene}" for scene in range(scenes) for _ in range(runs)]
-    inside = 0
-    for _ in range(300):
-        effect = np.repeat(rng.normal(size=scenes) if scenes > 1 else [0.0], runs)
-        found = paired_difference(0.3 + effect + rng.normal(size=len(names)), np.zeros(len(names)), names, draws=400)
-        assert found is not None
-        inside += found.low <= 0.3 <= found.high
-    assert 0.90 <= inside / 300 <= 0.99
 
 
 def test_runs_of_one_scene_do_not_count_as_scenes() -> None:
@@ -64,7 +49,7 @@ def losses(more: int, fewer: int, scenes: int) -> Difference:
     return found
 
 
-def test_the_interval_of_losses_is_bonett_and_prices_with_students_t() -> None:
+def test_the_interval_of_losses_is_that_of_bonett_and_price() -> None:
     """26 of 48 one way, 4 the other: statpsych's ci.prop.ps (CRAN, its manual) prints 0.44, 0.2548067 to 0.6251933.
 
     The normal's 1.95996 stands there; here t of 49, 2.00958, and a sample's standard deviation.
@@ -73,21 +58,6 @@ def test_the_interval_of_losses_is_bonett_and_prices_with_students_t() -> None:
     reach = (0.6251933 - 0.44) / 1.959964 * 2.009575 * math.sqrt(50 / 49)
     assert found.mean == pytest.approx(22 / 48)
     assert (found.low, found.high) == pytest.approx((0.44 - reach, 0.44 + reach), abs=1e-6)
-
-
-@pytest.mark.parametrize("scenes", [6, 10, 20, 60])
-def test_the_interval_of_losses_misses_in_at_most_6_of_100_cases(scenes: int) -> None:
-    """Exactly: every outcome with its probability, for chances from none to surely of either."""
-    outcomes = [(more, fewer) for more in range(scenes + 1) for fewer in range(scenes + 1 - more)]
-    found = [losses(*outcome, scenes) for outcome in outcomes]
-    low, high = np.array([(each.low, each.high) for each in found]).T
-    chances = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.95, 1.0]
-    missed = []
-    for p, q in [(p, q) for p in chances for q in chances if p + q <= 1]:
-        weights = multinomial.pmf([(u, d, scenes - u - d) for u, d in outcomes], scenes, [p, q, max(1 - p - q, 0.0)])
-        assert weights.sum() == pytest.approx(1)
-        missed.append(weights[(low > p - q + 1e-12) | (high < p - q - 1e-12)].sum())
-    assert max(missed) < 0.06
 
 
 def test_alike_scenes_do_not_say_that_the_next_one_is() -> None:
@@ -115,7 +85,7 @@ def test_the_interval_of_losses_is_about_the_mean_over_all_runs() -> None:
 
 
 @pytest.mark.parametrize(("more", "fewer", "scenes"), [(0, 0, 6), (1, 0, 6), (2, 2, 6), (3, 1, 10), (26, 4, 48)])
-def test_so_many_scenes_narrow_the_interval_of_losses_as_is_said(more: int, fewer: int, scenes: int) -> None:
+def test_scenes_for_gives_the_interval_of_losses(more: int, fewer: int, scenes: int) -> None:
     """Twenty times as many scenes, lost in the same shares: just so many are said to give just that interval."""
     many = losses(20 * more, 20 * fewer, 20 * scenes)
     half_width = (many.high - many.low) / 2

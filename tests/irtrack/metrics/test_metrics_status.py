@@ -86,7 +86,7 @@ def test_returns_agree_with_a_walk(rows: list[tuple[bool, bool]]) -> None:
 # -- status
 
 
-def test_honesty_by_hand() -> None:
+def test_status_calibration_by_hand() -> None:
     said = np.array(["tracking", "tracking", "occluded", "lost", "tracking", "lost"])
     off, counted = bits("011101"), bits("111110")
     assert false_tracking(said, off, counted) == pytest.approx(1 / 3)  # off: frames 1, 2, 3
@@ -218,7 +218,7 @@ def test_a_score_of_a_hiding_by_hand() -> None:
     assert figures.lt_recall == pytest.approx(4 / 17)
 
 
-def test_every_figure_is_a_line_of_the_score_and_says_which_way_is_better() -> None:
+def test_every_figure_has_a_direction_and_a_type() -> None:
     figures = score_trace(trace_of(np.zeros((4, 2)), ["tracking"] * 4, np.ones(4))).as_dict()
     assert list(figures) == list(FIGURES)
     assert Score.from_dict(figures).as_dict() == figures

@@ -7,7 +7,7 @@ import pytest
 
 from irsim.types import Box, TargetTruth, Truth
 from irtrack.metrics import AnchorRun, expected_overlap, vot
-from irtrack.metrics.anchors import orders, run_anchors
+from irtrack.metrics.vot import orders, run_anchors
 
 
 def run(overlap: list[float], absent: tuple[int, ...] = ()) -> AnchorRun:
@@ -61,7 +61,7 @@ def test_figures_are_those_of_the_toolkit() -> None:
     assert found.eao == pytest.approx(0.3965132381434139)
 
 
-def test_anchors_start_where_the_target_shows_and_run_to_the_farther_end() -> None:
+def test_anchors_start_on_visible_targets() -> None:
     def truth(k: int) -> Truth:
         hidden = 48 <= k < 53
         return Truth(k, k / 10, (TargetTruth("a", (9.0, 9.0), Box(9, 9, 5, 5), visible=0.0 if hidden else 1.0),))

@@ -7,7 +7,7 @@ from bench_fakes import Holder, Logger, Walker
 
 import irtrack
 from irtrack.bench import Entry, parse_tracker_spec, parse_trackers
-from irtrack.bench.specs import Spec, read_spec
+from irtrack.bench.spec import Spec, read_spec
 from irtrack.errors import InputError
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 import numpy as np
@@ -113,15 +112,6 @@ def test_what_is_no_estimate_is_one_line() -> None:
         irtrack.run(Forgetful(), Strip())
 
 
-def test_only_the_tracker_is_timed(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = iter(np.arange(0, 1000, 0.25))
-    monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
-    cpu = iter(np.arange(0, 1000, 0.125))
-    monkeypatch.setattr(time, "process_time", lambda: next(cpu))
-    track = irtrack.run(Walker(), Strip())
-    assert (track.step_ms.tolist(), track.cpu_ms.tolist()) == ([250.0] * 20, [125.0] * 20)
-
-
 def test_a_rendered_scenario_by_name_and_by_value() -> None:
     text = """
 frames: 12
@@ -139,7 +129,7 @@ targets:
     assert figures.lost is False
 
 
-def test_one_except_catches_what_irsim_and_irtrack_say_of_bad_input() -> None:
+def test_irsim_and_irtrack_share_their_input_error() -> None:
     with pytest.raises(irtrack.InputError, match="nowhere"):
         irtrack.run("kalman", "nowhere.mcap")
     with pytest.raises(irsim.InputError, match="did you mean 'kalman'"):

@@ -10,11 +10,9 @@ import pytest
 
 from irtrack.bench import SummaryRow
 from irtrack.metrics import ATTRIBUTES, Trace
-from irtrack.report.charts import Axis, Line, line_chart
-from irtrack.report.filmstrip import CROP_LEAST, Follower, moments, still
-from irtrack.report.palette import styles
-from irtrack.report.plots import LEAST_ERROR, hidden_spans, quartiles
-from irtrack.report.words import lead, ms, percent, px, share
+from irtrack.report.frames import CROP_LEAST, Follower, moments, still
+from irtrack.report.plots import LEAST_ERROR, Axis, Line, hidden_spans, line_chart, quartiles, styles
+from irtrack.report.write import lead, ms, percent, px, share
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:

@@ -1,0 +1,163 @@
+"""Values of a results file: run key, bench call, source row and run record; traces packed as bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import struct
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+
+from irsim.types import Input
+from irtrack.metrics import Score, Trace
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """Run key: all that decides the outcome of a run, times aside.
+
+    source_hash     of the Source, its scene seed applied
+    target          id of the target followed; None where a box was given and there is no truth
+    start           'visible' (first frame in which half the target is visible, box from truth), or
+                    'cx,cy,w,h@frame'
+    input           images that the tracker sees
+    scene_seed      None for a recording
+    tracker_seed    of the tracker's generators
+    config          canonical JSON of the tracker's name and parameters
+    code_hash       of the tracker's source code
+    """
+
+    source_hash: str
+    target: str | None
+    start: str
+    input: Input
+    scene_seed: int | None
+    tracker_seed: int
+    config: str
+    code_hash: str
+
+    @property
+    def digest(self) -> str:
+        """Hex digest: the primary key of a results file."""
+        values = [getattr(self, field.name) for field in fields(self)]  # `astuple` copies each: ten times the time
+        return hashlib.blake2b(json.dumps(values).encode(), digest_size=16).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Call of the bench: its start (UTC, ISO 8601), command line and versions; command is None for Python code."""
+
+    id: int
+    started: str
+    command: str | None
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class SourceRow:
+    """Source as it was measured.
+
+    scene_hash   the same for all seeds of a scenario (a recording: its hash)
+    text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
+    word         its name on a command line;  changes  KEY=VALUE that follow
+    severity     of a scenario that has severities
+    size         (columns, rows)
+    length       number of frames
+    """
+
+    hash: str
+    scene_hash: str
+    name: str
+    kind: Literal["scenario", "recording"]
+    text: str
+    word: str
+    size: tuple[int, int]
+    rate_hz: float
+    length: int
+    changes: tuple[str, ...] = ()
+    severity: int | None = None
+
+
+def family(source: str, severity: int | None) -> str:
+    """Return the name of a source without its severity."""
+    return source if severity is None else source.removesuffix(f"@{severity}")
+
+
+@dataclass(frozen=True, slots=True)
+class RunRecord:
+    """Run record: one tracker on one source with one pair of seeds (table `cells`).
+
+    label     of the tracker in tables;  source  name of the source
+    scene_hash, severity   see `SourceRow`
+    status    'failed' where the tracker raised, hung or died; then `failure` says how and `score` is None
+    outcome   digest of its track frame by frame, times aside (`irtrack.metrics.Trace.digest`)
+    """
+
+    key: Key
+    label: str
+    source: str
+    scene_hash: str
+    status: Literal["ok", "failed"]
+    failure: str | None = None
+    score: Score | None = None
+    severity: int | None = None
+    outcome: str | None = None
+
+    @property
+    def family(self) -> str:
+        """Name of the source without its severity."""
+        return family(self.source, self.severity)
+
+    @property
+    def lost_or_failed(self) -> bool:
+        """Whether the tracker lost the target or failed; False where it is unknown."""
+        return self.score is None or self.score.lost is True
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """Name and parameters of the tracker."""
+        return dict(json.loads(self.key.config))
+
+
+_HEAD = struct.Struct("<I")
+"""Length of the description that follows, bytes."""
+
+_LEVEL = 1
+"""Level of zlib: on tracks within 5 % of the size of the default level 6, in a third of its time."""
+
+
+def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return arrays as one zlib stream: a JSON list of (name, dtype, shape), then their bytes in turn."""
+    described = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
+    parts = [_HEAD.pack(len(described)), described, *(array.tobytes() for array in arrays.values())]
+    return zlib.compress(b"".join(parts), _LEVEL)
+
+
+def unpack(blob: bytes) -> dict[str, np.ndarray]:
+    """Return the arrays of `pack`, read-only; ValueError for other bytes."""
+    try:
+        data = zlib.decompress(blob)
+        (described,) = _HEAD.unpack_from(data)
+    except (zlib.error, struct.error) as error:
+        raise ValueError(f"no packed arrays: {error}") from None
+    at = _HEAD.size + described
+    arrays: dict[str, np.ndarray] = {}
+    for name, dtype, shape in json.loads(data[_HEAD.size : at]):
+        arrays[name] = np.frombuffer(data, dtype, math.prod(shape), at).reshape(shape)
+        at += arrays[name].nbytes
+    return arrays
+
+
+def packed_trace(trace: Trace) -> bytes:
+    """Return all arrays of a trace, packed."""
+    return pack({field.name: getattr(trace, field.name) for field in fields(trace)})
+
+
+def unpacked_trace(blob: bytes) -> Trace:
+    """Return the trace of `packed_trace`; ValueError or TypeError for other bytes."""
+    return Trace(**unpack(blob))

@@ -1,0 +1,306 @@
+"""Run of a bench: groups of runs that share the frames of a source, here, in workers, or on an executor."""
+
+from __future__ import annotations
+
+import multiprocessing
+import platform
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, as_completed
+from copy import copy
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from weakref import WeakSet
+
+import cv2
+import numpy as np
+
+import irsim
+from irsim.types import Box, Frame, Input, Source, Truth
+from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, plans, tracker_specs
+from irtrack.bench.records import Key, Run, RunRecord
+from irtrack.bench.results import Results
+from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec
+from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole_number
+from irtrack.metrics import Reference, Trace
+from irtrack.replay.replay import Pair, Player, replay, show
+from irtrack.replay.start import find_start
+from irtrack.runner.pool import Pool
+from irtrack.runner.watchdog import NO_LIMIT, Blame, Heartbeat, Limit
+from irtrack.runner.worker import one_thread
+from irtrack.types import GivenTracker
+
+CACHE_BYTES = 64 * 2**20
+"""Largest size of the images kept: 200 frames of 640 x 512 as 8 bits. Each group reads a longer source itself."""
+
+
+class FrameCache:
+    """Frames of the source that was read last, where no seed changes it: read once for all tracker seeds."""
+
+    def __init__(self) -> None:
+        self._key: tuple[str, Input] | None = None
+        self._pairs: list[Pair] = []
+        self._references: dict[tuple[str | None, int], Reference] = {}
+
+    def pairs(self, source: Source, input: Input) -> list[Pair] | None:
+        """Return all frames of a source; None where its seed changes them, or they are too many to keep.
+
+        What reading the source raises is passed on.
+        """
+        columns, rows = source.size
+        pixel_bytes = 1 if input == "display" else 2
+        if source.seed is not None or len(source) * columns * rows * pixel_bytes > CACHE_BYTES:
+            return None
+        if self._key != (source.hash, input):
+            self._key, self._pairs, self._references = None, [], {}  # the old frames go before the new ones come
+            self._pairs = list(source.pairs(input=input))
+            self._key = source.hash, input
+        return self._pairs
+
+    def reference(self, target: str | None, start: int) -> Reference:
+        """Return the truth of a target from frame `start` on."""
+        key = target, start
+        if key not in self._references:
+            self._references[key] = Reference.of(_truths(self._pairs)[start:], target)
+        return self._references[key]
+
+
+def _truths(pairs: Iterable[Pair]) -> list[Truth]:
+    return [truth for _, truth in pairs if truth is not None]
+
+
+def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
+    """Run all members of a group. A tracker that raises fails its own run and no other.
+
+    cache   frames of the groups before, where one process runs several
+
+    What the source raises (a damaged recording) is passed on.
+    """
+    source = copy(group.source)  # its caches go with it
+    cache = cache or FrameCache()
+    pairs = cache.pairs(source, group.input)
+    try:
+        start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
+    except IrtrackError as error:
+        return [group.failed(member, str(error)) for member in group.members]
+    heartbeat = heartbeat or Heartbeat()
+    attempts = [
+        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, heartbeat)
+        for number, member in enumerate(group.members)
+    ]
+    viewers = [attempt.see for attempt in attempts]
+    if pairs is None:
+        reference = Reference.of(replay(source, viewers, group.input, start.frame), start.target)
+    else:
+        show(pairs[start.frame :], viewers)
+        reference = cache.reference(start.target, start.frame)
+    return [
+        group.failed(member, attempt.failure, attempt.at)
+        if attempt.failure is not None
+        else group.finished(member, Trace.of(attempt.player.track(source, group.input), reference))
+        for member, attempt in zip(group.members, attempts, strict=True)
+    ]
+
+
+class _Attempt:
+    """Player whose tracker may fail, after which it sees no more frames."""
+
+    def __init__(self, player: Player, number: int, heartbeat: Heartbeat) -> None:
+        self.player = player
+        self.failure: str | None = None
+        self.at: int | None = None
+        self._number = number
+        self._heartbeat = heartbeat
+
+    def see(self, frame: Frame) -> None:
+        if self.failure is not None:
+            return
+        try:
+            with self._heartbeat.frame(frame.index, self._number):
+                self.player.see(frame)
+        except TrackerError as error:
+            self.failure, self.at = (error.trace(), frame.index) if error.__cause__ else (str(error), None)
+        except IrtrackError as error:
+            self.failure = str(error)
+        else:
+            if self._heartbeat.overdue:  # done before the watchdog came
+                self.failure, self.at = self._heartbeat.limit.exceeded(), frame.index
+
+
+Progress = Callable[[int, int], None]
+"""Called with (runs done, runs to do) as the bench goes on."""
+
+
+def run_bench(
+    sources: Sequence[AnySource | SourceEntry | SourceSpec],
+    trackers: Sequence[str | GivenTracker | Entry],
+    *,
+    results: str | Path,
+    seeds: int | Iterable[int] = 1,
+    tracker_seeds: int = 1,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    time_limit_s: float | None = None,
+    frame_limit_s: float | None = None,
+    input: Input = "display",
+    target: str | None = None,
+    init: tuple[Box, int] | None = None,
+    command: str | None = None,
+    progress: Progress | None = None,
+    seen: Callable[[RunRecord], None] | None = None,
+) -> Results:
+    """Run every tracker on every source with every seed; runs in the results file are not repeated.
+
+    sources   scenarios and recordings, or entries with changes and severities; their names differ
+    trackers  specs (`irtrack.bench.spec`), trackers, or entries; their labels differ
+    seeds     a number (0, 1, ...) or a list. Run i of a scenario has scene seed i and tracker seed i, the same scenes
+              for every tracker; a recording has tracker seeds only
+    tracker_seeds   runs of each scene, each with another tracker seed (`irtrack.bench.plan.Seeds`)
+    jobs      worker processes; the outcomes are the same for any number, times aside. With more than one, or
+              with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
+    executor  any executor in place of those processes, such as dask's; it is left open
+    time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
+    frame_limit_s  in place of it, the longest time for each frame
+    target    id of the target to track in every source; by default that of each source
+    init      (box, frame) to start from, for sources without truth
+    command   command line, for the report; None for Python code
+    progress  called with (runs done, runs to do);  seen  called with the record of each run
+
+    Returns the results file, open; its `run` is this call. A tracker that raises, hangs or dies makes a failed run.
+    InputError for wrong input, before any run. WorkerError where workers died or failed and no tracker caused it:
+    finished runs are kept, and the same call continues.
+    """
+    compared = tracker_specs(trackers)
+    wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
+    whole_number("jobs", jobs, 1)
+    limit = _limit(time_limit_s, frame_limit_s)
+    kept = Results(results, create=True)
+    try:
+        with kept.transaction():
+            run = kept.start_run(_now(), command, _versions())
+            taken: set[Key] = set()
+            groups = [group for plan in wanted if (group := _missing(kept, run, plan, taken)).members]
+        done, total = 0, sum(len(group.members) for group in groups)
+        if progress is not None and total:
+            progress(done, total)
+        with kept.sweep():
+            for outcomes in _outcomes(groups, jobs, executor, limit):
+                with kept.transaction():
+                    for cell, trace in outcomes:
+                        kept.add(cell, trace)
+                done += len(outcomes)
+                if seen is not None:
+                    for cell, _ in outcomes:
+                        seen(cell)
+                if progress is not None:
+                    progress(done, total)
+    except BaseException:
+        kept.close()
+        raise
+    return kept
+
+
+def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
+    if run_s is not None and frame_s is not None:
+        raise InputError("a time limit for runs and one for frames: allowed: one of them")
+    seconds = frame_s if run_s is None else run_s
+    if seconds is None:
+        return None
+    if not seconds > 0:
+        raise InputError(f"time limit {seconds:g} s: allowed: above 0")
+    return Limit(seconds, "frame" if run_s is None else "run")
+
+
+def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
+    """Note the runs of the plan; return its group with those that neither the file nor an earlier group has.
+
+    Two labels, or two names of the same scene, may have one run.
+    """
+    kept.add_source(plan.row)
+    missing: list[Member] = []
+    for member in plan.group.members:
+        kept.want(run, plan.row.name, member.label, member.key)
+        if member.key not in taken and not kept.has(member.key):
+            missing.append(member)
+            taken.add(member.key)
+    return plan.group.of(missing)
+
+
+def _outcomes(
+    groups: list[Group], jobs: int, executor: Executor | None, limit: Limit | None
+) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of each group as it finishes."""
+    if executor is not None:
+        yield from _by(executor, run_alone if limit is None else partial(run_limited, limit=limit), groups)
+    elif limit is None and jobs == 1:
+        yield from map(partial(run_alone, cache=FrameCache()), groups)
+    elif groups:
+        with Pool(min(jobs, len(groups))) as pool:
+            yield from _by(pool, partial(_run_in, pool, limit or NO_LIMIT), groups)
+
+
+def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list[Group]) -> Iterator[list[Outcome]]:
+    futures = [executor.submit(task, group) for group in groups]
+    waiting, done = WeakSet(futures), as_completed(futures)
+    del futures  # each is let go, with the tracks in it, when it has been yielded
+    try:
+        for future in done:
+            try:
+                found = future.result()
+            except IrtrackError:
+                raise
+            except Exception as error:
+                what = " ".join(f"{type(error).__name__}: {error}".split())
+                raise WorkerError(f"a worker failed: {what}") from error
+            yield found
+    finally:
+        for future in list(waiting):  # else the executor of a caller would continue with them
+            future.cancel()
+
+
+def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
+    """Run a group in this process."""
+    with one_thread():
+        return run_group(group, cache=cache)
+
+
+def run_limited(group: Group, limit: Limit) -> list[Outcome]:
+    """Run a group in a worker process of this process, which may itself be an executor's worker."""
+    if multiprocessing.current_process().daemon:
+        raise IrtrackError(
+            "a time limit takes workers that may start processes; allowed for dask: "
+            "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
+        )
+    with Pool(1) as pool:
+        return _run_in(pool, limit, group)
+
+
+def _run_in(pool: Pool, limit: Limit, group: Group) -> list[Outcome]:
+    """Run a group in a worker of a pool; a tracker that hangs or kills it fails alone."""
+    answers = pool.run(_run_members, group.members, group.of(()), limit=limit, name=group.name)
+    return [
+        group.failed(member, answer.what, answer.frame) if isinstance(answer, Blame) else answer
+        for member, answer in zip(group.members, answers, strict=True)
+    ]
+
+
+_worker_cache = FrameCache()
+"""Of a worker process: it runs one group at a time."""
+
+
+def _run_members(heartbeat: Heartbeat, members: Sequence[Member], group: Group) -> list[Outcome]:
+    return run_group(group.of(members), heartbeat, _worker_cache)
+
+
+def _versions() -> dict[str, str]:
+    return {
+        "irtrack": irsim.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "opencv": cv2.__version__,
+        "platform": platform.platform(),
+    }
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,197 @@
+"""Specs of a bench: trackers as ``[LABEL=]NAME[:KEY=VALUE...]``, several by commas, and sources with changes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import irsim
+from irsim.types import Source
+from irtrack.bench.records import family
+from irtrack.errors import InputError
+from irtrack.types import GivenTracker, Tracker
+
+_LABEL = re.compile(r"[\w.+-]{1,64}")
+
+_PAIR = re.compile(r"\w+=")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Tracker and its label in tables."""
+
+    label: str
+    tracker: Tracker
+
+
+def parse_trackers(text: str) -> list[Entry]:
+    """Return the entries of a list such as ``grey_pf,big=grey_pf:n=500:damping=0.9,mine=pkg.mod:Class``.
+
+    A comma or colon within brackets or quotes belongs to its value. InputError as `parse_tracker_spec`.
+    """
+    return [parse_tracker_spec(part) for part in _split(text, ",")]
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """Parts of a tracker's spec; `label` is None where it has none."""
+
+    label: str | None
+    name: str
+    parameters: dict[str, object]
+
+
+def parse_tracker_spec(text: str) -> Entry:
+    """Return the entry of a spec; without a label the whole spec is the label.
+
+    InputError as `read_spec` and `irtrack.registry.table.make`.
+    """
+    from irtrack.registry.table import make
+
+    spec = read_spec(text)
+    return Entry(spec.label or text.strip(), make(spec.name, spec.parameters))
+
+
+def read_spec(text: str) -> Spec:
+    """Return the parts of a spec. VALUE is read as YAML.
+
+    A part that does not begin with ``KEY=`` belongs to the part before it: a VALUE (``path=a:b``), or the NAME
+    (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable one or a repeated parameter.
+    """
+    first, *rest = _split(text.strip(), ":")
+    label, is_labelled, name = first.rpartition("=")
+    if is_labelled and not _LABEL.fullmatch(label):
+        raise InputError(f"tracker '{text}': the label '{label}'; allowed: letters, digits and _ . + -")
+    pairs: list[str] = []
+    for part in rest:
+        if _PAIR.match(part):
+            pairs.append(part)
+        elif pairs:
+            pairs[-1] += f":{part}"
+        else:
+            name += f":{part}"
+    if not name:
+        raise InputError(f"tracker '{text}': it has no name; allowed: [LABEL=]NAME[:KEY=VALUE...]")
+    parameters: dict[str, object] = {}
+    for pair in pairs:
+        key, _, value = pair.partition("=")
+        if key in parameters:
+            raise InputError(f"tracker '{text}': the parameter '{key}' is given twice")
+        try:
+            parameters[key] = irsim.scalar(value)
+        except irsim.InputError as error:
+            raise InputError(f"tracker '{text}': {key}: {error}") from None
+    return Spec(label or None, name, parameters)
+
+
+def entry(tracker: str | GivenTracker | Entry) -> Entry:
+    """Return the entry of a spec, of a tracker, plain or not, or an entry as it is."""
+    from irtrack.registry.identity import tracker_name
+    from irtrack.registry.table import of
+
+    if isinstance(tracker, Entry):
+        return tracker
+    if isinstance(tracker, str):
+        return parse_tracker_spec(tracker)
+    made = of(tracker)
+    return Entry(tracker_name(made), made)
+
+
+def _split(text: str, mark: str) -> list[str]:
+    """Return the parts between marks outside of brackets and quotes."""
+    parts, depth, quote = [""], 0, ""
+    for letter in text:
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "'\"":
+            quote = letter
+        elif letter in "[{(":
+            depth += 1
+        elif letter in ")}]":
+            depth -= 1
+        if letter == mark and depth <= 0 and not quote:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+AnySource: TypeAlias = str | Path | irsim.Scenario | Source
+
+
+@dataclass(frozen=True, eq=False)
+class SourceEntry:
+    """Source and its use.
+
+    source       a scenario's or recording's path or name, a Scenario, or a Source
+    changes      KEY=VALUE over a scenario's keys
+    severities   some of the scenario's, or 'all'; none: its own severity
+    target       id of the target to track; None: the source's default
+    name         in tables; None: its own. At severity 3 `@3` is added
+    """
+
+    source: AnySource
+    changes: Sequence[str] = ()
+    severities: Sequence[int] | Literal["all"] = ()
+    target: str | None = None
+    name: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SourceSpec:
+    """Source spec: an open source, its name in tables, and its word on a command line (None for a Python value).
+
+    severity   of a scenario that has severities;  changes  KEY=VALUE
+    """
+
+    source: Source
+    name: str
+    word: str | None
+    changes: tuple[str, ...]
+    severity: int | None
+    target: str | None
+
+    @property
+    def family(self) -> str:
+        """Name without its severity."""
+        return family(self.name, self.severity)
+
+
+def source_specs(entry: AnySource | SourceEntry | SourceSpec) -> Iterator[SourceSpec]:
+    """Yield the source specs of an entry, one for each severity; InputError where a source or severity is unknown."""
+    if isinstance(entry, SourceSpec):
+        yield entry
+        return
+    wanted = entry if isinstance(entry, SourceEntry) else SourceEntry(entry)
+    word = str(wanted.source) if isinstance(wanted.source, str | Path) else None
+    changes = tuple(wanted.changes)
+    first = irsim.open_source(wanted.source, changes)
+    name = wanted.name or first.name
+    count = severity_count(first)
+    if not wanted.severities:
+        severity = first.scenario.severity if isinstance(first, irsim.Rendering) and count else None
+        yield SourceSpec(first, name, word, changes, severity, wanted.target)
+        return
+    if not isinstance(first, irsim.Rendering) or not count:
+        raise InputError(f"{name}: it has no severities; allowed: a scenario with the key `severities`")
+    for severity in range(count) if wanted.severities == "all" else wanted.severities:
+        if not 0 <= severity < count:
+            raise InputError(f"{name}: severity {severity}: allowed: 0 to {count - 1}")
+        change = f"severity={severity}"
+        named = f"{name}@{severity}"
+        if word is None:
+            source = irsim.Rendering(irsim.change(first.scenario, {"severity": severity}), named)
+        else:
+            scenario = irsim.load(word, [*changes, change])
+            source = irsim.Rendering(scenario, named)
+        yield SourceSpec(source, named, word, (*changes, change), severity, wanted.target)
+
+
+def severity_count(source: Source) -> int:
+    """Return the number of severities of a source, 0 where it has none."""
+    if not isinstance(source, irsim.Rendering):
+        return 0
+    return min(map(len, source.scenario.severities.values()), default=0)

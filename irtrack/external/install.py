@@ -1,0 +1,79 @@
+"""Environment of the peers: its Python, and the peers that it has."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from irtrack.errors import InputError, exit_status_text
+from irtrack.external import server
+
+VARIABLE = "IRTRACK_PEERS"
+HINT = f"make peers installs {', '.join(server.PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
+_BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
+LONGEST_S = 60.0
+"""Longest time for the Python of the peers to list them: it imports OpenCV and dlib, from a cold disk."""
+
+
+def python() -> Path | None:
+    """Return the Python of the peers: that of IRTRACK_PEERS, else of .venv-peers here or beside irtrack, else None.
+
+    InputError where IRTRACK_PEERS names no file.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        if not Path(named).is_file():
+            raise _refused(Path(named), "there is no such file")
+        return Path(named)
+    places = [Path(folder, ".venv-peers", *_BIN) for folder in (Path.cwd(), Path(__file__).parents[2])]
+    return next((place for place in places if place.is_file()), None)
+
+
+def command(name: str, interpreter: Path) -> tuple[str, ...]:
+    """Return the command that runs a peer."""
+    return (str(interpreter), str(Path(server.__file__).resolve()), name)
+
+
+def offered() -> list[str]:
+    """Return the peers of the environment; none where there is no such environment.
+
+    InputError where its Python, or that of IRTRACK_PEERS, cannot list them.
+    """
+    interpreter = python()
+    return [] if interpreter is None else list(_answered(interpreter))
+
+
+def required(name: str) -> Path:
+    """Return the Python that runs a peer; InputError where there is none."""
+    interpreter = python()
+    if interpreter is None:
+        raise InputError(f"{name}: runs in an environment that is not there; allowed: after {HINT}")
+    return interpreter
+
+
+@cache
+def _answered(interpreter: Path) -> tuple[str, ...]:
+    """Return the peers that a Python lists."""
+    try:
+        done = subprocess.run(command("", interpreter)[:2], capture_output=True, timeout=LONGEST_S, check=True)
+        return tuple(name for name in json.loads(done.stdout) if name in server.PEERS)
+    except OSError as error:
+        raise _refused(interpreter, f"it cannot be started: {error.strerror or error}") from None
+    except subprocess.TimeoutExpired:
+        raise _refused(interpreter, f"it gave no answer in {LONGEST_S:g} s") from None
+    except subprocess.CalledProcessError as error:
+        words = error.stderr.decode(errors="replace").split("\n")
+        last = next((line.strip() for line in reversed(words) if line.strip()), "")
+        ended = f"it ended ({exit_status_text(error.returncode)})"
+        raise _refused(interpreter, ended + (last and f"; it last wrote: {last}")) from None
+    except (ValueError, TypeError):
+        raise _refused(interpreter, "it does not say which peers it has") from None
+
+
+def _refused(interpreter: Path, why: str) -> InputError:
+    where = f"{VARIABLE}={interpreter}" if os.environ.get(VARIABLE) else str(interpreter)
+    return InputError(f"{where}: {why}; allowed: the Python of an environment as make peers installs it")

@@ -1,0 +1,212 @@
+"""Score: the figures of one track against one reference.
+
+A figure is a function in `irtrack.metrics.figures` and a line in `Score`; files, tables and exports follow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args, get_type_hints
+
+import numpy as np
+
+import irsim
+from irsim.types import Floats, Source
+from irtrack.errors import InputError
+from irtrack.metrics import figures as of
+from irtrack.metrics.centre_error import mean_abs, rmse
+from irtrack.metrics.trace import Reference, Trace
+from irtrack.types import Track
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Description of a figure.
+
+    of      function of a trace (nan: no frame gives it); None: one of `CentreFigures`
+    better  whether less or more is better
+    most    upper bound, where it lies between 0 and that
+    kind    type of its values, each of which may be None
+    """
+
+    of: Callable[[Trace], float | int | bool | None] | None
+    unit: str = ""
+    better: Literal["less", "more"] | None = None
+    most: float = math.inf
+    kind: type = float
+
+
+@dataclass(frozen=True, slots=True)
+class CentreFigures:
+    """Figures of the centre errors of some frames; None where there is no frame.
+
+    error                   mean Euclidean centre error, px
+    abs_x, abs_y            mean |error| per axis, px;  sd_x, sd_y  its standard deviation
+    rmse, rmse_x, rmse_y    root mean square error, px
+    """
+
+    error: float | None
+    abs_x: float | None
+    abs_y: float | None
+    sd_x: float | None
+    sd_y: float | None
+    rmse: float | None
+    rmse_x: float | None
+    rmse_y: float | None
+
+    @classmethod
+    def of(cls, offsets: Floats) -> CentreFigures:
+        """Return the figures of errors (n, 2) px."""
+        if len(offsets) == 0:
+            return cls(*[None] * len(fields(cls)))
+        errors = np.hypot(offsets[:, 0], offsets[:, 1])
+        (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
+        squares = rmse(errors), rmse(offsets[:, 0]), rmse(offsets[:, 1])
+        return cls(float(errors.sum() / len(errors)), abs_x, abs_y, sd_x, sd_y, *squares)
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Figures of one track; None where no frame gives one.
+
+    Scored frames are those after the start frame in which the target is present; held ones are the
+    scored frames before the loss (all of them where there is none); a frame counts where the target
+    is visible as well (`irtrack.metrics.lost.LOSS_RULE`).
+
+    frames, counted_frames, held_frames
+                            number of scored frames; of those that count towards the loss and off_share; of those
+                            before the loss
+    lost                    lost by `irtrack.metrics.lost`; None where nothing was scored
+    lost_at                 index of the frame that the loss is dated to
+    off_share               share of the frames that count in which it is off (far from the target)
+    all, held               figures of the centre errors of all scored frames, and of the held ones
+    precision_5, _20        share of scored frames with centre error <= 5, 20 px
+    precision_norm          area under the normalised precision curve, 0..1
+    success_auc             area under the success curve, 0..1
+    overlap                 average overlap over the scored frames (AO of GOT-10k), 0..1
+    success_50, _75         share of them with an overlap above .5, .75 (SR of GOT-10k)
+    lt_precision, lt_recall, lt_f   long-term figures at the threshold of largest F, 0..1
+    returns, reacquired     how often the target reappeared, and how often the tracker found it again
+    reacquired_after        mean frames until it was found again
+    false_tracking          share of the off frames with the status "tracking"
+    false_lost              share of the frames on a visible target with the status "lost"
+    hidden_tracking         share of the frames with a fully occluded target with the status "tracking"
+    lost_late               frames from the loss to the status "lost" (to the end where it never comes)
+    nees                    mean normalised estimation error squared over the held frames; 2 where calibrated
+    neff                    mean effective number of particles
+    ms_mean, ms_median      wall time of a step (not of the start), ms
+    cpu_ms_mean, cpu_ms_median   CPU time of the process in a step, ms
+    """
+
+    frames: Annotated[int, Figure(of.frames, "frames")]
+    counted_frames: Annotated[int, Figure(of.counted_frames, "frames")]
+    held_frames: Annotated[int, Figure(of.held_frames, "frames", "more")]
+    lost: Annotated[bool | None, Figure(of.lost, "", "less", 1.0)]
+    lost_at: Annotated[int | None, Figure(of.lost_at, "frame")]
+    off_share: Annotated[float | None, Figure(of.off_share, "", "less", 1.0)]
+    all: CentreFigures
+    held: CentreFigures
+    precision_5: Annotated[float | None, Figure(of.precision_5, "", "more", 1.0)]
+    precision_20: Annotated[float | None, Figure(of.precision_20, "", "more", 1.0)]
+    precision_norm: Annotated[float | None, Figure(of.precision_norm, "", "more", 1.0)]
+    success_auc: Annotated[float | None, Figure(of.success_auc, "", "more", 1.0)]
+    overlap: Annotated[float | None, Figure(of.overlap, "", "more", 1.0)]
+    success_50: Annotated[float | None, Figure(of.success_50, "", "more", 1.0)]
+    success_75: Annotated[float | None, Figure(of.success_75, "", "more", 1.0)]
+    lt_precision: Annotated[float | None, Figure(of.lt_precision, "", "more", 1.0)]
+    lt_recall: Annotated[float | None, Figure(of.lt_recall, "", "more", 1.0)]
+    lt_f: Annotated[float | None, Figure(of.lt_f, "", "more", 1.0)]
+    returns: Annotated[int, Figure(of.returns)]
+    reacquired: Annotated[int, Figure(of.reacquired, "", "more")]
+    reacquired_after: Annotated[float | None, Figure(of.reacquired_after, "frames", "less")]
+    false_tracking: Annotated[float | None, Figure(of.false_tracking, "", "less", 1.0)]
+    false_lost: Annotated[float | None, Figure(of.false_lost, "", "less", 1.0)]
+    hidden_tracking: Annotated[float | None, Figure(of.hidden_tracking, "", "less", 1.0)]
+    lost_late: Annotated[float | None, Figure(of.lost_late, "frames", "less")]
+    nees: Annotated[float | None, Figure(of.nees)]
+    neff: Annotated[float | None, Figure(of.neff)]
+    ms_mean: Annotated[float | None, Figure(of.ms_mean, "ms", "less")]
+    ms_median: Annotated[float | None, Figure(of.ms_median, "ms", "less")]
+    cpu_ms_mean: Annotated[float | None, Figure(of.cpu_ms_mean, "ms", "less")]
+    cpu_ms_median: Annotated[float | None, Figure(of.cpu_ms_median, "ms", "less")]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures by name (`FIGURES`) as plain values for JSON or a table."""
+        return {name: self.figure(name) for name in FIGURES}
+
+    def figure(self, name: str) -> Any:
+        """Return a figure of `FIGURES` by name; None where no frame gives it."""
+        group, inner = _GROUPED.get(name, (None, name))
+        return getattr(self if group is None else getattr(self, group), inner)
+
+    @classmethod
+    def from_dict(cls, flat: Mapping[str, Any]) -> Score:
+        """Return the score of `as_dict`; truth values may be 0 and 1, as in SQLite."""
+        values: dict[str, Any] = {}
+        for field in fields(cls):
+            if field.name in _SUFFIX:
+                suffix = _SUFFIX[field.name]
+                values[field.name] = CentreFigures(*(flat[each.name + suffix] for each in fields(CentreFigures)))
+            else:
+                value = flat[field.name]
+                values[field.name] = bool(value) if FIGURES[field.name].kind is bool and value is not None else value
+        return cls(**values)
+
+
+_SUFFIX = {"all": "", "held": "_held"}
+_GROUPED = {
+    each.name + suffix: (group, each.name) for group, suffix in _SUFFIX.items() for each in fields(CentreFigures)
+}
+"""Of each figure of centre errors: its group, and its name there."""
+
+
+def _figures() -> dict[str, Figure]:
+    found: dict[str, Figure] = {}
+    for name, hint in get_type_hints(Score, include_extras=True).items():
+        if name in _SUFFIX:
+            found |= {each.name + _SUFFIX[name]: Figure(None, "px", "less") for each in fields(CentreFigures)}
+        else:
+            plain, figure = get_args(hint)
+            kind = next((each for each in get_args(plain) if each is not type(None)), plain)
+            found[name] = replace(figure, kind=kind)
+    return found
+
+
+FIGURES: dict[str, Figure] = _figures()
+"""Figures of `Score.as_dict` by name."""
+
+
+def score_trace(trace: Trace) -> Score:
+    """Return the figures of a trace."""
+    figures: dict[str, Any] = {name: _finite(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
+    everywhere = CentreFigures.of(trace.offsets[trace.scored])
+    held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
+    return Score(all=everywhere, held=held, **figures)
+
+
+def _finite(value: float | int | bool | None) -> Any:
+    return None if value is None or (isinstance(value, float) and not math.isfinite(value)) else value
+
+
+def score(track: Track, against: Reference | str | Path | irsim.Scenario | Source) -> Score:
+    """Return the figures of a track; the start frame, given to the tracker, is not scored.
+
+    against   the source that the track was run on, as `irtrack.run` takes it (a scenario is rendered again for its
+              ground truth), or a `Reference` of any frames; frames that the track lacks are left out
+
+    InputError for another source than that of the track, and as `irsim.open_source`.
+    """
+    if not isinstance(track, Track):
+        raise InputError(f"track: a {type(track).__name__}; allowed: a Track, the result of irtrack.run")
+    if isinstance(against, Reference):
+        return score_trace(Trace.of(track, against))
+    source = irsim.open_source(against)
+    if source.hash != track.source_hash:
+        seeds = "" if source.seed == track.scene_seed else f" with seed {track.scene_seed}, not {source.seed}"
+        raise InputError(
+            f"source: {source.name} is not the source of the track; allowed: {track.source}{seeds}, unchanged"
+        )
+    return score_trace(Trace.of(track, Reference.of(source.truths(), track.target)))

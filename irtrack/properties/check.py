@@ -1,0 +1,249 @@
+"""One property of one tracker: tried over what is drawn for it, shrunk to the least that breaks it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+from zlib import crc32
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from hypothesis.configuration import set_hypothesis_home_dir
+from hypothesis.errors import Flaky
+
+from irsim.config.base import suggestion
+from irsim.types import Box, Frame
+from irtrack.errors import InputError, told
+from irtrack.properties.case import Broken, Case, NotAsked
+from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
+from irtrack.registry.identity import tracker_name
+from irtrack.runner.pool import Pool
+from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
+from irtrack.types import Estimate, GivenTracker, Tracker, resumable
+
+Profile = Literal["ci", "nightly"]
+Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
+
+NIGHTLY = 10
+"""How many times as many examples, and four times as many seeds, a nightly check takes."""
+SEEDS: Mapping[Profile, int] = {"ci": 8, "nightly": 32}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one property.
+
+    verdict   'excused' is broken by a tracker that is known to; 'not asked' says nothing of this one; 'not judged'
+              needs a property that is broken
+    why       what was seen and what was allowed, or the reason
+    drawn     the least example that breaks it: what was drawn, by name
+    scenario  its scene as YAML, where it has one
+    """
+
+    property: Property
+    verdict: Verdict
+    why: str = ""
+    drawn: Mapping[str, Any] = field(default_factory=dict)
+    scenario: str | None = None
+
+
+@dataclass
+class _Found:
+    """What the last failing example was; Hypothesis ends on the least."""
+
+    case: Case | None = None
+    why: str = ""
+
+
+def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
+    """What comes of a property; the same at each call."""
+    found, silent = _Found(), set[str]()
+
+    @seed(crc32(prop.name.encode()))  # and not derandomize, which draws anew whenever a line of this changes
+    @settings(
+        max_examples=max(prop.examples * (NIGHTLY if profile == "nightly" else 1), 1),
+        database=None,
+        deadline=None,
+        phases=[Phase.generate, Phase.shrink],
+        report_multiple_bugs=False,
+        print_blob=False,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(st.data())
+    def example(data: st.DataObject) -> None:
+        case = Case(tracker, lambda strategy: data.draw(strategy), SEEDS[profile])
+        try:
+            with redirect_stdout(sys.stderr):
+                prop.check(case)
+        except NotAsked as reason:
+            silent.add(str(reason))
+        except Exception as error:  # whatever a tracker raises breaks what is asked of it
+            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {told(error)}"
+            raise
+
+    try:
+        example()
+    except Exception as error:
+        if found.case is None:
+            raise
+        note = "; not at each try" if isinstance(error, Flaky) else ""
+        clips = found.case.clips
+        return Outcome(prop, "broken", found.why + note, found.case.drawn, clips[0].text if clips else None)
+    return Outcome(prop, "not asked", next(iter(silent))) if silent else Outcome(prop, "holds")
+
+
+def check(
+    tracker: str | GivenTracker,
+    *,
+    profile: Profile = "ci",
+    only: Iterable[str] | None = None,
+    frame_limit_s: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Outcome]:
+    """An outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
+
+    What those of `only` need is tried too, and has an outcome where it is broken: nothing is judged without it.
+
+    tracker        as `irtrack.run` takes it
+    profile        how much is tried: ci in seconds, nightly in minutes
+    frame_limit_s  where given, the tracker works in a process of its own: one that takes longer for a frame, s, or
+                   that dies, breaks the property at hand and no more
+    progress       called with (properties done, properties to do)
+
+    What is drawn is the same at each call. InputError for an unknown name of a tracker or property.
+    """
+    from irtrack.replay.replay import named
+
+    chosen = named(tracker)
+    asked = set(PROPERTIES) if only is None else {_known(name) for name in only}
+    needed = with_needs(asked)
+    names = [name for name in PROPERTIES if name in needed]
+    excuses = EXCEPTIONS.get(tracker_name(chosen), {})
+    outcomes: dict[str, Outcome] = {}
+    with _examiner(chosen, profile, frame_limit_s) as examine:
+        for done, name in enumerate(names, 1):
+            prop = PROPERTIES[name]
+            lacking = [need for need in prop.needs if outcomes[need].verdict == "broken"]
+            if lacking:
+                outcomes[name] = Outcome(prop, "not judged", f"needs {', '.join(lacking)}")
+            else:
+                outcomes[name] = _excused(examine(prop), excuses)
+            if progress is not None:
+                progress(done, len(names))
+    return [each for name, each in outcomes.items() if name in asked or each.verdict == "broken"]
+
+
+def with_needs(names: Iterable[str]) -> set[str]:
+    """Names of properties, with all that they need, and that those need."""
+    found = set[str]()
+    waiting = list(names)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += PROPERTIES[name].needs
+    return found
+
+
+@contextmanager
+def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iterator[Callable[[Property], Outcome]]:
+    """Yield the function that tries a property: in this process, or in a worker with a time limit for each frame."""
+    if limit_s is None:
+        yield lambda prop: examined(prop, tracker, profile)
+        return
+    limit = Limit(limit_s, "frame")
+    with Pool(1) as pool:
+
+        def examined_apart(prop: Property) -> Outcome:
+            try:
+                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit)
+            except TrackerLostError as lost:
+                return Outcome(prop, "broken", str(lost))
+
+        yield examined_apart
+
+
+def _examined_in_worker(heartbeat: Heartbeat, name: str, tracker: Tracker, profile: Profile) -> Outcome:
+    set_hypothesis_home_dir(_NOWHERE)
+    return examined(PROPERTIES[name], Watched(tracker, heartbeat), profile)
+
+
+_NOWHERE = Path(os.devnull) / "hypothesis"
+"""Folder that cannot be made: Hypothesis would keep the constants of the tracker's modules in one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """Tracker that notes on a heartbeat each frame it works on; pickled, it is the tracker alone."""
+
+    tracker: Tracker
+    heartbeat: Heartbeat
+
+    @property
+    def resumable(self) -> bool:
+        return resumable(self.tracker)
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
+        return self._call(self.tracker.init, frame, box, rng)
+
+    def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
+        answer: tuple[Any, Estimate] = self._call(partial(self.tracker.step, state), frame, rng)
+        return answer
+
+    def _call(self, work: Callable[..., Any], frame: Frame, *given: object) -> Any:
+        with self.heartbeat.frame(frame.index):
+            try:
+                return work(frame, *given)
+            except KeyboardInterrupt as error:  # workers ignore Ctrl-C: the tracker raised it
+                raise RuntimeError(told(error)) from error
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _itself, (self.tracker,)
+
+
+def _itself(tracker: Tracker) -> Tracker:
+    return tracker
+
+
+def check_tracker(
+    tracker: str | GivenTracker,
+    *,
+    profile: Profile = "ci",
+    only: Iterable[str] | None = None,
+    excused: Mapping[str, str] | None = None,
+) -> None:
+    """AssertionError, with the least examples, where a tracker breaks a property: the one line of your own tests.
+
+    excused    property -> reason, for what the tracker is known to break;  the rest as of `check`
+    """
+    excuses = excused or {}
+    for name in excuses:
+        _known(name)
+    outcomes = [_excused(outcome, excuses) for outcome in check(tracker, profile=profile, only=only)]
+    lines = [
+        f"{each.property.name}: {each.property.says}\n  {each.why}" for each in outcomes if each.verdict == "broken"
+    ]
+    if lines:
+        broken = f"{len(lines)} of {len(outcomes)} properties {'is' if len(lines) == 1 else 'are'} broken"
+        raise AssertionError("\n".join([broken, *lines]))
+
+
+def _excused(outcome: Outcome, excuses: Mapping[str, str]) -> Outcome:
+    reason = excuses.get(outcome.property.name)
+    if outcome.verdict != "broken" or reason is None:
+        return outcome
+    return Outcome(outcome.property, "excused", reason)
+
+
+def _known(name: str) -> str:
+    if name not in PROPERTIES:
+        allowed = ", ".join(PROPERTIES)
+        raise InputError(f"unknown property '{name}'; allowed: {allowed}{suggestion(name, PROPERTIES)}")
+    return name

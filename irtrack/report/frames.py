@@ -1,0 +1,274 @@
+"""The filmstrip: a few telling frames with the true box and each tracker's, as inline SVG."""
+
+from __future__ import annotations
+
+import base64
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from irsim import IrsimError
+from irsim.types import SHOWN, Box, Image, Source
+from irtrack.bench import Results, RunRecord, SourceRow
+from irtrack.metrics import Trace
+from irtrack.report.plots import LineStyle
+from irtrack.report.repeat import run_command
+from irtrack.report.write import opened
+
+FRAMES = 6
+"""How many frames a strip has: one row on a wide page."""
+
+CROP_SIZES, CROP_LEAST = 5.0, 40
+"""Side of the enlarged part: so many times the target's larger side, and never under so many px."""
+
+CROP_MARGIN = 1.2
+"""And never under so many times what all boxes that must be in it take together."""
+
+THUMB_WIDTH = 320
+"""The whole frame is shown no wider than this, px."""
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """One tracker's track in the strip; lost_at: index of the frame its loss is dated to."""
+
+    label: str
+    style: LineStyle
+    trace: Trace
+    lost_at: int | None
+
+    def row(self, index: int) -> int | None:
+        """The place of a frame in the trace."""
+        found = np.flatnonzero(self.trace.indices == index)
+        return int(found[0]) if found.size else None
+
+    def box(self, index: int) -> Box | None:
+        row = self.row(index)
+        return None if row is None else _box(self.trace.centers[row], self.trace.sizes[row])
+
+    def truth(self, index: int) -> Box | None:
+        row = self.row(index)
+        return None if row is None else _box(self.trace.truth_centers[row], self.trace.truth_sizes[row])
+
+
+def _box(center: np.ndarray, size: np.ndarray) -> Box | None:
+    return Box(*map(float, center), *map(float, size)) if np.isfinite([*center, *size]).all() else None
+
+
+@dataclass(frozen=True)
+class Note:
+    """What stands under a picture of one tracker: what it says of itself, its distance from the truth, px."""
+
+    label: str
+    status: str
+    distance: float | None
+
+
+@dataclass(frozen=True)
+class Still:
+    """One frame of the strip: why it is here, and two pictures as SVG elements."""
+
+    index: int
+    why: str
+    crop: str
+    whole: str
+    notes: tuple[Note, ...]
+
+
+def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str]:
+    """Which frames to show, in order, and why: start, around the first hiding, losses, end."""
+    followers = tuple(followers)
+    trace = max((follower.trace for follower in followers), key=lambda trace: len(trace.indices))
+    indices = trace.indices
+    chosen = {int(indices[0]): "start", int(indices[-1]): "end"}
+    hidden = np.flatnonzero(trace.visible < SHOWN)
+    if hidden.size:
+        first = int(hidden[0])
+        seen_again = np.flatnonzero(~(trace.visible[first:] < SHOWN))
+        back = first + int(seen_again[0]) if seen_again.size else len(indices)
+        wanted = [(first - 1, "before it hides"), ((first + back - 1) // 2, "hidden"), (back, "seen again")]
+        for row, why in wanted:
+            if 0 <= row < len(indices):
+                chosen.setdefault(int(indices[row]), why)
+    losses = sorted((follower.lost_at, follower.label) for follower in followers if follower.lost_at is not None)
+    if losses:
+        at, label = losses[0]
+        chosen[at] = f"{label} is lost"
+    # Fill what is free with frames spread evenly between, the furthest from any chosen one first.
+    while len(chosen) < min(count, len(indices)):
+        distance = np.min(np.abs(indices[:, None] - np.array(list(chosen))), axis=1)
+        chosen[int(indices[int(np.argmax(distance))])] = ""
+    return dict(sorted(chosen.items()))
+
+
+def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
+    """One frame's pictures; `image` is the display picture, (rows, cols) uint8.
+
+    both   the enlarged part holds the trackers' boxes too, not only the target's
+    """
+    followers = tuple(followers)
+    truth = next((box for follower in followers if (box := follower.truth(index))), None)
+    boxes = [(follower, box) for follower in followers if (box := follower.box(index))]
+    center = truth or (boxes[0][1] if boxes else Box((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2, 1, 1))
+    around = [center, *(box for _, box in boxes)] if both else [center]
+    left, top, side = _crop_place(image, around)
+    enlarged = image[top : top + side, left : left + side]
+    rows, cols = image.shape
+    parts = {follower.label: (follower.style, box) for follower, box in boxes}
+    crop = _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, parts, "crop")
+    # In the small picture of the whole frame a box is a mark: never too small to be seen.
+    least = max(rows, cols) / 25
+    marks = {label: (style, box.at_least(least)) for label, (style, box) in parts.items()}
+    whole = _svg(_jpeg(image), (0, 0, cols, rows), truth.at_least(least) if truth else None, marks, "whole")
+    notes = tuple(_note(follower, index) for follower in followers)
+    return Still(index, why, crop, whole, notes)
+
+
+def _note(follower: Follower, index: int) -> Note:
+    row = follower.row(index)
+    if row is None:
+        return Note(follower.label, "not started", None)
+    distance = float(np.hypot(*(follower.trace.centers[row] - follower.trace.truth_centers[row])))
+    return Note(follower.label, str(follower.trace.statuses[row]), distance if np.isfinite(distance) else None)
+
+
+def _crop_place(image: Image, boxes: Sequence[Box]) -> tuple[int, int, int]:
+    """(left, top, side) of a square around boxes, moved to lie inside the frame, px."""
+    rows, cols = image.shape
+    left, right = min(box.left for box in boxes), max(box.right for box in boxes)
+    top, bottom = min(box.top for box in boxes), max(box.bottom for box in boxes)
+    target = boxes[0]
+    wanted = max(CROP_SIZES * max(target.w, target.h), CROP_MARGIN * max(right - left, bottom - top), CROP_LEAST)
+    side = int(min(wanted, rows, cols))
+    corner_x = int(np.clip(round((left + right - side) / 2), 0, cols - side))
+    corner_y = int(np.clip(round((top + bottom - side) / 2), 0, rows - side))
+    return corner_x, corner_y, side
+
+
+def _stretched(image: Image) -> Image:
+    """Grey levels spread over the whole range, so that a faint target is seen."""
+    low, high = np.percentile(image, (0.5, 99.8))
+    return np.asarray(np.clip((image - low) * (255 / max(high - low, 1.0)), 0, 255).astype(np.uint8))
+
+
+def _png(image: Image) -> str:
+    return _data_uri(image, ".png", "image/png", [])
+
+
+def _jpeg(image: Image) -> str:
+    scale = min(1.0, THUMB_WIDTH / image.shape[1])
+    small: Image = np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
+    return _data_uri(small, ".jpg", "image/jpeg", [cv2.IMWRITE_JPEG_QUALITY, 80])
+
+
+def _data_uri(image: Image, suffix: str, mime: str, options: list[int]) -> str:
+    encoded = cv2.imencode(suffix, np.ascontiguousarray(image), options)[1]
+    return f"data:{mime};base64,{base64.b64encode(encoded.tobytes()).decode()}"
+
+
+def _svg(
+    uri: str,
+    place: tuple[int, int, int, int],
+    truth: Box | None,
+    boxes: Mapping[str, tuple[LineStyle, Box]],
+    name: str,
+) -> str:
+    """A picture with boxes over it; user units are the frame's px, pixel centres at whole numbers."""
+    left, top, width, height = place
+    edge = f'x="{left - 0.5}" y="{top - 0.5}" width="{width}" height="{height}"'
+    parts = [
+        f'<svg class="{name}" viewBox="{left - 0.5} {top - 0.5} {width} {height}">',
+        f'<image {edge} preserveAspectRatio="none" href="{uri}"/>',
+    ]
+    for style, box in boxes.values():
+        parts.append(f'<rect {_corners(box)} stroke="{style.color}" stroke-dasharray="{style.svg_dash}"/>')
+    if truth:
+        parts.append(f'<rect {_corners(truth)} class="truth-edge"/><rect {_corners(truth)} class="truth"/>')
+    return "".join([*parts, "</svg>"])
+
+
+def _corners(box: Box) -> str:
+    return f'x="{box.left:.2f}" y="{box.top:.2f}" width="{box.w:.2f}" height="{box.h:.2f}"'
+
+
+MOST = 48
+"""So many failures are shown, every tracker's in turn."""
+
+AFTER = 3
+"""The picture is of so many frames after that to which the loss is dated: by then the two have parted."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A run that was lost: of whom, on what, when, and how to repeat it."""
+
+    label: str
+    source: str
+    seed: int
+    lost_at: int
+    command: str
+    still: Still
+
+
+def gallery(
+    results: Results, cells: Sequence[RunRecord], styles: Mapping[str, LineStyle]
+) -> tuple[tuple[Loss, ...], int]:
+    """The first failures, and how many there are in all; a source that cannot be opened any more shows none."""
+    first = _first_losses(cells)
+    rows = results.sources()
+    sources: dict[tuple[str, str], Source | None] = {}
+    found = []
+    for cell in _in_turn(first)[:MOST]:
+        place = cell.source, cell.key.source_hash
+        if place not in sources:
+            sources[place] = _opened(rows[place])
+        source = sources[place]
+        if source is not None and (loss := _loss(results, cell, rows[place], source, styles)) is not None:
+            found.append(loss)
+    return tuple(sorted(found, key=lambda loss: (loss.source, loss.label))), len(first)
+
+
+def _first_losses(cells: Sequence[RunRecord]) -> list[RunRecord]:
+    """Of each tracker and family of sources the lost run of the least severity and seed."""
+    firsts: dict[tuple[str, str], RunRecord] = {}
+    for cell in sorted(cells, key=lambda cell: (cell.family, cell.label, cell.severity or 0, cell.key.tracker_seed)):
+        if cell.score is not None and cell.score.lost:
+            firsts.setdefault((cell.family, cell.label), cell)
+    return list(firsts.values())
+
+
+def _in_turn(cells: Sequence[RunRecord]) -> list[RunRecord]:
+    """Every tracker's first, then every tracker's second, and so on."""
+    nth: defaultdict[str, int] = defaultdict(int)
+    order = []
+    for cell in cells:
+        order.append((nth[cell.label], cell.label))
+        nth[cell.label] += 1
+    return [cells[place] for place in sorted(range(len(cells)), key=order.__getitem__)]
+
+
+def _opened(row: SourceRow) -> Source | None:
+    try:
+        source = opened(row)
+    except IrsimError:
+        return None
+    return source if source.hash == row.hash else None
+
+
+def _loss(
+    results: Results, cell: RunRecord, row: SourceRow, source: Source, styles: Mapping[str, LineStyle]
+) -> Loss | None:
+    trace = results.trace(cell.key)
+    if trace is None or cell.score is None or cell.score.lost_at is None:
+        return None
+    at = int(np.searchsorted(trace.indices, cell.score.lost_at))
+    index = int(trace.indices[min(at + AFTER, len(trace.indices) - 1)])
+    follower = Follower(cell.label, styles[cell.label], trace, cell.score.lost_at)
+    try:
+        picture = still(source.frame(index, "display").image, index, "", [follower], both=True)
+    except IrsimError:
+        return None
+    return Loss(cell.label, cell.source, cell.key.tracker_seed, cell.score.lost_at, run_command(cell, row), picture)

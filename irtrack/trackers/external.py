@@ -1,0 +1,150 @@
+"""Trackers that run as programs: `program`, `trax` and the peers, by the protocols of `irtrack.external`."""
+
+from __future__ import annotations
+
+import shlex
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+from irsim.types import Box, Frame
+from irtrack.errors import InputError
+from irtrack.external import Session, TraxSession, command, required
+from irtrack.trackers.base import Footage, TrackerPart, footage, start_window
+from irtrack.types import LEAST_PX, Estimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExternalState:
+    """Program that tracks the target. Its memory is its own: no step can be repeated."""
+
+    footage: Footage
+    session: Session | TraxSession
+
+
+class ExternalTracker(TrackerPart):
+    """Tracker that runs as a program. TrackerError where the program raises, dies or hangs."""
+
+    resumable: ClassVar[bool] = False
+    name: ClassVar[str]
+
+    context: Annotated[float, Field(ge=0.2, le=20)] = 1.0
+    """Side of the box given to the program, in sides of the target: correlation filters need the surroundings of the
+    target (3 is usual)."""
+    timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
+    """Longest time of a step, s; a program that takes longer hangs."""
+
+    @abstractmethod
+    def runs(self) -> tuple[str, ...]:
+        """Return the command that starts the program; InputError where there is none."""
+
+    def session(self) -> Session | TraxSession:
+        """Return a session with a program, started or idle."""
+        return Session(self.name, self.runs(), self.timeout_s)
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ExternalState:
+        """Return the state of a program that got the box, widened by the context, no side under LEAST_PX.
+
+        InputError where the box does not meet the frame, or the program cannot be started.
+        """
+        start_window(frame, box)
+        given = box.at_least(LEAST_PX)
+        given = Box(given.cx, given.cy, given.w * self.context, given.h * self.context)
+        session = self.session()
+        session.init(frame, given, int(rng.integers(2**31)))
+        return ExternalState(footage(frame), session)
+
+    def step(self, state: ExternalState, frame: Frame, rng: np.random.Generator) -> tuple[ExternalState, Estimate]:
+        """Return the box of the program, its size without the context."""
+        state.footage.check(frame)
+        answer = state.session.step(frame)
+        box = answer.box
+        size = box.w / self.context, box.h / self.context
+        return state, Estimate((box.cx, box.cy), size, answer.status, answer.score)
+
+
+def _as_written(value: Any) -> Any:
+    """Return the word of a YAML truth value: `true` and `false` are programs."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+class Command(ExternalTracker):
+    """Program started by a command of the user."""
+
+    command: Annotated[str, BeforeValidator(_as_written)]
+    """Command that starts it, in the syntax of a shell."""
+
+    def runs(self) -> tuple[str, ...]:
+        try:
+            words = tuple(shlex.split(self.command))
+        except ValueError as error:  # a quote that is not closed
+            raise InputError(f"{self.name}: command: {error}; allowed: quotes that are closed") from None
+        if not words:
+            raise InputError(f"{self.name}: command: is empty; allowed: a command such as 'python3 mine.py'")
+        return words
+
+
+class Program(Command):
+    """Any program that speaks the protocol of docs/trackers.md over its standard input and output."""
+
+    name: ClassVar[str] = "program"
+    source: ClassVar[str] = "your own"
+
+
+class Trax(Command):
+    """Any program that speaks TraX, the protocol of the VOT challenges, over its standard input and output."""
+
+    name: ClassVar[str] = "trax"
+    source: ClassVar[str] = "your own, or any tracker of VOT"
+
+    def session(self) -> TraxSession:
+        return TraxSession(self.name, self.runs(), self.timeout_s)
+
+
+class Peer(ExternalTracker):
+    """A tracker of OpenCV or dlib in the environment of `make peers`."""
+
+    def runs(self) -> tuple[str, ...]:
+        return command(self.name, required(self.name))
+
+
+class Mil(Peer):
+    """Multiple instance learning, of OpenCV, which draws by the clock: no two runs are the same."""
+
+    name: ClassVar[str] = "cv_mil"
+    source: ClassVar[str] = "Babenko, Yang, Belongie 2009"
+
+
+class Kcf(Peer):
+    """Kernelised correlation filter, of OpenCV."""
+
+    name: ClassVar[str] = "cv_kcf"
+    source: ClassVar[str] = "Henriques, Caseiro, Martins, Batista 2015"
+
+
+class Csrt(Peer):
+    """Discriminative correlation filter with channel and spatial reliability, of OpenCV."""
+
+    name: ClassVar[str] = "cv_csrt"
+    source: ClassVar[str] = "Lukezic, Vojir, Cehovin Zajc, Matas, Kristan 2017"
+
+
+class Mosse(Peer):
+    """Correlation filter of minimum output sum of squared error, of OpenCV."""
+
+    name: ClassVar[str] = "cv_mosse"
+    source: ClassVar[str] = "Bolme, Beveridge, Draper, Lui 2010"
+
+
+class Dlib(Peer):
+    """Correlation filter with scale, of dlib; it never says that it lost the target."""
+
+    name: ClassVar[str] = "dlib"
+    source: ClassVar[str] = "Danelljan, Hager, Khan, Felsberg 2014"
+
+
+EXTERNAL: dict[str, type[ExternalTracker]] = {cls.name: cls for cls in (Program, Trax, Mil, Kcf, Csrt, Mosse, Dlib)}
+"""Trackers that run as programs, by name. They are not in `TRACKERS`: a peer may not be installed."""
