@@ -24,31 +24,34 @@ from pydantic.fields import FieldInfo
 import irsim
 import irtrack
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.buildings import Buildings
+from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.structures import Trees
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
+from irsim.camera.bloom import Bloom
+from irsim.backgrounds.ground_cover import Fields, Roads, Water
+from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.trees import Trees
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import DETECTORS, NOISES, Bloom, Correction
-from irsim.camera.displays import AGCS
-from irsim.camera.frame_loss import FAULTS
-from irsim.camera.motion_blur import Smear
-from irsim.camera.vignetting import Falloff
+from irsim.camera.drift import Correction
+from irsim.camera.motion_blur import MotionBlur
+from irsim.camera.vignetting import Vignetting
 from irsim.cli.gallery import bodies, framed, typical
 from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 from irsim.config.quantities import LARGEST
-from irsim.config.schema import Slot, plain
+from irsim.config.schema import Slot
+from irsim.config.serialization import plain_value
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.turbulence import Turbulence
+from irsim.scenario.catalog import examples, shipped
 from irsim.scenario.expectation import EXPECTATIONS
-from irsim.scenario.loader import examples, load, shipped
+from irsim.scenario.loader import load
 from irsim.scenario.model import Scenario
 from irsim.scenario.variation import VARIATIONS
 from irsim.targets import SHAPES
@@ -58,7 +61,7 @@ from irsim.types import TargetTruth
 from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
 from irtrack.properties import EXCEPTIONS, PROPERTIES
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 DOCS = Path(__file__).parent
 
@@ -69,9 +72,9 @@ FAMILIES: tuple[Family, ...] = (
     PATHS,
     OCCLUDERS,
     CAMERA_MOTIONS,
-    DETECTORS,
+    SENSORS,
     NOISES,
-    FAULTS,
+    FRAME_FAULTS,
     AGCS,
     VARIATIONS,
     EXPECTATIONS,
@@ -82,8 +85,8 @@ OUTER: dict[str, type[Part]] = {
     "camera": Camera,
     "correction, in `camera`": Correction,
     "optics, in `camera`": Lens,
-    "smear, in `camera`": Smear,
-    "falloff, in `camera`": Falloff,
+    "smear, in `camera`": MotionBlur,
+    "falloff, in `camera`": Vignetting,
     "bloom, in `camera`": Bloom,
     "targets: each": Target,
     "atmosphere": Atmosphere,
@@ -158,7 +161,7 @@ class Key:
 
 def keys_of(part: type[Part]) -> list[Key]:
     """Return the keys of a part; the `id` of list items is explained once in the text."""
-    texts = meanings(part)
+    texts = field_docs(part)
     return [
         Key(name, default(field), allowed(Slot.of(field.annotation, field.metadata)), cell(texts.get(name, "")))
         for name, field in part.model_fields.items()
@@ -238,7 +241,7 @@ def default(field: FieldInfo) -> str:
         return ""
     if isinstance(value, tuple) and value and all(isinstance(item, Kind) for item in value):
         return "[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]"
-    return f"{{kind: {value.kind}}}" if isinstance(value, Kind) else json.dumps(plain(value))
+    return f"{{kind: {value.kind}}}" if isinstance(value, Kind) else json.dumps(plain_value(value))
 
 
 def cell(text: str) -> str:
@@ -282,7 +285,9 @@ def stress_list() -> Iterator[str]:
     yield "| --- | --- | --- |"
     for name in sorted(shipped("stress")):
         scenario = load(f"stress/{name}")
-        values = "; ".join(f"`{key}`: {json.dumps(plain(levels))[1:-1]}" for key, levels in scenario.severities.items())
+        values = "; ".join(
+            f"`{key}`: {json.dumps(plain_value(levels))[1:-1]}" for key, levels in scenario.severities.items()
+        )
         if values:
             cause = scenario.about.removeprefix("Stress: ").partition(";")[0]
             yield f"| `stress/{name}` | {cause} | {cell(values)} |"
@@ -336,7 +341,7 @@ def centre_offsets() -> Iterator[str]:
     worst = []
     for kind in bodies():
         shape = typical(kind)
-        sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.poses]
+        sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.picture_poses]
         across = max(abs(sprite.center[0] - sprite.box.cx) / sprite.box.w for sprite in sprites)
         down = max(abs(sprite.center[1] - sprite.box.cy) / sprite.box.h for sprite in sprites)
         both = max(math.dist(sprite.center, (sprite.box.cx, sprite.box.cy)) / sprite.box.diagonal for sprite in sprites)

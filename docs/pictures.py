@@ -13,7 +13,7 @@ from PIL import Image
 from irsim.cli.figures import contact_sheet
 from irsim.cli.sheets import SHEETS
 from irsim.render.sources import open_source
-from irsim.scenario.loader import examples
+from irsim.scenario.catalog import examples
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "img"

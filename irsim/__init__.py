@@ -8,11 +8,11 @@ recording = irsim.open_recording("sky.mcap")
 
 from __future__ import annotations
 
-from irsim.lazy import front_door
+from irsim.errors import lazy_exports
 
 __version__ = "0.1.0"
 
-# Public name -> its module, imported on first use: `irsim --help` must not wait for numpy.
+# Public name -> its module, imported on first use: `irsim --help` does not wait for numpy.
 _PUBLIC = {
     "Box": "irsim.types",
     "Frame": "irsim.types",
@@ -24,16 +24,16 @@ _PUBLIC = {
     "IrsimError": "irsim.errors",
     "Scenario": "irsim.scenario.model",
     "dumps": "irsim.scenario.loader",
-    "find": "irsim.scenario.loader",
+    "find": "irsim.scenario.catalog",
     "build": "irsim.scenario.loader",
     "load": "irsim.scenario.loader",
     "loads": "irsim.scenario.loader",
     "change": "irsim.scenario.loader",
     "read_part": "irsim.scenario.loader",
-    "scalar": "irsim.config.yaml_file",
-    "Variations": "irsim.scenario.space",
-    "sample": "irsim.scenario.space",
-    "variations": "irsim.scenario.space",
+    "scalar": "irsim.config.yaml_text",
+    "Variations": "irsim.scenario.sampling",
+    "sample": "irsim.scenario.sampling",
+    "variations": "irsim.scenario.sampling",
     "Expectation": "irsim.scenario.expectation",
     "ErrorBelow": "irsim.scenario.expectation",
     "HonestWhileHidden": "irsim.scenario.expectation",
@@ -52,8 +52,9 @@ _PUBLIC = {
     "read_tracks": "irsim.recording",
     "write_tracks": "irsim.recording",
     "open_source": "irsim.render.sources",
-    "unheeded": "irsim.render.sources",
-    "is_recording": "irsim.config.files",
+    "unheeded": "irsim.lint.warnings",
+    "warnings": "irsim.lint.warnings",
+    "is_recording": "irsim.config.paths",
     "Fit": "irsim.fitting",
     "fit": "irsim.fitting",
     "measure_noise": "irsim.measure",
@@ -63,4 +64,4 @@ _PUBLIC = {
 
 __all__ = sorted(_PUBLIC)
 
-__getattr__, __dir__ = front_door(__name__, _PUBLIC)
+__getattr__, __dir__ = lazy_exports(__name__, _PUBLIC)

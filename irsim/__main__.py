@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import _thread
+import signal
 import sys
+import time
+from typing import Any
 
-from irsim.signals import no_interrupt_lost
+RAISE_AGAIN_S = 0.01
+"""Delay, s, within which the callback that swallowed a KeyboardInterrupt has ended."""
 
 
 def main() -> None:
-    """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
-    no_interrupt_lost()
+    """Run the command; Ctrl-C ends it in one line, also while it is still imported."""
+    keep_interrupts()
     try:
         from irsim.cli.app import main as command
 
@@ -17,6 +22,31 @@ def main() -> None:
     except KeyboardInterrupt:
         print("irsim: stopped", file=sys.stderr)
         sys.exit(130)
+
+
+def keep_interrupts() -> None:
+    """Raise a KeyboardInterrupt again where Python drops it: in callbacks and finalisers, as at the end of each import.
+
+    A command that is interrupted there would go on for hours.
+    """
+    before = sys.unraisablehook
+
+    def hook(lost: Any) -> None:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            before(lost)
+            return
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored after another signal
+        _thread.start_new_thread(_interrupt_again, (_thread.get_ident(),))
+
+    sys.unraisablehook = hook
+
+
+def _interrupt_again(main: int) -> None:
+    time.sleep(RAISE_AGAIN_S)
+    if sys.platform == "win32":
+        _thread.interrupt_main()
+    else:
+        signal.pthread_kill(main, signal.SIGINT)  # unlike interrupt_main it ends a wait, too
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How values show themselves in a notebook: small cards of HTML, whatever its theme."""
+"""Notebook display: small cards of HTML for scenarios, sources and tables, in any theme."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from html import escape
 import cv2
 import numpy as np
 
+from irsim.errors import counted
 from irsim.types import Box, Image, Source
-from irsim.wording import counted
 
 PICTURE_PX = 320
-"""A picture in a card is shown no wider than this, px."""
+"""Largest width of a displayed picture, px."""
 
 SAVED_PX = 640
-"""And is stored no wider: notebooks stay small."""
+"""Largest width of a stored picture, px: notebooks stay small."""
 
 LINE = "1px solid rgba(128, 128, 128, .4)"
 
 
 def card(title: str, facts: Mapping[str, object], picture: str = "") -> str:
-    """A card: a title, facts by their names, and a picture as markup on the right. Texts are escaped."""
+    """Return a card: a title, named facts, and a picture as markup on the right. Texts are escaped."""
     rows = "".join(
         f'<tr style="background: none"><th style="text-align: left; padding: 1px 12px 1px 0">{escape(name)}</th>'
         f'<td style="text-align: left; padding: 1px 0">{escape(str(value))}</td></tr>'
@@ -34,7 +34,7 @@ def card(title: str, facts: Mapping[str, object], picture: str = "") -> str:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table; the first two columns flush left, the others right. Texts are escaped."""
+    """Return a table; the first two columns are left-aligned, the others right. Texts are escaped."""
 
     def line(cells: Sequence[object], tag: str) -> str:
         sides = ["left" if column < 2 else "right" for column in range(len(cells))]
@@ -48,14 +48,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def source_line(source: Source, truth: str) -> str:
-    """A source on one line; `truth` says of what there is truth."""
+    """Return a source on one line; `truth` describes its ground truth."""
     columns, rows = source.size
-    what = f"{counted(len(source), 'frame')} at {source.rate_hz:g} Hz, {columns} x {rows} px, {source.bits} bits"
-    return f"{type(source).__name__}({source.file or source.name}: {what}, {truth})"
+    facts = f"{counted(len(source), 'frame')} at {source.rate_hz:g} Hz, {columns} x {rows} px, {source.bits} bits"
+    return f"{type(source).__name__}({source.file or source.name}: {facts}, {truth})"
 
 
 def source_card(source: Source) -> str:
-    """A source: what is known of it, and the frame in its middle with the true boxes."""
+    """Return the card of a source: its facts, and its middle frame with the true boxes."""
     columns, rows = source.size
     length = len(source)
     index = length // 2
@@ -76,7 +76,7 @@ def source_card(source: Source) -> str:
 
 
 def framed(image: Image, boxes: Sequence[Box], caption: str) -> str:
-    """A display picture (rows, cols) uint8 with boxes over it, and a caption below."""
+    """Return a display picture (rows, cols) uint8 with boxes over it and a caption."""
     rows, cols = image.shape
     scale = min(1.0, SAVED_PX / cols)
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

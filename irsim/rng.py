@@ -1,7 +1,8 @@
-"""Addressed randomness: a stream is named, not consumed from a global state.
+"""Addressed random streams: a stream is named by a seed and an address instead of being drawn from global state.
 
-``stream(seed, "clouds", 3)`` is the same stream in any process and in any order of calls; another
-name gives independent numbers.
+``stream(seed, "clouds", 3)`` is the same stream in any process and in any order of calls; another address gives
+independent numbers. Unit normals are inverted from 16-bit words by table, as raw words stay the same in all versions of
+numpy. The normal distribution stands here too: importing scipy takes longer than rendering a frame.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ import hashlib
 import math
 import operator
 from functools import cache
+from typing import TypeVar, cast
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -18,27 +21,92 @@ from irsim._native import COMPILED, kernels
 from irsim.types import Floats
 
 Address = str | int
+Entry = TypeVar("Entry", np.uint8, np.float32)
+Tables = tuple[npt.NDArray[np.int16], npt.NDArray[np.float32], Floats, int]
+
+CELLS = 65_536
+"""Cells of equal probability in the table of normals: one for each 16-bit word."""
+
+REFINED = 16
+"""Cells at each end that are drawn from the true tail: the last one alone runs from 4.17 sigma to infinity."""
+
+UNIT_BITS = 13
+"""Means of cells are integers of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
+
+PIECES = 32
+"""Polynomial pieces of the means of cells: two for each doubling of a cell's number, by the last bits of a float's
+exponent and the first of its mantissa. Half of them hold no cell."""
+
+_POWERS = 5
+"""Coefficients of each piece, from the constant on: the remaining error is 4e-6 sigma."""
+
+_BELOW_PIECE = 22
+"""Bits of a float32 below those that select the piece."""
+
+DEPTH_BITS = 8
+"""The tail table has two to this power steps for each halving of the probability."""
+
+_BELOW_STEP = 52 - DEPTH_BITS
+"""Bits of a float64 below those that select the step."""
+
+_DEEPEST = 2.0**-82
+"""First probability of the tail table: less than the lowest cell and 64 more bits can give."""
+
+_CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
+"""OpenCV 4 has 8-bit tables only; numpy takes about twice the time of OpenCV 5 (it widens the indices)."""
+
+# Rational approximations of Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988) 477-484: (numerator,
+# denominator) of each power, highest first: centre |p - 1/2| <= 0.425, tail down to p = exp(-25), far tail.
+_CENTRE = np.array(
+    [
+        [2.5090809287301226727e3, 5.2264952788528545610e3],
+        [3.3430575583588128105e4, 2.8729085735721942674e4],
+        [6.7265770927008700853e4, 3.9307895800092710610e4],
+        [4.5921953931549871457e4, 2.1213794301586595867e4],
+        [1.3731693765509461125e4, 5.3941960214247511077e3],
+        [1.9715909503065514427e3, 6.8718700749205790830e2],
+        [1.3314166789178437745e2, 4.2313330701600911252e1],
+        [3.3871328727963666080e0, 1.0],
+    ]
+)
+_TAIL = np.array(
+    [
+        [7.74545014278341407640e-4, 1.05075007164441684324e-9],
+        [2.27238449892691845833e-2, 5.47593808499534494600e-4],
+        [2.41780725177450611770e-1, 1.51986665636164571966e-2],
+        [1.27045825245236838258e0, 1.48103976427480074590e-1],
+        [3.64784832476320460504e0, 6.89767334985100004550e-1],
+        [5.76949722146069140550e0, 1.67638483018380384940e0],
+        [4.63033784615654529590e0, 2.05319162663775882187e0],
+        [1.42343711074968357734e0, 1.0],
+    ]
+)
+_FAR_TAIL = np.array(
+    [
+        [2.01033439929228813265e-7, 2.04426310338993978564e-15],
+        [2.71155556874348757815e-5, 1.42151175831644588870e-7],
+        [1.24266094738807843860e-3, 1.84631831751005468180e-5],
+        [2.65321895265761230930e-2, 7.86869131145613259100e-4],
+        [2.96560571828504891230e-1, 1.48753612908506148525e-2],
+        [1.78482653991729133580e0, 1.36929880922735805310e-1],
+        [5.46378491116411436990e0, 5.99832206555887937690e-1],
+        [6.65790464350110377720e0, 1.0],
+    ]
+)
 
 
-def bits(seed: int, *address: Address) -> np.random.SFC64:
-    """The bit generator of an address. Its raw words are stable across numpy versions."""
+def bit_generator(seed: int, *address: Address) -> np.random.SFC64:
+    """Return the bit generator of an address. Its raw words are stable across numpy versions."""
     return np.random.SFC64(np.frombuffer(_digest(seed, *address), np.uint32))
 
 
-def _digest(seed: int, *address: Address) -> bytes:
-    text = str(operator.index(seed))
-    for part in address:  # a numpy integer is the same address as the int it equals
-        text += f"\x1fstr:{part}" if isinstance(part, str) else f"\x1fint:{operator.index(part)}"
-    return hashlib.blake2b(text.encode(), digest_size=32).digest()
-
-
 def stream(seed: int, *address: Address) -> np.random.Generator:
-    """A generator of its own for each (seed, names, frame)."""
-    return np.random.Generator(bits(seed, *address))
+    """Return the random generator of a seed and an address (names and frame numbers)."""
+    return np.random.Generator(bit_generator(seed, *address))
 
 
 def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64]:
-    """(count,) numbers spread evenly over 0 <= u < 1, by an address: what its `stream` draws first by `random`."""
+    """Draw (count,) uniform numbers, 0 <= u < 1: the first that the address's `stream` draws by `random`."""
     if COMPILED:
         values = np.empty(count)
         kernels.uniforms(_digest(seed, *address), values)
@@ -49,58 +117,194 @@ def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64
 def normals(
     shape: tuple[int, ...], seed: int, *address: Address, out: npt.NDArray[np.float32] | None = None
 ) -> npt.NDArray[np.float32]:
-    """Independent unit normals of an address: `shape` float32, mean 0, variance 1, true tails.
+    """Draw independent unit normals of an address: `shape` float32, mean 0, variance 1, true tails.
 
-    Each is the inverse of the normal distribution at a 16-bit word, by table (raw words, unlike
-    numpy's own normals, stay the same from version to version); words of the table's outer cells
-    are refined by a further 64-bit word, which reaches 10 sigma. `out`: a C-contiguous float32
-    array of that shape to be filled and returned.
+    Each is the inverse of the normal distribution at a 16-bit word, by table; words of the table's outer cells are
+    refined by another 64-bit word, which reaches 10 sigma. `out` is a C-contiguous float32 array of that shape to fill
+    and return.
     """
     if COMPILED:
         values = np.empty(shape, np.float32) if out is None else out
-        kernels.normals(*begun(seed, *address), values)
+        kernels.normals(*kernel_arguments(seed, *address), values)
         return values
-    return _normals_plain(shape, bits(seed, *address), out)
+    return _normals_plain(shape, bit_generator(seed, *address), out)
+
+
+def kernel_arguments(seed: int, *address: Address) -> tuple[bytes, *Tables]:
+    """Return the arguments from which compiled kernels draw the normals of an address."""
+    return _digest(seed, *address), *_tables()
+
+
+def lookup(
+    table: npt.NDArray[Entry], words: npt.NDArray[np.uint16], out: npt.NDArray[Entry] | None = None
+) -> npt.NDArray[Entry]:
+    """Return table[words]: table (65536,), words any shape; out a C-contiguous array of the table's type and shape."""
+    if COMPILED:
+        out = np.empty(words.shape, table.dtype) if out is None else out
+        kernels.lookup(table, np.ascontiguousarray(words), out)  # single-threaded: OpenCV's threads busy-wait
+        return out
+    if _CV2_TAKES_16_BITS and words.ndim == 2 and words.size:
+        return cast(npt.NDArray[Entry], cv2.LUT(words, table.reshape(1, -1), dst=out))
+    # mode: the default one would go through a buffer where `out` is given.
+    return np.take(table, words, out=out, mode="clip")
+
+
+def normal_quantile(p: float | Floats) -> Floats:
+    """Return the x below which a unit normal lies with probability p (any shape, 0 < p < 1), float64.
+
+    Relative error about 1e-15 (Wichura, AS 241, 1988).
+    """
+    p = np.asarray(p, dtype=np.float64)
+    q = p - 0.5
+    centre = q * _ratio(_CENTRE, 0.425**2 - q * q)
+    return np.where(np.abs(q) <= 0.425, centre, np.copysign(_tail_quantile(np.minimum(p, 1 - p)), q))
+
+
+def deep_quantile(p: Floats) -> Floats:
+    """Return the quantile for 2^-82 <= p <= REFINED / CELLS (any shape) by table: within 6e-7.
+
+    The table has equal steps within each halving of p, as floats have: the bits of p select the step, and no logarithm
+    is taken, whose last digit depends on the platform.
+    """
+    bits = np.asarray(p, np.float64).view(np.int64)
+    place = (bits >> _BELOW_STEP) - (int(np.float64(_DEEPEST).view(np.int64)) >> _BELOW_STEP)
+    share = (bits & ((1 << _BELOW_STEP) - 1)) * 2.0**-_BELOW_STEP
+    table = _deep_table()
+    return np.asarray(table[place] + share * (table[place + 1] - table[place]))
+
+
+@cache
+def cell_means() -> Floats:
+    """Return about the mean of a unit normal within each cell, in rising order: (CELLS,) float32, read-only.
+
+    Within 7e-5: integers of a unit of 1.2e-4, so that the table stays in the processor's nearest cache, by the
+    polynomials of `_cell_pieces`, so that kernels can compute it where a table is slow to read.
+    """
+    cells = np.arange(REFINED, CELLS // 2).astype(np.float32).view(np.int32)
+    pieces = _cell_pieces()[:, (cells >> _BELOW_PIECE) % PIECES]
+    within = ((cells & 0x7FFFFF) | 0x3F800000).view(np.float32)  # its mantissa alone: 1 to 2
+    lower = pieces[-1]
+    for each in pieces[-2::-1]:  # float64 holds all digits of product and sum, rounded once like a fused operation
+        lower = (lower.astype(np.float64) * within + each).astype(np.float32)
+    outer = np.diff(_density(normal_quantile(np.arange(1, REFINED + 1) / CELLS)), prepend=0.0) * -CELLS
+    lower = np.rint(np.concatenate([outer.astype(np.float32), lower]) * np.float32(2**UNIT_BITS))
+    means = np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS)
+    means.flags.writeable = False
+    return means
+
+
+def _digest(seed: int, *address: Address) -> bytes:
+    text = str(operator.index(seed))
+    for part in address:  # a numpy integer is the same address as the int it equals
+        text += f"\x1fstr:{part}" if isinstance(part, str) else f"\x1fint:{operator.index(part)}"
+    return hashlib.blake2b(text.encode(), digest_size=32).digest()
 
 
 def _normals_plain(
     shape: tuple[int, ...], source: np.random.SFC64, out: npt.NDArray[np.float32] | None
 ) -> npt.NDArray[np.float32]:
-    from irsim.lookup import lookup
-    from irsim.normal import REFINED, cell_means
-
     count = math.prod(shape)
     words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
     values = lookup(cell_means(), words, out)
     words += np.uint16(REFINED)  # both ends at once: the sum wraps
     refined = np.flatnonzero(words < 2 * REFINED)
     if refined.size:
-        values.reshape(-1)[refined] = _tails(words.reshape(-1)[refined], source.random_raw(refined.size))
+        values.reshape(-1)[refined] = _tail_normals(words.reshape(-1)[refined], source.random_raw(refined.size))
     return values
 
 
-Tables = tuple[npt.NDArray[np.int16], npt.NDArray[np.float32], Floats, int]
-
-
-def begun(seed: int, *address: Address) -> tuple[bytes, *Tables]:
-    """What the compiled loops draw the normals of an address from."""
-    return _digest(seed, *address), *_tables()
+def _tail_normals(words: npt.NDArray[np.uint16], fractions: npt.NDArray[np.uint64]) -> Floats:
+    """Return normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
+    `fractions` give the place of each within its cell."""
+    upper = words < REFINED
+    from_end = np.where(upper, (REFINED - 1) - words, words - REFINED)
+    within = (fractions.astype(np.float64) + 0.5) * 2.0**-64
+    tail = deep_quantile((from_end + within) / CELLS)
+    return np.where(upper, -tail, tail)
 
 
 @cache
 def _tables() -> Tables:
-    from irsim.normal import REFINED, cell_pieces, cell_words, deep_table
-
-    return cell_words(), cell_pieces(), deep_table(), REFINED
+    return _cell_words(), _cell_pieces(), _deep_table(), REFINED
 
 
-def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
-    """Normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
-    `further` places each within its cell."""
-    from irsim.normal import CELLS, REFINED, deep_quantile
+def _cell_words() -> npt.NDArray[np.int16]:
+    """Return `cell_means` in units of 2^-UNIT_BITS, (CELLS,) int16, read-only.
 
-    upper = words < REFINED
-    from_end = np.where(upper, (REFINED - 1) - words, words - REFINED)
-    within = (further.astype(np.float64) + 0.5) * 2.0**-64
-    tail = deep_quantile((from_end + within) / CELLS)
-    return np.where(upper, -tail, tail)
+    Outer cells hold marks instead, from -32768 on: first those of the upper end in rising order, then the lower end's.
+    """
+    marks = np.arange(2 * REFINED) - 2**15
+    inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS
+    words = np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16)
+    words.flags.writeable = False
+    return words
+
+
+@cache
+def _cell_pieces() -> Floats:
+    """Return polynomials of the means of cells, (_POWERS, PIECES) float32, read-only.
+
+    The mean within cell m from the lower end on, REFINED <= m < CELLS / 2, is the sum of piece[power] x^power,
+    x = m / 2^floor(log2 m), by Horner's rule with fused multiply-add. As means vary less than the normals they replace,
+    they are scaled to a variance of 1 together with the true tails; within 3e-7 of it after rounding.
+    """
+    pieces = np.zeros((_POWERS, PIECES))
+    nodes = np.cos(np.pi * (np.arange(_POWERS) + 0.5) / _POWERS)  # Chebyshev's: the error is nearly even
+    for doubling in range(int(math.log2(REFINED)), int(math.log2(CELLS // 2))):
+        for half in (0, 1):
+            x = 1.25 + half / 2 + nodes / 4
+            piece = int(np.float32(2.0**doubling * (1 + half / 2)).view(np.int32)) >> _BELOW_PIECE
+            pieces[:, piece % PIECES] = _newton_polynomial(x, _mean_within(x * 2.0**doubling))
+    edge = float(normal_quantile(REFINED / CELLS))
+    tail = REFINED / CELLS - edge * float(_density(edge))  # E[x^2; x < edge], by parts
+    inner = np.square(_mean_within(np.arange(REFINED, CELLS // 2, dtype=np.float64))).sum() / CELLS
+    pieces = (pieces * math.sqrt((0.5 - tail) / inner)).astype(np.float32)
+    pieces.flags.writeable = False
+    return pieces
+
+
+@cache
+def _deep_table() -> Floats:
+    """Return the quantiles of p = _DEEPEST (1 + j / 2^DEPTH_BITS) 2^i, read-only, float64; the last one twice, for p
+    rounded up to it."""
+    halvings = round(math.log2(REFINED / CELLS / _DEEPEST))
+    within = 1 + np.arange(1 << DEPTH_BITS) / (1 << DEPTH_BITS)
+    p = (_DEEPEST * 2.0 ** np.arange(halvings)[:, None] * within).ravel()
+    table = _tail_quantile(np.append(p, 2 * [REFINED / CELLS]))
+    table.flags.writeable = False
+    return table
+
+
+def _tail_quantile(p: Floats) -> Floats:
+    """Return the quantile for p <= 0.075 (any shape)."""
+    r = np.sqrt(-np.log(p))
+    return np.where(r <= 5, -_ratio(_TAIL, r - 1.6), -_ratio(_FAR_TAIL, r - 5))
+
+
+def _ratio(coefficients: Floats, r: Floats) -> Floats:
+    """Return the ratio of two polynomials, coefficients (power, numerator or denominator), at r (any shape)."""
+    value = np.zeros((2, r.size))
+    for pair in coefficients:
+        value = value * r.ravel() + pair[:, None]
+    return np.asarray(value[0] / value[1]).reshape(r.shape)
+
+
+def _density(x: float | Floats) -> Floats:
+    """Return the density of the unit normal at x (any shape)."""
+    return np.asarray(np.exp(-np.square(x) / 2) / math.sqrt(2 * math.pi))
+
+
+def _mean_within(cell: Floats) -> Floats:
+    """Return E[x | a < x < b] = (density(a) - density(b)) / P(a < x < b) of the cells that begin at `cell` / CELLS."""
+    return (_density(normal_quantile(cell / CELLS)) - _density(normal_quantile((cell + 1) / CELLS))) * CELLS
+
+
+def _newton_polynomial(x: Floats, y: Floats) -> Floats:
+    """Return the coefficients, constant first, of the polynomial through the points (x, y): Newton's form, expanded."""
+    slopes = np.array(y)
+    for order in range(1, len(x)):
+        slopes[order:] = (slopes[order:] - slopes[order - 1 : -1]) / (x[order:] - x[:-order])
+    factors = np.zeros(len(x))
+    for order in range(len(x) - 1, -1, -1):
+        factors[1:], factors[0] = factors[:-1] - x[order] * factors[1:], slopes[order] - x[order] * factors[0]
+    return factors

@@ -8,7 +8,7 @@ with irtrack.run_bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, resul
 
 from __future__ import annotations
 
-from irsim.lazy import front_door
+from irsim.errors import lazy_exports
 
 # Public name -> its module, imported on first use: `irtrack --help` must not wait for numpy.
 _PUBLIC = {
@@ -19,7 +19,7 @@ _PUBLIC = {
     "IrtrackError": "irtrack.errors",
     "TrackerError": "irtrack.errors",
     "WorkerError": "irtrack.errors",
-    "make": "irtrack.trackers",
+    "make": "irtrack.registry.table",
     "run": "irtrack.replay.replay",
     "run_anchors": "irtrack.metrics.anchors",
     "Reference": "irtrack.metrics",
@@ -43,4 +43,4 @@ _PUBLIC = {
 
 __all__ = sorted(_PUBLIC)
 
-__getattr__, __dir__ = front_door(__name__, _PUBLIC)
+__getattr__, __dir__ = lazy_exports(__name__, _PUBLIC)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 
-from irsim.signals import no_interrupt_lost
+from irsim.__main__ import keep_interrupts
 
 
 def main() -> None:
     """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
-    no_interrupt_lost()
+    keep_interrupts()
     try:
         from irtrack.cli import main as command
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import traceback
 from types import TracebackType
 
-from irsim.errors import InputError, how_it_ended, printable, whole
+from irsim.errors import InputError, exit_status_text, printable, whole_number
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told", "whole"]
+__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "exit_status_text", "told", "whole_number"]
 
-_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.plain")
+_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
 """Modules that call a tracker."""
 
 

@@ -10,8 +10,8 @@ from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
+from irsim.errors import counted
 from irsim.types import Box, Floats, Frame, Input
-from irsim.wording import counted
 from irtrack.cards import track_card
 
 LEAST_PX = 5.0
@@ -132,7 +132,7 @@ def resumable(tracker: Tracker) -> bool:
 
 
 class PlainTracker(Protocol):
-    """A tracker as most people write one; `irtrack.trackers.plain` says what it may answer."""
+    """A tracker as most people write one; `irtrack.trackers.adapters` says what it may answer."""
 
     def start(self, image: Any, box: Box, /) -> object:
         """Begin on an image (rows, cols) with the target in `box`."""

@@ -17,8 +17,6 @@ import irsim
 import irtrack.cli
 from irsim.cli.app import main
 from irsim.recording.importers import import_frames
-from irsim.render import workers as crew
-from irsim.render.division import DIVIDED, WHOLE, Trial, Way
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -46,15 +44,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if seen[name] % SAMPLED:
                 item.add_marker("further")
             seen[name] += 1
-
-
-@pytest.fixture(params=[WHOLE, DIVIDED], ids=["whole", "divided"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Way:
-    """Two processes divide the work so, whatever they find out."""
-    found: Way = request.param
-    monkeypatch.setattr(crew, "LONG", 0)
-    monkeypatch.setattr(Trial, "way", lambda _: found)
-    return found
 
 
 @pytest.fixture

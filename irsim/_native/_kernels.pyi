@@ -88,7 +88,7 @@ def cloud(
     emitted: Float32,
     /,
 ) -> None:
-    """passed, emitted = what `irsim.backgrounds.cloud.Look` makes of thickness, warmth and the sun's light; places in
+    """passed, emitted = what `irsim.backgrounds.clouds.CloudShading` makes of thickness, warmth and the sun's light; places in
     the table of glow are warmth * step + middle."""
 
 def moved(

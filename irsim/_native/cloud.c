@@ -1,4 +1,4 @@
-/* How a cloud looks, pixel by pixel; see irsim/backgrounds/cloud.py. */
+/* How a cloud looks, pixel by pixel; see irsim/backgrounds/clouds.py. */
 #include <math.h>
 #include <stdint.h>
 

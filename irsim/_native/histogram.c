@@ -1,4 +1,4 @@
-/* How many pixels have each count; see irsim/camera/agc_linear.py. */
+/* How many pixels have each count; see irsim/camera/agc.py. */
 #include <stdint.h>
 
 #include "histogram.h"

@@ -1,4 +1,4 @@
-/* Part of a sum of periodic fields, which come two by two; see irsim/backgrounds/evolving.py. */
+/* Part of a sum of periodic fields, which come two by two; see irsim/backgrounds/cloud_evolution.py. */
 #include "fused.h"
 #include "mixture.h"
 #include "plane.h"

@@ -7,7 +7,7 @@
 #define MOST_FINE 4
 
 /* How the cells of a pixel, `fine` a side, spread over it and `reach` pixels on either side of it, on each axis, of each
- * of several terms: see `PointSpread.spreading` in irsim/physics/psf.py. Of each place of a cell, what light that fills
+ * of several terms: see `PSF.separable_kernels` in irsim/physics/psf.py. Of each place of a cell, what light that fills
  * it evenly puts there, and what a first moment does; places first .. beyond - 1 are all that it lights. */
 typedef struct {
     Py_ssize_t terms, fine, reach, stride;

@@ -1,27 +1,23 @@
-"""What is behind everything: sky with clouds, ground, landscapes, the sea; or frames of a recording.
-
-Layers in angle, ground and sea of a height on a plane: a turning camera moves them rightly. Recorded frames stay.
-"""
+"""Backgrounds: sky with clouds, ground, landscapes, the sea, and recorded frames."""
 
 from irsim.backgrounds.base import (
     Background,
     ClearLayer,
-    Filmed,
-    LandLight,
+    GroundRadiance,
     Layer,
+    RecordedLayer,
     SemiTransparentLayer,
     ViewDirection,
-    is_veil,
-    opaque,
-    veiled,
+    blend_over,
+    is_semi_transparent,
+    opaque_error,
 )
-from irsim.backgrounds.cut import cut
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
+from irsim.backgrounds.layers import MotionBlurredLayer, crop
 from irsim.backgrounds.recorded import Footage, Recorded
 from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
-from irsim.backgrounds.swept import Swept
 from irsim.config.base import Family
 from irsim.types import Slices
 
@@ -43,21 +39,21 @@ __all__ = [
     "BACKGROUNDS",
     "Background",
     "ClearLayer",
-    "Filmed",
     "Footage",
     "Ground",
-    "LandLight",
+    "GroundRadiance",
     "Landscape",
     "Layer",
+    "MotionBlurredLayer",
     "Recorded",
+    "RecordedLayer",
     "Sea",
     "SemiTransparentLayer",
     "Sky",
     "Slices",
-    "Swept",
     "ViewDirection",
-    "cut",
-    "is_veil",
-    "opaque",
-    "veiled",
+    "blend_over",
+    "crop",
+    "is_semi_transparent",
+    "opaque_error",
 ]

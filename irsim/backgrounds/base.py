@@ -1,4 +1,4 @@
-"""What a background is: layers from far to near, each a transmittance and an emission."""
+"""Backgrounds as layers from far to near, each a transmittance and an emission: protocols, blending, base class."""
 
 from __future__ import annotations
 
@@ -18,25 +18,27 @@ from irsim.physics.radiometry import hemisphere, radiance
 from irsim.types import CameraFacts, Floats, Slices
 
 if TYPE_CHECKING:
-    from irsim.backgrounds.parallax import Shell
+    from irsim.backgrounds.panorama import ParallaxSurface
 
 Names = Iterator[tuple[str, tuple[str | int, ...]]]
-"""Names of a background's parts, each with its place in it."""
+"""Names of a background's parts, each with its place in the background."""
 
-Shells = Iterator[tuple[str, tuple[str, int], "Shell"]]
-"""Names of parts and where they stand in the background, and the shells that they are painted on."""
+Surfaces = Iterator[tuple[str, tuple[str, int], "ParallaxSurface"]]
+"""Names of parts, their places in the background, and the surfaces that they are painted on."""
 
 Place = tuple[float, float, float]
-"""Right, below and ahead of the camera's first place, m; level, ahead is the azimuth of the first pointing."""
+"""Right, below and ahead of the camera's first place, m; axes are level, ahead is the azimuth of the first pointing."""
+
+FARTHEST = float(np.inf)
+"""Range of layers behind every target, m."""
 
 
 @dataclass(frozen=True, eq=False)
 class ViewDirection:
-    """One frame's pointing: time in s, and the chart of the directions that the pixels see.
+    """View of one frame: time in s, chart of the pixels' directions, place of the camera.
 
-    key: the pointing of a frame nearby, its chart with a margin. What is painted for it need only be
-    moved for this one (see `irsim.backgrounds.painting`).
-    place: where the camera is.
+    key: the view of a nearby frame, its chart with a margin. A picture sampled for the key is only shifted for this
+    frame (`irsim.backgrounds.texture`).
     """
 
     time: float
@@ -46,7 +48,7 @@ class ViewDirection:
 
 
 class Layer(Protocol):
-    """Something that fills the picture at a range: L <- L * transmittance + emission."""
+    """Full-frame layer at a range: L <- L * transmittance + emission."""
 
     @property
     def name(self) -> str: ...
@@ -55,81 +57,84 @@ class Layer(Protocol):
     def range_m(self) -> float: ...
 
     def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
-        """(transmittance, None where opaque; emission in W/m2/sr), each (rows, cols) float32.
+        """Return (transmittance, None if opaque; emission in W/m2/sr), each (rows, cols) float32.
 
-        The caller must not write to them: a layer may keep them for the next frame.
+        Read only: a layer may keep them for the next frame.
         """
         ...
 
 
 class SemiTransparentLayer(Layer, Protocol):
-    """A layer that fills the picture by itself, which is quicker than to give what it takes."""
+    """Layer that blends itself over the image, faster than by its transmittance and emission."""
 
-    def veil(
+    def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each, or
-        (n, rows, columns) at the instants of an exposure.
+        """Set light <- under * transmittance + emission and return the transmittance of patches.
 
-        under: (rows, cols) of the same type, which may be the light itself.
+        under: (rows, cols) of the same type; it may be the light itself. A patch is (rows, columns), or
+        (n, rows, columns) at the instants of an exposure.
         """
         ...
 
 
 class ClearLayer(Layer, Protocol):
-    """A sky without clouds."""
+    """Sky without clouds."""
 
     def radiance(self, elevation_rad: Floats) -> Floats:
-        """In-band radiance, W/m2/sr, at elevations, rad."""
+        """Return the in-band radiance, W/m2/sr, at elevations, rad."""
         ...
 
 
-class Filmed(Layer, Protocol):
-    """Frames that a camera has taken already: what is drawn is put into their counts."""
+class RecordedLayer(Layer, Protocol):
+    """Frames of a recording: objects are inserted into their counts."""
 
-    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
-        """(rows, cols) counts of frame `index` with what was drawn on its light, which gave `light`, before they are
-        rounded and clipped: in float64 where the light is.
+    def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        """Return the counts of frame `index`, (rows, cols), with objects drawn on its light, before rounding and
+        clipping; float64 if the light is.
 
-        uncovered: (rows, cols), the share 0..1 of each pixel's light that is still the frame's own.
+        light: the light with the objects. uncovered: share 0..1 of each pixel's light that is still the frame's own.
         """
         ...
 
 
-LandLight = Callable[[ViewDirection], Floats]
-"""Light, W/m2/sr, (n,), of those pixels of a gaze that see nothing but ground or sea; none is written to."""
+GroundRadiance = Callable[[ViewDirection], Floats]
+"""Radiance, W/m2/sr, (n,), of the pixels of a view that see only ground or sea; read only."""
 
 
-def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
-    """light <- under * passed + emission, as `SemiTransparentLayer.veil`; `passed` of patches (rows, columns)."""
-    np.multiply(under, passed, out=light)
+def blend_over(
+    under: Floats, light: Floats, transmittance: Floats, emission: Floats, behind: Sequence[Slices]
+) -> list[Floats]:
+    """Set light <- under * transmittance + emission and return the transmittance of patches, (rows, columns) each."""
+    np.multiply(under, transmittance, out=light)
     light += emission
-    return [passed[patch] for patch in behind]
+    return [transmittance[patch] for patch in behind]
 
 
-def opaque(name: str) -> ValueError:
-    """What is wrong with a layer that lets nothing through, though others lie behind it."""
+def opaque_error(name: str) -> ValueError:
+    """Return the error for an opaque layer in front of others."""
     return ValueError(f"layer {name}: only the farthest layer may be opaque")
 
 
 AirBefore = tuple[Floats, Floats]
-"""What the air before a layer passes, and its own light, W/m2/sr: (rows, cols) float32 each."""
+"""Transmittance and path radiance, W/m2/sr, of the air before a layer: (rows, cols) float32 each."""
 
 
-def in_air(passed: Floats | None, emission: Floats, air: AirBefore) -> Floats:
-    """Emission, (rows, cols), of a layer as it arrives through the air, which shines where it hides what is behind."""
+def apply_air(transmittance: Floats | None, emission: Floats, air: AirBefore) -> Floats:
+    """Return the emission of a layer, (rows, cols), at the camera; the air adds path radiance where the layer covers
+    its background."""
     tau, path = air
-    return np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
+    return np.asarray(tau * emission + (path if transmittance is None else path * (1 - transmittance)))
 
 
-def is_veil(layer: Layer) -> TypeGuard[SemiTransparentLayer]:
-    """isinstance would ask for all that the protocol names: 20 us."""
-    return hasattr(layer, "veil")
+def is_semi_transparent(layer: Layer) -> TypeGuard[SemiTransparentLayer]:
+    """Whether a layer blends itself; isinstance on a protocol would take 20 us."""
+    return hasattr(layer, "blend")
 
 
 @dataclass(frozen=True, eq=False)
-class Changed:
-    """A layer whose light something changes; its name and range stay."""
+class LayerWrapper:
+    """Base of layers that modify the light of another one, with its name and range."""
 
     layer: Layer
 
@@ -143,96 +148,91 @@ class Changed:
 
 
 class Background(Kind):
-    """What is behind the targets."""
+    """Scene behind the targets."""
 
-    noisy: ClassVar[bool] = False
-    """Does its light hold a camera's noise already? Then the first of its layers is `Filmed`."""
+    has_noise: ClassVar[bool] = False
+    """Whether its light contains a camera's noise; then its first layer is a `RecordedLayer`."""
     mapped: ClassVar[bool] = True
-    """Is it painted over directions, so that a camera that turns sees another part of it?"""
+    """Whether it is painted over directions, so that a turned camera sees another part of it."""
     endless: ClassVar[bool] = False
-    """Does ground fill the picture wherever the camera looks? It passes by a camera that is carried where it says how
-    far below (`surface_m`)."""
+    """Whether ground fills the image in every direction. It passes below a moving camera if `surface_m` is given."""
     surface: ClassVar[str] = "ground"
-    """What its lower part is, in a word for messages."""
+    """Noun for its lower part, for messages."""
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that it is read from."""
+        """Files that it is read from."""
         return ()
 
     @abstractmethod
     def layers(self, context: SceneContext) -> Sequence[Layer]:
-        """The layers, the farthest first; the first is opaque."""
+        """Return the layers, the farthest first; only the first is opaque."""
 
     def names(self) -> Names:
-        """Name and place of each layer that can be switched off (the opaque one cannot)."""
+        """Yield name and place of each layer that can be switched off; the opaque one cannot."""
         yield from ()
 
-    def shells(self) -> Shells:
-        """Name, place and shell of each part that stands all around the camera's first place."""
+    def parallax_surfaces(self) -> Surfaces:
+        """Yield name, place and surface of each part painted around the camera's first place."""
         yield from ()
 
     @property
     def surface_m(self) -> float | None:
-        """How far its level ground or sea lies below the unmoved camera, m, and reaches to the horizon; None where it
-        has none, or does not say."""
+        """Depth of its level ground or sea, which extends to the horizon, below the first place of the camera, m; None
+        without one."""
         return None
 
     @property
     def leaves_k(self) -> float | None:
-        """How warm the leaves are of what stands before it, by its `hour`, K; None where it has none."""
+        """Temperature of foliage at its `hour`, K; None without an hour."""
         return None
 
     def altitude_m(self, given: float) -> float:
-        """How high above the sea the unmoved camera is, m, where its air has it at `given`: no lower than above its
-        own ground."""
+        """Return the height of the first camera place above the sea, m: `given`, but at least that above its ground."""
         return max(given, self.surface_m or 0.0)
 
     @property
-    def folds(self) -> bool:
-        """Does it have no true map near the zenith and the nadir, and in very wide pictures?"""
+    def has_poles(self) -> bool:
+        """Whether its map is singular near the zenith and the nadir, and distorted in very wide images."""
         return self.mapped
 
     @property
     def sky_preset(self) -> str | None:
-        """The model atmosphere of its clear sky; None where it has no sky, or one of its own."""
+        """Model atmosphere of its clear sky; None without one."""
         return None
 
     def clear(self, context: SceneContext) -> ClearLayer | None:
-        """Its sky without clouds; None where it has no sky."""
+        """Return its sky without clouds; None without a sky."""
         return None
 
     @property
     def bare(self) -> Background:
-        """The same without what stands or lies on its ground or sea; its `land` is the same."""
+        """The same background without objects and cover on its ground or sea; `ground_radiance` is equal."""
         return self
 
-    def land(self, context: SceneContext) -> LandLight | None:
-        """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
-        say."""
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance | None:
+        """Return the radiance of its bare ground or sea; None without one."""
         return None
 
     def ambient(self, context: SceneContext) -> float:
-        """Radiance, W/m2/sr, that a grey body in front of it reflects where the scene's air does not say: half the
-        mean of its clear sky (`hemisphere`), half ground as bright as that at the horizon; without a sky all is as warm
-        as the standard air."""
+        """Return the radiance, W/m2/sr, that a grey body reflects if the atmosphere does not set it.
+
+        It is half the mean of the clear sky (`hemisphere`) and half the ground, as bright as the horizon. Without a
+        sky it is a black body at the standard air temperature.
+        """
         sky = self.clear(context)
         if sky is None:
             return float(radiance(context.band, STANDARD_K))
-        return (hemisphere(sky.radiance) + self._below(sky, context)) / 2
+        return (hemisphere(sky.radiance) + self._ground_light(sky, context)) / 2
 
-    def _below(self, sky: ClearLayer, context: SceneContext) -> float:
-        """Radiance, W/m2/sr, of what lies under its sky."""
+    def _ground_light(self, sky: ClearLayer, context: SceneContext) -> float:
+        """Return the radiance, W/m2/sr, of the ground below its sky."""
         return float(sky.radiance(np.zeros(1))[0])
 
-    def taken_by(self, camera: CameraFacts) -> CameraFacts:
-        """What is known of the camera that its counts are of: the scenario's, or another where it is `Filmed`."""
+    def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
+        """Return the facts of the camera that its counts belong to: the scenario's, or that of a recording."""
         return camera
 
-    def refuses(self, size: tuple[int, int], bits: int) -> str | None:
-        """Why a camera of that size (columns, rows) and depth cannot look at it; None where it can."""
+    def camera_fault(self, size: tuple[int, int], bits: int) -> str | None:
+        """Return the reason why a camera of that size (columns, rows) and depth does not fit; None if it fits."""
         return None
-
-
-FARTHEST = float(np.inf)
-"""Range of what lies behind every target, m."""

@@ -1,4 +1,4 @@
-"""Ground seen from above: a temperature field, in angle or on a plane of a height, and what lies on it."""
+"""Ground from above: a temperature field, in angle or on a plane at a height, and its cover."""
 
 from __future__ import annotations
 
@@ -9,14 +9,22 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.backgrounds.air import through_air
-from irsim.backgrounds.base import FARTHEST, Background, LandLight, Layer, Names, ViewDirection
+from irsim.backgrounds.air import attenuated_ground
+from irsim.backgrounds.base import FARTHEST, Background, GroundRadiance, Layer, Names, ViewDirection
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.ground_texture import Carpet, Level
-from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
-from irsim.backgrounds.painting import Painting, Seen
-from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
-from irsim.backgrounds.texture import Tile, tile_shape
+from irsim.backgrounds.ground_cover import (
+    COVER_KEYS,
+    Fields,
+    Hour,
+    Painted,
+    Roads,
+    Water,
+    by_hour,
+    leaves_k,
+    typical,
+)
+from irsim.backgrounds.ground_texture import GroundPlane, GroundTexture
+from irsim.backgrounds.texture import DriftingTextures, PeriodicTexture, TextureSampler, tile_shape
 from irsim.config.base import Switches
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread
 from irsim.geometry.context import SceneContext
@@ -26,32 +34,32 @@ from irsim.types import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Terrain:
-    """The opaque layer of the ground."""
+class GroundLayer:
+    """Opaque layer of the ground."""
 
-    painting: Seen
+    textures: TextureSampler
     name: str = "ground"
     range_m: float = FARTHEST
 
     def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
-        return None, self.painting.seen(view_direction)[0]
+        return None, self.textures.sample(view_direction)[0]
 
 
 @dataclass(frozen=True, eq=False)
-class Patches:
-    """What lies on the ground: its transmittance (1 less its cover) and its emission."""
+class CoverLayer:
+    """Layer of ground cover: transmittance (1 - cover) and emission."""
 
     name: str
-    painting: Seen
+    textures: TextureSampler
     range_m: float = FARTHEST
 
     def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
-        transmittance, emission = self.painting.seen(view_direction)
+        transmittance, emission = self.textures.sample(view_direction)
         return transmittance, emission
 
 
 class Ground(Background):
-    """Terrain whose temperature varies about a mean; with `spread_k: 0` and nothing on it it is flat."""
+    """Terrain whose temperature varies about a mean; with `spread_k: 0` and no cover it is uniform."""
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
     switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0)}
@@ -66,17 +74,16 @@ class Ground(Background):
     correlation_mrad: Feature = 20.0
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 1.5
-    """How much wider than high features are."""
+    """Ratio of width to height of features."""
     betas: Betas | None = None
-    """Slopes along x and along y, where they differ; in place of `beta`."""
+    """Slopes along x and along y if they differ; replaces `beta`."""
     histogram: Histogram = ()
-    """Temperatures at evenly spaced shares of the ground, least to greatest, in any unit; Gaussian where empty."""
+    """Temperatures at evenly spaced quantiles of the ground, least to greatest, in any unit; Gaussian if empty."""
     height_m: Height | None = None
-    """Height of the camera above the ground, m: it is seen in perspective, passes by as the camera is carried, and
-    sizes in mrad are those where the first pointing meets it. Without it the ground is far off, of one scale all over,
-    and stays."""
+    """Height of the camera above the ground, m. The ground is then in perspective and passes by a moving camera, and
+    sizes in mrad hold where the first pointing meets it. Without it the ground is far away, of one scale, and fixed."""
     hour: Hour = "any"
-    """day or night: temperatures that are not given are typical of it."""
+    """day or night: default temperatures are typical of it."""
     fields: Fields | None = None
     roads: Roads | None = None
     water: Water | None = None
@@ -84,11 +91,11 @@ class Ground(Background):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Its temperature by the hour."""
+        """Return the keys with temperatures by the hour."""
         return by_hour(given, {"mean_k": "ground", "spread_k": "spread"})
 
     @property
-    def folds(self) -> bool:
+    def has_poles(self) -> bool:
         return self.height_m is None
 
     @property
@@ -103,37 +110,37 @@ class Ground(Background):
         field = self._texture(context)
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
         light = radiance(context.band, kelvin).astype(np.float32)
-        terrain = Terrain(self._lain((light,), context))
-        # Fields are made of the ground that they lie on, roads and water are smooth.
-        rough = {"fields": 0.5 * self.spread_k * field}
+        ground = GroundLayer(self._on_ground((light,), context))
+        # Fields have half of the ground's texture; roads and water are smooth.
+        texture_k = {"fields": 0.5 * self.spread_k * field}
         layers: list[Layer] = [
-            terrain,
+            ground,
             *(
-                self._patches(name, cover, kelvin + rough.get(name, 0.0), context)
-                for name, cover, kelvin in self._on(context)
+                self._cover_layer(name, cover, kelvin + texture_k.get(name, 0.0), context)
+                for name, cover, kelvin in self._covers(context)
             ),
         ]
-        return through_air(layers, context, self.height_m)
+        return attenuated_ground(layers, context, self.height_m)
 
     def ambient(self, context: SceneContext) -> float:
-        """It has no sky: all around is as warm as it is in the mean."""
+        """Return the radiance of its mean temperature: it has no sky."""
         return float(radiance(context.band, self.mean_k))
 
     @property
     def bare(self) -> Ground:
-        return self.model_copy(update=dict.fromkeys(LYING))
+        return self.model_copy(update=dict.fromkeys(COVER_KEYS))
 
-    def land(self, context: SceneContext) -> LandLight:
-        terrain = self.bare.layers(context)[0]
-        return lambda view_direction: terrain.light(view_direction)[1].ravel()
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance:
+        ground = self.bare.layers(context)[0]
+        return lambda view_direction: ground.light(view_direction)[1].ravel()
 
     def names(self) -> Names:
-        for name in LYING:
+        for name in COVER_KEYS:
             if getattr(self, name) is not None:
                 yield name, (name,)
 
     def _texture(self, context: SceneContext) -> Floats:
-        """(rows, cols) float32 of mean 0 and variance 1; nothing where none of it would show."""
+        """Return the temperature field, (rows, cols) float32 of mean 0 and variance 1; zeros without a spread."""
         geometry = context.geometry
         shape = tile_shape(geometry.size)
         if self.spread_k == 0:
@@ -142,29 +149,31 @@ class Ground(Background):
         field = spectral(shape, self.beta, self.betas, size_px, self.stretch, context.seed, "ground")
         return shaped(field, self.histogram)
 
-    def _on(self, context: SceneContext) -> list[tuple[str, Floats, Floats]]:
-        """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""
+    def _covers(self, context: SceneContext) -> list[tuple[str, Floats, Floats]]:
+        """Return name, cover and temperature minus the ground's of all ground cover, the lowest first."""
         shape, px_per_mrad = tile_shape(context.geometry.size), 1e-3 / context.geometry.ifov_rad
         found: list[tuple[str, Painted]] = []
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             found.append(("fields", self.fields.paint(shape, px_per_mrad, spread, context.seed)))
-        for name, even in (("water", self.water), ("roads", self.roads)):
-            if even is not None:
-                contrast = typical(even.contrast_k, self.hour, name)
-                found.append((name, even.paint(shape, px_per_mrad, contrast, context.seed)))
+        for name, cover in (("water", self.water), ("roads", self.roads)):
+            if cover is not None:
+                contrast = typical(cover.contrast_k, self.hour, name)
+                found.append((name, cover.paint(shape, px_per_mrad, contrast, context.seed)))
         if self.clutter is not None:
             found.append(("clutter", self.clutter.paint(shape, px_per_mrad, context.seed)))
         return [(name, *painted) for name, painted in found]
 
-    def _patches(self, name: str, cover: Floats, offset_k: Floats, context: SceneContext) -> Patches:
+    def _cover_layer(self, name: str, cover: Floats, offset_k: Floats, context: SceneContext) -> CoverLayer:
         emission = cover * radiance(context.band, np.maximum(self.mean_k + offset_k, 1.0))
-        return Patches(name, self._lain((1 - cover, emission), context))
+        return CoverLayer(name, self._on_ground((1 - cover, emission), context))
 
-    def _lain(self, textures: tuple[Floats, ...], context: SceneContext) -> Seen:
-        """Periodic textures, (rows, cols), as they lie on the ground."""
+    def _on_ground(self, textures: tuple[Floats, ...], context: SceneContext) -> TextureSampler:
+        """Return periodic textures, (rows, cols), in angle or on the plane."""
         geometry = context.geometry
         if self.height_m is None:
-            return Painting(tuple(Tile.of(texture, geometry.size, context.psf) for texture in textures))
+            return DriftingTextures(
+                tuple(PeriodicTexture.of(texture, geometry.size, context.psf) for texture in textures)
+            )
         rows, columns = textures[0].shape
-        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, context)
+        return GroundTexture(GroundPlane(geometry, self.height_m, (rows, columns)), textures, context)

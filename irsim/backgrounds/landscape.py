@@ -1,38 +1,94 @@
-"""Open country under a sky: ground up to the horizon, trees and buildings at their ranges."""
+"""Open country under a sky: ground up to the horizon, with cover, trees and buildings at their ranges."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
+import cv2
 import numpy as np
 
-from irsim.backgrounds.above import above
 from irsim.backgrounds.air import ground_path
-from irsim.backgrounds.base import ClearLayer, LandLight, Layer, Names, Shells
-from irsim.backgrounds.buildings import Buildings
+from irsim.backgrounds.base import FARTHEST, ClearLayer, GroundRadiance, Layer, Names, Surfaces, ViewDirection
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.distant_trees import TALLEST, TREE_M, TYPICAL_MRAD, woods
-from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
-from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.panorama import Panorama, Sheet
-from irsim.backgrounds.parallax import Cylinder
-from irsim.backgrounds.patches import LYING, Fields, Roads, Water
-from irsim.backgrounds.plane import VANISHING_PX, covered, laid
+from irsim.backgrounds.ground_cover import COVER_KEYS, Fields, Hour, Roads, Water, by_hour, leaves_k, typical
+from irsim.backgrounds.ground_texture import VANISHING_PX, draped, draped_cover
+from irsim.backgrounds.layers import masked_clouds
+from irsim.backgrounds.panorama import Cylinder, Panorama, PanoramaGrid
 from irsim.backgrounds.sky import Sky
-from irsim.backgrounds.structures import Trees
-from irsim.backgrounds.terrain_layer import Country, Laid
-from irsim.backgrounds.texture import TILE
+from irsim.backgrounds.structures import Buildings
+from irsim.backgrounds.texture import TILE, DriftingTextures
+from irsim.backgrounds.trees import TALLEST, TREE_M, TYPICAL_MRAD, Trees, distant_woods
 from irsim.config.base import Several, Switches
-from irsim.config.field_annotations import Plausible
+from irsim.config.fields import Plausible
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
 from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, profile, spectral
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
-NEARER = 5.0
-"""The ground's texture is drawn a second time this much finer, for what is near."""
+FINER = 5.0
+"""Scale of a second, finer ground texture, for near ground."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneLayer:
+    """Panorama of the ground plane, with the parallax of each pixel's distance."""
+
+    name: str
+    textures: DriftingTextures
+    camera_height_m: float
+    range_m: float = FARTHEST
+
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        if not any(view_direction.place):
+            transmittance, emission = self.textures.sample(view_direction)
+            return transmittance, emission
+        columns, rows = self._places(view_direction)
+        transmittance, emission = (tile.at(columns, rows) for tile in self.textures.tiles)
+        return transmittance, emission
+
+    def _places(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        """Return the panorama's column and row, painted from the first place, of the ground point at each pixel."""
+        chart, (x, y, z) = view_direction.chart, view_direction.place
+        geometry, height = chart.geometry, self.camera_height_m
+        unit, squeeze = geometry.ifov_rad, np.cos(geometry.elevation_rad)
+        azimuth = chart.at_pixels(chart.u) * unit / squeeze
+        down = chart.at_pixels(chart.v) * unit - geometry.elevation_rad  # angle below the horizon
+        distance = max(height - y, 0.1) / np.tan(np.maximum(down, 1e-6))
+        right, ahead = x + distance * np.sin(azimuth), z + distance * np.cos(azimuth)
+        first = np.arctan2(height, np.hypot(right, ahead))
+        picture = self.textures.tiles[0]
+        assert isinstance(picture, Panorama)
+        on_ground = down > 0
+        u = np.where(on_ground, np.arctan2(right, ahead), azimuth) * squeeze / unit
+        v = (np.where(on_ground, first, down) + geometry.elevation_rad) / unit
+        rows = np.clip(v - picture.top, 0, picture.padded.shape[0] - 1)
+        return (u - picture.left).astype(np.float32), rows.astype(np.float32)
+
+
+class TerrainLayer:
+    """Opaque layer: the clear sky, and the ground before it."""
+
+    name = "country"
+    range_m = FARTHEST
+
+    def __init__(self, sky: Layer, ground: PlaneLayer) -> None:
+        self._sky, self._ground = sky, ground
+        self._last: tuple[ViewDirection, Floats] | None = None
+
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        transmittance, emission = self._ground.light(view_direction)
+        self._last = view_direction, transmittance
+        return None, cv2.multiply(self._sky.light(view_direction)[1], transmittance) + emission
+
+    def sky_share(self, view_direction: ViewDirection) -> Floats:
+        """Return the share of each pixel that is sky, (rows, cols)."""
+        last = self._last  # read once: another thread may replace it
+        if last is None or last[0] is not view_direction:
+            last = self._last = view_direction, self._ground.light(view_direction)[0]
+        return last[1]
 
 
 class Landscape(Sky):
@@ -57,16 +113,16 @@ class Landscape(Sky):
     hills_mrad: Annotated[NotNegative, Plausible(0, 100, "mrad", "mountains of 3 km, 30 km away, are 100")] = 0.5
     """Standard deviation of the horizon's elevation, mrad."""
     far_woods_mrad: Annotated[NotNegative, Plausible(0, 30, "mrad", "trees of 30 m, 1 km away, are 30")] = 0.0
-    """Mean height of the woods along the horizon, which are as warm as the first row of `trees`, mrad; 1.5 where not
-    given and there are such rows: between their trees a bare horizon is a ruled line."""
+    """Mean height of the woods along the horizon, mrad; they are as warm as the first row of `trees`. The default is
+    1.5 with such rows: between their trees a bare horizon would be a straight line."""
     hour: Hour = "any"
-    """day or night: temperatures that are not given are typical of it."""
+    """day or night: default temperatures are typical of it."""
     fields: Fields | None = None
     roads: Roads | None = None
-    """Roads that narrow towards the horizon, where they have their width: one of w metres, seen from h metres up, has
-    40 ifov_mrad w / h there."""
+    """Roads that narrow towards the horizon, where they have their width: a road of w metres, seen from h metres up,
+    has 40 ifov_mrad w / h there."""
     water: Water | None = None
-    """Ponds and lakes that lie flat; their size is that at the horizon, nearer ones are larger."""
+    """Ponds and lakes on level ground; their size is that at the horizon, nearer ones are larger."""
     clutter: Clutter | None = None
     trees: Several[Trees] = ()
     """Rows of trees."""
@@ -75,7 +131,7 @@ class Landscape(Sky):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Its temperature by the hour, and far woods behind trees."""
+        """Return the keys with temperatures by the hour, and distant woods behind trees."""
         behind_trees = {"far_woods_mrad": TYPICAL_MRAD} if given.get("trees") else {}
         return behind_trees | by_hour(given, {"ground_k": "ground", "spread_k": "spread"})
 
@@ -87,45 +143,47 @@ class Landscape(Sky):
     def leaves_k(self) -> float | None:
         return leaves_k(self.hour)
 
-    def _below(self, sky: ClearLayer, context: SceneContext) -> float:
+    def _ground_light(self, sky: ClearLayer, context: SceneContext) -> float:
         return float(radiance(context.band, self.ground_k))
 
     @property
     def bare(self) -> Landscape:
-        nothing: dict[str, Any] = dict.fromkeys(LYING) | dict.fromkeys(("clouds", "trees", "buildings"), ())
+        nothing: dict[str, Any] = dict.fromkeys(COVER_KEYS) | dict.fromkeys(("clouds", "trees", "buildings"), ())
         nothing["far_woods_mrad"] = 0.0
         return self.model_copy(update=nothing)
 
-    def land(self, context: SceneContext) -> LandLight:
-        country = self.bare.layers(context)[0]
-        assert isinstance(country, Country)
-        return lambda view_direction: country.light(view_direction)[1][country.sky_left(view_direction) == 0]
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance:
+        terrain = self.bare.layers(context)[0]
+        assert isinstance(terrain, TerrainLayer)
+        return lambda view_direction: terrain.light(view_direction)[1][terrain.sky_share(view_direction) == 0]
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
         sky, *clouds = super().layers(context)
-        whole = Sheet.of(context.geometry)
+        whole = PanoramaGrid.of(context.geometry)
         unit = context.geometry.ifov_rad
         high = 5 * self.hills_mrad + TALLEST * self.far_woods_mrad
-        sheet = whole.between(whole.horizon - high * 1e-3 / unit, np.inf)
-        edge = self._edge(sheet, context)
-        kelvin, cover, below = self._ground(sheet, edge, context)
-        far, glow = self._far_woods(sheet, edge, context)
-        seen = cover * (1 - far)
-        ground = self._through(sheet, seen, kelvin, context) + glow
-        country = Country(sky, self._laid("ground", sheet, (1 - cover) * (1 - far), ground, context))
-        lying = [
-            self._laid(name, sheet, 1 - seen * part, self._through(sheet, seen * part, warmth, context), context)
-            for name, part, warmth in self._lying(sheet, below, kelvin, context)
+        grid = whole.between(whole.horizon - high * 1e-3 / unit, np.inf)
+        edge = self._edge(grid, context)
+        kelvin, cover, below = self._ground(grid, edge, context)
+        woods, woods_light = self._distant_woods(grid, edge, context)
+        seen = cover * (1 - woods)
+        ground = self._light_at_camera(grid, seen, kelvin, context) + woods_light
+        terrain = TerrainLayer(sky, self._plane_layer("ground", grid, (1 - cover) * (1 - woods), ground, context))
+        covers = [
+            self._plane_layer(
+                name, grid, 1 - seen * part, self._light_at_camera(grid, seen * part, warmth, context), context
+            )
+            for name, part, warmth in self._covers(grid, below, kelvin, context)
         ]
         standing = [
-            part.paint(whole, self.camera_height_m, typical(part.temperature_k, self.hour, what), context)
-            for parts, what in ((self.trees, "trees"), (self.buildings, "walls"))
+            part.paint(whole, self.camera_height_m, typical(part.temperature_k, self.hour, kind), context)
+            for parts, kind in ((self.trees, "trees"), (self.buildings, "walls"))
             for part in parts
         ]
-        return [country, *lying, *above(clouds, country), *standing]
+        return [terrain, *covers, *masked_clouds(clouds, terrain), *standing]
 
     def names(self) -> Names:
-        for name in LYING:
+        for name in COVER_KEYS:
             if getattr(self, name) is not None:
                 yield name, (name,)
         yield from super().names()
@@ -133,72 +191,77 @@ class Landscape(Sky):
             for index, part in enumerate(getattr(self, key)):
                 yield part.id, (key, index, "id")
 
-    def shells(self) -> Shells:
-        yield from super().shells()
+    def parallax_surfaces(self) -> Surfaces:
+        yield from super().parallax_surfaces()
         for key in ("trees", "buildings"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.id, (key, index), Cylinder(part.range_m)
 
-    def _lying(
-        self, sheet: Sheet, below: Floats, kelvin: Floats, context: SceneContext
+    def _covers(
+        self, grid: PanoramaGrid, below: Floats, kelvin: Floats, context: SceneContext
     ) -> Iterator[tuple[str, Floats | float, Floats]]:
-        """Name, cover and temperature of all that lies on ground of temperatures (rows, cols), the lowest first."""
+        """Yield name, cover and temperature of all cover on ground of temperatures (rows, cols), the lowest first."""
         unit = context.geometry.ifov_rad
         px_per_mrad = 1e-3 / unit
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, context.seed)[1]
-            yield "fields", 1.0, laid(painted, sheet, below, 1.0, unit) + (kelvin + self.ground_k) / 2
-        for name, even in (("water", self.water), ("roads", self.roads)):
-            if even is not None:
-                inside = even.inside((TILE, TILE), px_per_mrad, context.seed).astype(np.float32)
-                warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
-                yield name, covered(inside, sheet, below, unit), np.full_like(kelvin, warmth)
+            yield "fields", 1.0, draped(painted, grid, below, 1.0, unit) + (kelvin + self.ground_k) / 2
+        for name, cover in (("water", self.water), ("roads", self.roads)):
+            if cover is not None:
+                inside = cover.inside((TILE, TILE), px_per_mrad, context.seed).astype(np.float32)
+                warmth = self.ground_k + typical(cover.contrast_k, self.hour, name)
+                yield name, draped_cover(inside, grid, below, unit), np.full_like(kelvin, warmth)
         if self.clutter is not None:
-            spots, offset = self.clutter.stand(below, px_per_mrad, context.seed)
+            spots, offset = self.clutter.paint_perspective(below, px_per_mrad, context.seed)
             yield "clutter", spots, self.ground_k + offset
 
-    def _edge(self, sheet: Sheet, context: SceneContext) -> Floats:
-        """(cols,): the rows of the map where the ground ends."""
+    def _edge(self, grid: PanoramaGrid, context: SceneContext) -> Floats:
+        """Return the map rows at which the ground ends, (cols,)."""
         px_per_mrad = 1e-3 / context.geometry.ifov_rad
-        hills = profile(len(sheet.columns), 3.5, 4 * self.correlation_mrad * px_per_mrad, context.seed, "hills")
-        return np.asarray(sheet.horizon - self.hills_mrad * px_per_mrad * hills)
+        hills = profile(len(grid.columns), 3.5, 4 * self.correlation_mrad * px_per_mrad, context.seed, "hills")
+        return np.asarray(grid.horizon - self.hills_mrad * px_per_mrad * hills)
 
-    def _ground(self, sheet: Sheet, edge: Floats, context: SceneContext) -> tuple[Floats, Floats, Floats]:
-        """Temperature, cover and px below its edge (0 above it), each (rows, cols) of the sheet."""
+    def _ground(self, grid: PanoramaGrid, edge: Floats, context: SceneContext) -> tuple[Floats, Floats, Floats]:
+        """Return temperature, cover and px below the edge (0 above it), (rows, cols) each."""
         unit = context.geometry.ifov_rad
-        below = sheet.rows[:, None] - edge
+        below = grid.rows[:, None] - edge
         cover = np.clip(below + 0.5, 0, 1)
         below = np.maximum(below, 0)
-        if self.spread_k == 0:  # no texture is drawn that would not show
+        if self.spread_k == 0:
             return np.full(below.shape, self.ground_k), cover, below
         size_px = self.correlation_mrad * 1e-3 / unit
         field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, context.seed, "ground")
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
-        weaker = NEARER ** (1 - np.mean(self.betas) / 2)
-        kelvin = laid(field, sheet, below, 1.0, unit) + near * weaker * laid(field, sheet, below, NEARER, unit)
+        weaker = FINER ** (1 - np.mean(self.betas) / 2)
+        kelvin = draped(field, grid, below, 1.0, unit) + near * weaker * draped(field, grid, below, FINER, unit)
         return self.ground_k + self.spread_k * kelvin, cover, below
 
-    def _far_woods(self, sheet: Sheet, edge: Floats, context: SceneContext) -> tuple[Floats | float, Floats | float]:
-        """What woods along the horizon cover, and their light as it arrives from where trees look as high as they do,
-        no nearer than the rows of trees, (rows, cols) each; 0 where there are none."""
+    def _distant_woods(
+        self, grid: PanoramaGrid, edge: Floats, context: SceneContext
+    ) -> tuple[Floats | float, Floats | float]:
+        """Return cover and light at the camera, (rows, cols) each, of woods along the horizon; 0 without them.
+
+        Their range is the one at which trees have their apparent height, but at least that of the rows of trees.
+        """
         if self.far_woods_mrad == 0:
             return 0.0, 0.0
         high_rad = self.far_woods_mrad * 1e-3
         row = self.trees[0] if self.trees else Trees()
         trees_k = typical(row.temperature_k, self.hour, "trees")
-        cover, kelvin = woods(sheet, edge, high_rad / context.geometry.ifov_rad, row, trees_k, context.seed)
+        cover, kelvin = distant_woods(grid, edge, high_rad / context.geometry.ifov_rad, row, trees_k, context.seed)
         away_m = max(TREE_M / high_rad, *(each.range_m for each in self.trees), 0.0)
         return cover, context.through(cover * radiance(context.band, np.maximum(kelvin, 1.0)), cover, away_m, 0.0)
 
-    def _through(self, sheet: Sheet, cover: Floats, kelvin: Floats, context: SceneContext) -> Floats:
-        """The light of what lies on the ground, (rows, cols), as it arrives."""
+    def _light_at_camera(self, grid: PanoramaGrid, cover: Floats, kelvin: Floats, context: SceneContext) -> Floats:
+        """Return the light of the ground at the camera, (rows, cols)."""
         light = cover * radiance(context.band, np.maximum(kelvin, 1.0))
-        down = (sheet.rows - sheet.horizon) * context.geometry.ifov_rad
+        down = (grid.rows - grid.horizon) * context.geometry.ifov_rad
         return context.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
 
-    def _laid(self, name: str, sheet: Sheet, left: Floats, emission: Floats, context: SceneContext) -> Laid:
-        """left, emission  (rows, cols): what it leaves of the light behind it, and its own as it arrives"""
-        pictures = tuple(Panorama.on(sheet, part, context.psf) for part in (left, emission))
-        return Laid(name, Painting(pictures), self.camera_height_m)
+    def _plane_layer(
+        self, name: str, grid: PanoramaGrid, transmittance: Floats, emission: Floats, context: SceneContext
+    ) -> PlaneLayer:
+        pictures = tuple(Panorama.on(grid, part, context.psf) for part in (transmittance, emission))
+        return PlaneLayer(name, DriftingTextures(pictures), self.camera_height_m)

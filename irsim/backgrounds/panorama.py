@@ -1,53 +1,55 @@
-"""A picture of all that stands around the horizon."""
+"""Pictures around the camera's first place, and their parallax when the camera moves."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import cv2
 import numpy as np
 
-from irsim.backgrounds.blur import softened
-from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.texture import Tile
+from irsim.backgrounds.base import Place, ViewDirection
+from irsim.backgrounds.chart import Chart, unwrapped
+from irsim.backgrounds.texture import DriftingTextures, PeriodicTexture, blurred
 from irsim.geometry.projection import Geometry
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 WIDE = 2048
-"""Least width of a panorama, px. Past its ends it is mirrored: seamless, and seldom looked at."""
+"""Least width of a panorama, px. It is mirrored past its ends: seamless, and seldom in view."""
 
-AROUND = 256
-"""How far above and below the first frame a panorama reaches, px; beyond, its last rows go on."""
+VERTICAL_MARGIN = 256
+"""Extent of a panorama above and below the first frame, px; its outermost rows extend beyond."""
 
 ROOM = 32
-"""What a thing's own rows are extended by, px: a Gaussian blur ends within."""
+"""Extension of an object's own rows, px: a Gaussian blur ends within."""
 
 
 @dataclass(frozen=True)
-class Sheet:
-    """Where a panorama's pixels lie on the map: columns (w,), rows (h,), and the row of elevation 0, px."""
+class PanoramaGrid:
+    """Map coordinates of a panorama's pixels: columns (w,), rows (h,), and the row of elevation 0, px."""
 
     columns: Floats
     rows: Floats
     horizon: float
 
     @classmethod
-    def of(cls, geometry: Geometry) -> Sheet:
-        """For cameras whose first pointing is that of `geometry`."""
+    def of(cls, geometry: Geometry) -> PanoramaGrid:
+        """Return the grid for cameras with the first pointing of `geometry`."""
         width, height = geometry.size
-        half, reach = max(WIDE, 2 * width) // 2, height // 2 + AROUND
+        half, reach = max(WIDE, 2 * width) // 2, height // 2 + VERTICAL_MARGIN
         return cls(
             np.arange(-half, half, dtype=np.float64),
             np.arange(-reach, reach, dtype=np.float64),
             geometry.elevation_rad / geometry.ifov_rad,
         )
 
-    def between(self, top: float, bottom: float) -> Sheet:
-        """The rows of it that lie between two rows of the map, with some room; never none."""
+    def between(self, top: float, bottom: float) -> PanoramaGrid:
+        """Return the rows between two rows of the map, with some room; at least one."""
         first = int(np.clip(np.searchsorted(self.rows, top - ROOM), 0, len(self.rows) - 1))
         last = int(np.clip(np.searchsorted(self.rows, bottom + ROOM), first + 1, len(self.rows)))
-        return Sheet(self.columns, self.rows[first:last], self.horizon)
+        return PanoramaGrid(self.columns, self.rows[first:last], self.horizon)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -55,26 +57,137 @@ class Sheet:
 
 
 @dataclass(frozen=True, eq=False)
-class Panorama(Tile):
-    """A picture (`padded`, rows and columns of a sheet) whose top-left pixel lies at (left, top) of the map."""
+class Panorama(PeriodicTexture):
+    """Picture (`padded`, rows and columns of a grid) whose top-left pixel lies at (left, top) of the map."""
 
     left: float
     top: float
 
     @classmethod
-    def on(cls, sheet: Sheet, picture: Floats, psf: PSF) -> Panorama:
-        """A picture on a sheet, as the lens shows it: with rows past its first and last for a lens with wings, whose
-        light would else go on there for ever."""
-        wings = 0 if isinstance(psf, GaussianPSF) else psf.reach_px
+    def on(cls, grid: PanoramaGrid, picture: Floats, psf: PSF) -> Panorama:
+        """Return a picture on a grid, blurred by the lens.
+
+        For a PSF with wings rows are added above and below, or the light of the wings would extend for ever.
+        """
+        wings = 0 if isinstance(psf, GaussianPSF) else psf.support_px
         sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")
-        return cls(sheet.shape, softened(sharp, psf), (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]) - wings)
+        return cls(grid.shape, blurred(sharp, psf), (0.0, 0.0), float(grid.columns[0]), float(grid.rows[0]) - wings)
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
-        """(rows, cols) float32 each: column and row of the picture that each pixel sees."""
-        columns = chart.spread(chart.u - shift_px[0] - self.left)
-        rows = chart.spread(chart.v - shift_px[1] - self.top)
+        """Return the picture's column and row that each pixel sees, (rows, cols) float32 each."""
+        columns = chart.at_pixels(chart.u - shift_px[0] - self.left)
+        rows = chart.at_pixels(chart.v - shift_px[1] - self.top)
         return columns, np.clip(rows, 0, self.padded.shape[0] - 1)
 
     def at(self, columns: Floats, rows: Floats) -> Floats:
-        """The picture at places between its pixels, linearly."""
+        """Return the picture at places between its pixels, by linear interpolation."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101))
+
+
+class ParallaxSurface(Protocol):
+    """Closed surface around the camera's first place, seen from within only."""
+
+    @property
+    def range_m(self) -> float: ...
+
+    def from_origin(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
+        """Return the change of azimuth, and the elevation, of surface points as seen from the first place, rad.
+
+        azimuth, elevation: of the same points as seen from a `place` within the surface, rad.
+        """
+        ...
+
+    def contains(self, place: Place) -> bool:
+        """Whether a camera place is within the surface."""
+        ...
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Vertical `ParallaxSurface` of radius `range_m`, for trees and buildings.
+
+    A camera at (x, y, z) m right, below and ahead of the first place looks along azimuth a and elevation e. Its ray
+    passes the cylinder's axis at p = x cos a - z sin a and meets the cylinder at the horizontal distance
+    rho = sqrt(R^2 - p^2) - x sin a - z cos a. The first place sees that point at the azimuth a + asin(p/R) and at the
+    elevation with the tangent (rho tan e - y) / R.
+    """
+
+    range_m: float
+
+    def from_origin(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
+        (x, y, z), range_m = place, self.range_m
+        off = np.clip((x * np.cos(azimuth) - z * np.sin(azimuth)) / range_m, -1, 1)
+        along = range_m * np.sqrt(1 - off**2) - x * np.sin(azimuth) - z * np.cos(azimuth)
+        return np.arcsin(off), np.arctan((along * np.tan(elevation) - y) / range_m)
+
+    def contains(self, place: Place) -> bool:
+        right, _, ahead = place
+        return math.hypot(right, ahead) < self.range_m
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Spherical `ParallaxSurface` of radius `range_m`, for clouds.
+
+    A ray from c along the unit vector r leaves the sphere after t = sqrt((c r)^2 + R^2 - c^2) - c r; the first place
+    sees that point in the direction of c + t r. Components are taken right of, along and below the azimuth of the ray.
+    """
+
+    range_m: float
+
+    def from_origin(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
+        (x, y, z), range_m = place, self.range_m
+        right, along = x * np.cos(azimuth) - z * np.sin(azimuth), x * np.sin(azimuth) + z * np.cos(azimuth)
+        gone = along * np.cos(elevation) - y * np.sin(elevation)
+        left = np.sqrt(np.maximum(gone**2 + range_m**2 - (x**2 + y**2 + z**2), 0)) - gone
+        ahead, up = along + left * np.cos(elevation), left * np.sin(elevation) - y
+        return np.arctan2(right, ahead), np.arctan2(up, np.hypot(right, ahead))
+
+    def contains(self, place: Place) -> bool:
+        return math.hypot(*place) < self.range_m
+
+
+def from_origin(view_direction: ViewDirection, surface: ParallaxSurface) -> ViewDirection:
+    """Return the view from the first place that shows the same points of a surface; unchanged for a camera at rest."""
+    key = None if view_direction.key is None else from_origin(view_direction.key, surface)
+    if not any(view_direction.place):
+        return view_direction if key is view_direction.key else replace(view_direction, key=key)
+    chart = view_direction.chart
+    unit = chart.geometry.ifov_rad
+    squeeze = np.cos(chart.geometry.elevation_rad)
+    azimuth, elevation = chart.u * unit / squeeze, chart.elevation_rad(chart.v)
+    turn, first_elevation = surface.from_origin(azimuth, elevation, view_direction.place)
+    u = unwrapped(azimuth + turn) * squeeze / unit
+    v = (chart.geometry.elevation_rad - first_elevation) / unit
+    return replace(view_direction, chart=replace(chart, uv=np.stack([u, v])), key=key)
+
+
+def is_outside(view_direction: ViewDirection, surface: ParallaxSurface) -> bool:
+    """Whether the camera has passed through a surface; then it is not drawn."""
+    places = [view_direction.place] if view_direction.key is None else [view_direction.place, view_direction.key.place]
+    return not all(map(surface.contains, places))
+
+
+def transparent(view_direction: ViewDirection) -> tuple[Floats, Floats]:
+    """Return transmittance 1 and emission 0, (rows, cols) float32."""
+    columns, rows = view_direction.chart.geometry.size
+    return np.ones((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class PanoramicLayer:
+    """Layer around the camera's first place: transmittance, emission, and parallax for a moving camera."""
+
+    name: str
+    surface: ParallaxSurface
+    textures: DriftingTextures
+
+    @property
+    def range_m(self) -> float:
+        return self.surface.range_m
+
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        if is_outside(view_direction, self.surface):
+            return transparent(view_direction)
+        transmittance, emission = self.textures.sample(from_origin(view_direction, self.surface))
+        return transmittance, emission

@@ -1,4 +1,4 @@
-"""Somebody's own footage as the background: synthetic targets are put into recorded frames."""
+"""Recorded frames as the background: synthetic targets are inserted, and the frames' own noise is kept."""
 
 from __future__ import annotations
 
@@ -8,53 +8,60 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import cv2
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Layer, ViewDirection
-from irsim.backgrounds.own_noise import own_noise
-from irsim.config.field_annotations import FileName
-from irsim.config.file_digests import Stamp, unchanged, with_digest
-from irsim.config.quantities import Index, ScaleKelvin
+from irsim.config.paths import Stamp, check_unchanged, with_digest
+from irsim.config.quantities import FileName, Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
-from irsim.physics.radiometry import limits
-from irsim.physics.scale import Scale
+from irsim.physics.radiometry import Scale, limits
 from irsim.types import Band, CameraFacts, Curve, Floats, Image
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
 
 UNKNOWN_RANGE_K = (220.0, 400.0)
-"""Scene temperatures of count 0 and full scale where neither the scenario nor the recording says them."""
+"""Default scene temperatures of count 0 and full scale, K, if neither scenario nor recording has them."""
+
+MEDIAN_OF_NOISE = 0.583
+"""Median magnitude of the difference between white noise of sigma 1 and the median of the 3 x 3 pixels about it: 0.582
+to 0.584 for a million drawn pixels. It is below the 0.674 of the noise itself, as one pixel in nine is that median."""
+MOST_SIGMAS = 3.5
+"""Limit of noise, in sigmas; 1 in 2000 of normal noise is beyond. It is about twice the root of 3, so that values
+folded into half of it (`folded`), uniformly distributed, have the sigma of the noise."""
+ENOUGH = 0.1
+"""Least share of unclipped pixels that gives the sigma of a frame's noise. Clipped pixels and black bars have no noise
+and are left out; in a frame that is nearly all clipped, the rest shows objects."""
 
 
 class Recorded(Background):
-    """Frames of a recording, as they are, with targets put into them; its own noise stays the only one.
+    """Frames of a recording with targets inserted; no other noise is added.
 
-    Counts stand for the light that gave them by the recording's own camera, where it says so and sees the same band;
-    else for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
-    What is drawn changes a pixel's light, and its count by that change, but the camera's noise stays: what
-    sets the pixel off from the eight about it, as far as noise does. Small objects and edges set it off farther and
-    are hidden; texture no stronger than noise is not. Every other pixel keeps its count bit for bit. The camera needs
-    the recording's size and depth; its detector, noise and motion do not touch the recorded frames.
+    Counts are converted to radiance by the recording's own camera curve, if known and of the same band; else linearly
+    between black bodies of `range_k`: L = L0 + (L1 - L0) count / full. An object changes a pixel's radiance, and its
+    count by that change. The recorded noise stays: the pixel's deviation from its eight neighbours, up to the size of
+    noise. Small objects and edges deviate more and are covered; texture as weak as noise is not. All other pixels keep
+    their counts bit for bit. The camera needs the recording's size and depth; its detector, noise and motion have no
+    effect on the recorded frames.
     """
 
-    noisy: ClassVar[bool] = True
+    has_noise: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
     file: FileName
-    """The recording; a relative name is looked for beside the scenario, then in the working directory."""
+    """The recording; relative names are resolved beside the scenario, then in the working directory."""
     start: Index = 0
-    """Its frame that is frame 0 here."""
+    """Its frame that becomes frame 0."""
     past_end: Literal["loop", "hold"] = "loop"
-    """After its last frame: from the first again, or the last one on and on."""
+    """After its last frame: loop to the first, or hold the last."""
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] | None = None
-    """Black bodies that count 0 and full scale stand for, K; where not given, the recording's own scale, or 220 to 400
-    where it has none."""
+    """Black bodies of count 0 and full scale, K; by default the recording's own scale, or 220 to 400 without one."""
     digest: str = ""
-    """Of the recording's bytes; filled in, and compared where given: a changed recording is another scene."""
+    """Digest of the recording's bytes; filled in, or compared if given: a changed recording is another scene."""
 
     @model_validator(mode="before")
     @classmethod
@@ -63,12 +70,12 @@ class Recorded(Background):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The scale of the recording, once there is one. Its digest is no default: short texts say it too."""
+        """Return the keys with the recording's scale. The digest is no default: it is written in short texts too."""
         if "range_k" in given or not isinstance(given.get("file"), str):
             return given
         try:
             return {**given, "range_k": _opened(given["file"]).header.range_k}
-        except (InputError, OSError):  # told by `_look_inside`
+        except (InputError, OSError):  # reported by `_look_inside`
             return given
 
     @model_validator(mode="after")
@@ -85,7 +92,7 @@ class Recorded(Background):
             raise _wrong("range_k", f"{low} K is not below {high} K; allowed: the lower temperature first")
         return self
 
-    def refuses(self, size: tuple[int, int], bits: int) -> str | None:
+    def camera_fault(self, size: tuple[int, int], bits: int) -> str | None:
         recording = self.recording
         if (recording.size, recording.bits) == (size, bits):
             return None
@@ -96,27 +103,27 @@ class Recorded(Background):
 
     @property
     def recording(self) -> Recording:
-        """The recording, opened. InputError where it has changed since the scene was read."""
+        """The recording, opened. InputError if it has changed since the scene was read."""
         found = _opened(self.file)
-        unchanged(self.file, self.digest, _digest(found))
+        check_unchanged(self.file, self.digest, _digest(found))
         return found
 
     def scale(self, band: Band) -> Scale:
-        """What its counts stand for in the light of a camera of that band."""
+        """Return the scale of its counts in that band."""
         curve = self.known(band)
         return Scale.known(curve, band, self.range_k or UNKNOWN_RANGE_K, self.recording.bits)
 
     def known(self, band: Band) -> Curve | None:
-        """The recording's own curve of counts by light in that band; None where it says none, or `range_k` holds."""
+        """Return the recording's own curve of counts in that band; None without one, or if `range_k` is given."""
         facts = self.recording.camera
         return facts.curve if self.range_k is None and _same(facts.band, band) else None
 
-    def taken_by(self, camera: CameraFacts) -> CameraFacts:
+    def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
         known = None if camera.band is None else self.known(camera.band)
         return replace(camera, range_k=self.range_k, curve=known)
 
     def ambient(self, context: SceneContext) -> float:
-        """All around is as bright as its first frame in the mean."""
+        """Return the mean radiance of its first frame."""
         return _mean_light(self, context.band)
 
     @property
@@ -129,13 +136,13 @@ class Recorded(Background):
 
 @lru_cache(maxsize=16)
 def _mean_light(recorded: Recorded, band: Band) -> float:
-    """Of its first frame, W/m2/sr."""
+    """Return the mean radiance of the first frame, W/m2/sr."""
     counts = recorded.recording.frame(recorded.start).image
     return float(np.mean(recorded.scale(band).light(counts.astype(np.float32)), dtype=np.float64))
 
 
 class Footage:
-    """The opaque layer of recorded frames. It reads on where it stands; any other frame is sought."""
+    """Opaque layer of recorded frames, read in sequence or by seeking."""
 
     name = "recording"
     range_m = FARTHEST
@@ -151,10 +158,10 @@ class Footage:
         return self._recorded.recording
 
     def counts(self, index: int) -> Image:
-        """The recorded frame behind frame `index`."""
+        """Return the recorded frame behind frame `index`."""
         wanted, length = self._recorded.start + index, len(self._recording)
         wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
-        last = self._last  # once: another thread may put its own there
+        last = self._last  # read once: another thread may replace it
         if last is None or last[0] != wanted:
             last = self._last = wanted, self._recording.frame(wanted).image
         return last[1]
@@ -165,17 +172,50 @@ class Footage:
     def _light(self, counts: Image) -> Floats:
         return self._scale.light(counts.astype(np.float32))
 
-    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
-        """Counts of frame `index` with what was drawn on its light, which must have come from `light`, before they are
-        rounded and clipped: (rows, cols), float64 where the light is, else float32.
+    def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        """Return the counts of frame `index` with objects, before rounding and clipping: see `RecordedLayer`.
 
-        uncovered: the share 0..1 of each pixel's light that is still the recording's. With the rest a body takes the
-        camera's noise away, which arises behind it: it is put back, or the body would be a hole in the noise.
+        The covered share of each pixel loses the recorded noise, which arises in the camera; it is added back, or
+        objects would be holes in the noise.
         """
         counts = self.counts(index)
         added = self._scale.rise(self._light(counts), light)
-        kept = (1 - uncovered) * own_noise(counts, 2**self._recording.bits - 1)
+        kept = (1 - uncovered) * recorded_noise(counts, 2**self._recording.bits - 1)
         return np.asarray(counts + added + kept)
+
+
+def recorded_noise(counts: Image, full: int) -> Floats:
+    """Return the noise of a recorded frame, (rows, cols) float32 counts; full: the greatest count.
+
+    It is the deviation from the median of the 3 x 3 pixels: 97 % of white noise, little of structure blurred by optics.
+    Small objects and edges deviate more than noise does, and are folded.
+    """
+    deviation = counts.astype(np.float32) - cv2.medianBlur(counts, 3)
+    unclipped = (counts > 0) & (counts < full)
+    most = MOST_SIGMAS * _robust_sigma(deviation[unclipped] if unclipped.mean() > ENOUGH else deviation.reshape(-1))
+    farther = np.abs(deviation) > most
+    deviation[farther] = folded(deviation[farther], most)
+    return deviation
+
+
+def folded(deviation: Floats, most: float) -> Floats:
+    """Return values up to +-`most` unchanged, and larger ones folded to and fro between +-`most` / 2.
+
+    The function is continuous and nowhere flat. So a bright pixel keeps its noise about another value, possibly with
+    the opposite sign. Clipped at `most` it would lose its noise; replaced by other noise it would blink near `most`.
+    """
+    off = np.abs(deviation)
+    back = most - np.abs(off - most)
+    to_and_fro = np.abs(np.mod(off - 1.5 * most, 2 * most) - most) - 0.5 * most
+    return np.copysign(1, deviation) * np.where(off < 1.5 * most, back, to_and_fro)
+
+
+def _robust_sigma(deviation: Floats) -> float:
+    """Return the sigma of the noise, counts, from the median magnitude of (n,) deviations: robust to small objects."""
+    # Rounding: deviations of n counts lie uniformly from n - 1/2 to n + 1/2, so sigma is above 0.
+    below = np.cumsum(np.bincount(np.abs(deviation).astype(np.intp))) / deviation.size
+    median = np.interp(0.5, np.append(0.0, below), np.append(0.0, np.arange(below.size) + 0.5))
+    return float(median) / MEDIAN_OF_NOISE
 
 
 def _same(one: Band | None, other: Band) -> bool:
@@ -183,7 +223,7 @@ def _same(one: Band | None, other: Band) -> bool:
 
 
 def _opened(file: str) -> Recording:
-    from irsim.recording import open_recording  # imports mcap and protobuf: only where a recording is asked for
+    from irsim.recording import open_recording  # imports mcap and protobuf: only needed for recordings
 
     return open_recording(file)
 
@@ -194,7 +234,7 @@ def _digest(recording: Recording) -> str:
 
 @lru_cache(maxsize=64)
 def _digest_of(path: Path, stamp: Stamp) -> str:
-    """Of a file with that stamp: read once, however many scenes are made of it."""
+    """Return the digest of a file with that stamp: computed once for all scenes."""
     return _opened(str(path)).hash
 
 

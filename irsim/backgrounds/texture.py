@@ -1,79 +1,296 @@
-"""Textures, and their place in the picture."""
+"""Periodic textures: filtering, the lens's blur, sampling by a chart, and reuse from frame to frame.
+
+Texels are means over pixels, so the lens adds its own transfer function only, without the pixel's. A Gaussian blur of a
+picture that does not repeat uses OpenCV's; any other PSF is a convolution kernel, ten times as slow for a narrow PSF
+and no slower for a wide one.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol
 
 import cv2
 import numpy as np
 
-from irsim.backgrounds.blur import blurred
+from irsim.backgrounds.base import ViewDirection
 from irsim.backgrounds.chart import Chart
-from irsim.physics.optics import PSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 TILE = 1024
-"""Side of a texture, px; it repeats beyond."""
-
+"""Period of a texture, px."""
 
 ROOM = 64
-"""How much farther than a frame a texture is repeated, px: key frames are larger."""
+"""Repetition of a texture beyond a frame's size, px: key frames are larger."""
 
 SQUARE = 2048
-"""Side up to which a texture is as wide as high, px, whatever the frame."""
+"""Greatest side of a texture that is square whatever the frame, px."""
+
+BLOCK = 8
+"""Frames that share a key frame; a worker of `--jobs` renders whole blocks."""
+
+MARGIN = 16
+"""Margin of a key frame, px: the largest shift of its neighbours."""
+
+BENT = 0.05
+"""Largest deviation, px, from a pure shift for which a neighbour is a shifted key frame. Backgrounds are no ground
+truth, and a twentieth of a pixel at the corner is invisible; sampling every pixel (four arrays a frame with two cloud
+layers, 1 ms each at 640x512) costs ten times a shift."""
+
+FINE_SIGMA_PX = 2.5
+"""Sigma, px, of a blur that its pixels still resolve: cubic interpolation through them is off by a fiftieth, rms, for
+slopes of clouds (beta 3.3). A sigma of 5 px would be off by a hundredth, in nine times the time."""
+
+SMALLEST_SIDE = 16
+"""Least side of a reduced picture, px."""
+
+CUBIC_REACH = 2
+"""Half width of cubic interpolation, px."""
+
+Move = tuple[float, float]
+"""px to the right and down."""
+
+
+def closed(texture: Floats) -> Floats:
+    """Return a periodic texture with its first row and column repeated past its last."""
+    return np.asarray(cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP))
+
+
+def window(texture: Floats, rows: slice, columns: slice) -> Floats:
+    """Return a part of a periodic texture (rows, columns) or (rows, columns, channels), also past its edges."""
+    down, across = (list(_pieces(*part)) for part in zip((rows, columns), texture.shape[:2], strict=True))
+    strips = [[texture[piece, beside] for beside in across] for piece in down]
+    if len(down) == len(across) == 1:
+        return strips[0][0]
+    return np.concatenate([np.concatenate(strip, axis=1) for strip in strips])
+
+
+def _pieces(part: slice, period: int) -> Iterator[slice]:
+    """Yield a range as consecutive parts of the period."""
+    begin = part.start
+    while begin < part.stop:
+        first = begin % period
+        last = min(first + part.stop - begin, period)
+        yield slice(first, last)
+        begin += last - first
+
+
+def coarseness(sigma_px: float, side: int) -> int:
+    """Return the reduction factor, a power of two, that a picture of that side allows before a blur."""
+    return 1 << max(int(np.log2(min(sigma_px / FINE_SIGMA_PX, side / SMALLEST_SIDE))), 0)
+
+
+def shrunk(texture: Floats, coarse: int) -> Floats:
+    """Return the means of squares of a texture, (rows / coarse, columns / coarse) float32."""
+    rows, columns = (length // coarse for length in texture.shape[:2])
+    return np.asarray(cv2.resize(texture, (columns, rows), interpolation=cv2.INTER_AREA))
+
+
+def enlarged(texture: Floats, coarse: int, rows: slice, columns: slice) -> Floats:
+    """Return a part, also past the edges, of a periodic float32 texture enlarged by cubic interpolation."""
+    if coarse == 1:
+        return window(texture, rows, columns)
+    reach = CUBIC_REACH
+    down, across = (slice(part.start // coarse - reach, -(-part.stop // coarse) + reach) for part in (rows, columns))
+    large = cv2.resize(window(texture, down, across), None, fx=coarse, fy=coarse, interpolation=cv2.INTER_CUBIC)
+    top, left = rows.start - down.start * coarse, columns.start - across.start * coarse
+    return np.asarray(large[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start])
+
+
+def periodic_gaussian(texture: Floats, sigma_px: float) -> Floats:
+    """Return a periodic texture (rows, columns), float32, after a Gaussian blur."""
+    texture = np.asarray(texture, dtype=np.float32)
+    margin = _gaussian_margin_px(sigma_px, min(texture.shape))
+    wide = np.asarray(cv2.copyMakeBorder(texture, margin, margin, margin, margin, cv2.BORDER_WRAP), dtype=np.float32)
+    return _inner_gaussian(wide, sigma_px, margin)
+
+
+def _gaussian_margin_px(sigma_px: float, side: int) -> int:
+    return min(int(np.ceil(5 * sigma_px)), side)
+
+
+def _inner_gaussian(wide: Floats, sigma_px: float, margin: int) -> Floats:
+    """Return the Gaussian blur of a picture, float32, without its margin."""
+    if margin == 0:
+        return wide
+    soft = cv2.GaussianBlur(wide, (2 * margin + 1, 2 * margin + 1), sigma_px)
+    return np.asarray(soft[margin:-margin, margin:-margin])
+
+
+def blurred_periodic(texture: Floats, psf: PSF, texels: int = 1) -> Floats:
+    """Return a periodic texture (rows, columns), as float32, blurred by a lens whose pixels are `texels` wide."""
+    otf = _otf(psf, texture.shape[0], texture.shape[1], texels)
+    if np.ptp(texture) == 0:  # uniform, to the last bit: halves the time for flat ground
+        return np.full(texture.shape, np.float64(texture[0, 0]) * otf[0, 0], np.float32)
+    return np.fft.irfft2(np.fft.rfft2(texture) * otf, s=texture.shape).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def _otf(psf: PSF, rows: int, columns: int, texels: int) -> Floats:
+    """Return the OTF at the frequencies of `rfft2`; cached for textures of one shape in turn."""
+    return psf.otf(texels * np.fft.fftfreq(rows)[:, None], texels * np.fft.rfftfreq(columns)[None, :])
+
+
+def blurred(picture: Floats, psf: PSF) -> Floats:
+    """Return a picture (rows, columns) of floats blurred by a lens; its edge pixels extend outwards."""
+    if not isinstance(psf, GaussianPSF):
+        return np.asarray(cv2.filter2D(picture, -1, _kernel(psf), borderType=cv2.BORDER_REPLICATE))
+    if psf.sigma_px == 0:
+        return picture
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), psf.sigma_px, borderType=cv2.BORDER_REPLICATE))
+
+
+def blur_margin_px(psf: PSF, side: int) -> int:
+    """Return the margin that the blur of a picture (side, side) needs, px."""
+    return _gaussian_margin_px(psf.sigma_px, side) if isinstance(psf, GaussianPSF) else min(psf.support_px, side)
+
+
+def blurred_inner(wide: Floats, psf: PSF, margin: int) -> Floats:
+    """Return a picture, float32, blurred by a lens, without its margin."""
+    if isinstance(psf, GaussianPSF):
+        return _inner_gaussian(wide, psf.sigma_px, margin)
+    return blurred(wide, psf)[margin:-margin, margin:-margin]
+
+
+@lru_cache(maxsize=4)
+def _kernel(psf: PSF) -> Floats:
+    """Return the kernel, (n, n) float32, n = 2 support + 1, with the lens's OTF at the n frequencies of either axis.
+
+    The light beyond the support is aliased into it, as for targets.
+    """
+    side = 2 * psf.support_px + 1
+    otf = psf.otf(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
+    return np.fft.fftshift(np.fft.irfft2(otf, s=(side, side))).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
-class Tile:
-    """A periodic texture on the chart's map; repeated past its edges so that a frame needs no wrap, unless it is much
+class PeriodicTexture:
+    """Periodic texture on the chart's map, repeated past its edges so that a frame needs no wrap, unless it is much
     longer than wide and rolled."""
 
     shape: tuple[int, int]
-    """Its periods, px, down and across."""
+    """Periods, px, down and across."""
     padded: Floats
     phase: tuple[float, float]
-    """Where the map's (0, 0) lies between texels: so that a camera at rest sees texels, unblurred by interpolation."""
+    """Texel coordinates of the map's (0, 0): a camera at rest sees texels without interpolation."""
 
     @classmethod
-    def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> Tile:
-        """A texture (rows, columns), as the lens shows it, for frames of (columns, rows)."""
+    def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> PeriodicTexture:
+        """Return a texture (rows, columns), blurred by the lens, for frames of (columns, rows)."""
         columns, rows = frame
         (high, wide), most = texture.shape, repeated_px(frame)
         margins = (most, most) if high == wide else (rows + ROOM, columns + ROOM)
-        phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
-        return cls((high, wide), np.pad(blurred(texture, psf), [(0, margin) for margin in margins], mode="wrap"), phase)
+        phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's centre
+        soft = np.pad(blurred_periodic(texture, psf), [(0, margin) for margin in margins], mode="wrap")
+        return cls((high, wide), soft, phase)
 
-    def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
-        """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
+    def places(self, chart: Chart, shift_px: Move) -> tuple[Floats, Floats]:
+        """Return the texture's column and row that each pixel sees, (rows, cols) float32 each."""
         u, v = chart.u - shift_px[0] + self.phase[0], chart.v - shift_px[1] + self.phase[1]
-        # Whole periods are taken off before float32, whose steps would grow with distance. The frame's edge lies a
-        # little past the outermost nodes, and may be left of 0 still.
+        # Whole periods are removed before float32, whose steps grow with distance. The frame's edge lies slightly
+        # past the outermost nodes and may still be left of 0.
         u, v = (at - np.floor(at.min() / period) * period for at, period in zip((u, v), self.shape[::-1], strict=True))
         columns, rows = (
             np.mod(places, period) if places.min() < 0 or places.max() > length - 1 else places
             for places, period, length in zip(
-                (chart.spread(u), chart.spread(v)), self.shape[::-1], self.padded.shape[::-1], strict=True
+                (chart.at_pixels(u), chart.at_pixels(v)), self.shape[::-1], self.padded.shape[::-1], strict=True
             )
         )
         return columns, rows
 
     def at(self, columns: Floats, rows: Floats) -> Floats:
-        """The texture at places between its pixels, linearly."""
+        """Return the texture at places between its texels, by linear interpolation."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
 
 def repeated_px(frame: tuple[int, int]) -> int:
-    """How far a periodic texture is repeated past its edges, px, so that a frame (columns, rows) needs no wrap."""
+    """Return the repetition of a texture past its edges, px, with which a frame (columns, rows) needs no wrap."""
     return int(np.hypot(*frame)) + ROOM
 
 
 def tile_side(frame: tuple[int, int]) -> int:
-    """Side of the texture for frames of (columns, rows): at least TILE, and no smaller than a frame."""
+    """Return the side of a texture for frames of (columns, rows): at least TILE, and at least a frame's."""
     return max(TILE, 1 << (max(frame) - 1).bit_length())
 
 
 def tile_shape(frame: tuple[int, int]) -> tuple[int, int]:
-    """Rows and columns of the same where it need not be square: of a frame much longer than wide only TILE across."""
+    """Return rows and columns of a texture that need not be square: only TILE along the short side of a long frame."""
     side = tile_side(frame)
     columns, rows = (side if length > TILE or side <= SQUARE else TILE for length in frame)
     return rows, columns
+
+
+class TextureSampler(Protocol):
+    """Set of textures that can be sampled for a frame."""
+
+    def sample(self, view_direction: ViewDirection) -> list[Floats]:
+        """Return the textures of one frame, each (rows, cols) float32. Read only."""
+        ...
+
+
+class DriftingTextures:
+    """Textures at one place of the map that drift together.
+
+    The key frame's pictures are cached, and the last shifted pictures while nothing moves. A frame does not depend on
+    the frames sampled before.
+    """
+
+    def __init__(self, tiles: tuple[PeriodicTexture, ...], drift_px_s: Move = (0.0, 0.0)) -> None:
+        self.tiles = tiles
+        self.drift_px_s = drift_px_s
+        self._key_pictures: tuple[Floats, list[Floats]] | None = None
+        self._last: tuple[list[Floats], Move, list[Floats]] | None = None
+
+    def sample(self, view_direction: ViewDirection) -> list[Floats]:
+        """Return the textures of one frame, each (rows, cols) float32. Read only."""
+        move = None if view_direction.key is None else self.move(view_direction, view_direction.key)
+        if view_direction.key is None or move is None:
+            return self._look_up(view_direction)
+        key = view_direction.key.chart.uv - self._drift(view_direction.key)[:, None, None]
+        kept = self._key_pictures  # read once: another thread may replace it
+        if kept is None or not np.array_equal(key, kept[0]):
+            kept = self._key_pictures = key, self._look_up(view_direction.key)
+        last = self._last
+        if last is None or last[0] is not kept[1] or last[1] != move:
+            last = self._last = kept[1], move, _shifted(kept[1], view_direction.chart.geometry.size, move)
+        return last[2]
+
+    def _drift(self, view_direction: ViewDirection) -> Floats:
+        """Return the drift, (2,) px, right and down."""
+        return np.array(self.drift_px_s) * view_direction.time
+
+    def _look_up(self, view_direction: ViewDirection) -> list[Floats]:
+        right, down = self._drift(view_direction).tolist()
+        columns, rows = self.tiles[0].places(view_direction.chart, (right, down))
+        return [tile.at(columns, rows) for tile in self.tiles]
+
+    def move(self, view_direction: ViewDirection, key: ViewDirection) -> Move | None:
+        """Return the shift of the key frame's picture that gives this frame; None if a shift is not accurate enough."""
+        right, down = (self._drift(key) - self._drift(view_direction)).tolist()
+        return _move_to(view_direction.chart, key.chart, (right, down))
+
+
+@lru_cache(maxsize=32)
+def _move_to(chart: Chart, key: Chart, drift: Move) -> Move | None:
+    """Return the shift between two charts; cached for cameras and textures at rest."""
+    wanted = chart.uv + np.array(drift)[:, None, None]
+    move = np.zeros(2)
+    for _ in range(3):  # Newton: the map's slope is one within a few percent
+        move = move + (wanted - key.shifted(move)).mean(axis=(1, 2))
+        if np.abs(move).max() > MARGIN - 1:
+            return None
+    bent = np.abs(wanted - key.shifted(move)).max()
+    right, down = move.tolist()
+    return (right, down) if bent <= BENT else None
+
+
+def _shifted(pictures: Sequence[Floats], size: tuple[int, int], move: Move) -> list[Floats]:
+    """Return the frame within wider pictures. Read only."""
+    middle = tuple(MARGIN + (length - 1) / 2 + by for length, by in zip(size, move, strict=True))
+    shifted: list[Floats] = [np.asarray(cv2.getRectSubPix(wide, size, middle)) for wide in pictures]
+    for each in shifted:
+        each.flags.writeable = False
+    return shifted

@@ -1,1 +1,52 @@
-"""The camera: optics after the lens, detector, noise, and automatic gain control."""
+"""The camera: sensor, noise, signal chain, automatic gain control and frame loss, and the tables of their kinds.
+
+`irsim.camera.camera.Camera` is the part of a scenario; it composes the `SignalChain` from light to counts.
+"""
+
+from typing import Annotated
+
+from irsim.camera.agc import Agc
+from irsim.camera.agc_local import CURVES, Clahe, Unsharp
+from irsim.camera.ar1 import Ar1
+from irsim.camera.bad_pixels import BadPixels
+from irsim.camera.drift import Drift
+from irsim.camera.frame_loss import Drop, Duplicate, FrameFault
+from irsim.camera.noise import FixedPattern, Noise3d, OddEven, Shot, White
+from irsim.camera.noise_base import Noise
+from irsim.camera.sensor import ElectronSensor, NetdSensor, Sensor
+from irsim.config.base import Family, Part
+
+SENSORS = Family("detector", Sensor, {"stated": NetdSensor, "electrons": ElectronSensor})
+"""Focal planes, by the kind of a camera's `detector`."""
+
+NOISES = Family(
+    "noise",
+    Noise,
+    {
+        "white": White,
+        "shot": Shot,
+        "fixed_pattern": FixedPattern,
+        "ar1": Ar1,
+        "noise_3d": Noise3d,
+        "drift": Drift,
+        "odd_even": OddEven,
+        "bad_pixels": BadPixels,
+    },
+)
+"""Noise terms."""
+
+FRAME_FAULTS = Family("fault", FrameFault, {"drop": Drop, "duplicate": Duplicate})
+"""Faults of frames on the way from the camera."""
+
+AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
+"""Ways from counts to 8 bits."""
+
+
+class DisplaySettings(Part):
+    """Display of frames that have no scenario, such as imported ones."""
+
+    agc: Annotated[Agc, AGCS]
+    """How counts become the 8-bit picture."""
+
+
+__all__ = ["AGCS", "CURVES", "FRAME_FAULTS", "NOISES", "SENSORS", "DisplaySettings"]

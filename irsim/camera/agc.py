@@ -1,67 +1,72 @@
-"""What an AGC is: counts to 8 bits, at once or with a memory of the frames before."""
+"""Automatic gain control (AGC): from counts to 8-bit pictures by one curve, adaptive or fixed.
+
+An adaptive AGC follows the scene at once or with a time constant: its curve is made from the weighted mean of the
+statistics of the last frames, a finite window, so that frame k alone has the same picture as frame k in sequence.
+"""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from irsim._native import COMPILED, kernels
 from irsim.config.base import Kind
-from irsim.lookup import lookup
-from irsim.types import Floats, Image
+from irsim.rng import lookup
+from irsim.types import Floats, Frame, Image
 
 Picture = npt.NDArray[np.uint8]
-Pixels = npt.NDArray[np.integer]
+Histogram = npt.NDArray[np.integer]
 """(2^bits,) number of pixels of each count."""
-Look = npt.NDArray[np.float64]
-"""What one frame alone asks of the curve from counts to greys: counts, which may be averaged over frames."""
+Statistics = npt.NDArray[np.float64]
+"""Numbers of one frame that define the curve from counts to grey levels: counts, which may be averaged over frames."""
 
 MID_GREY = 128
-"""Grey of a picture that has one brightness only."""
+"""Grey level of a picture of one brightness."""
 
-TIME_CONSTANTS = 10
-"""How far an AGC's memory reaches, in time constants: what is older would weigh exp(-10) = 0.005 %, and
-move no grey by one even after a scene of fifty times as wide a range."""
+MEMORY_TIME_CONSTANTS = 10
+"""Length of the window in time constants. Older frames would weigh exp(-10) = 0.005 %, and change no grey level by one
+even after a scene of fifty times the range."""
 
-_NOTHING = np.empty(0)
+_NO_STATISTICS = np.empty(0)
 
 
 class Agc(Kind):
-    """A way from counts to 8 bits. One without memory has to say `display` only."""
+    """A way from counts to 8 bits. One without memory overrides `display` only."""
 
     @property
     def memory(self) -> int:
-        """How many frames before a frame its picture depends on."""
+        """Number of earlier frames that a picture depends on."""
         return 0
 
     @abstractmethod
     def display(self, counts: Image, bits: int) -> Picture:
-        """(rows, cols) uint8 picture of `counts` (uint8 or uint16, `bits` deep), as of a first frame."""
+        """Return the picture, (rows, cols) uint8, of `counts` (uint8 or uint16, `bits` deep) as a first frame."""
 
-    def ends(self, bits: int) -> tuple[int, int] | None:
-        """Counts, `bits` deep, that become black and white in every picture; None where they follow the scene."""
+    def fixed_range(self, bits: int) -> tuple[int, int] | None:
+        """Return the counts that are black and white in every picture; None where they follow the scene."""
         return None
 
-    def look(self, counts: Image, bits: int) -> Look:
-        """What is kept of a frame for those after it, some numbers; the same number of them each time."""
-        return _NOTHING
+    def statistics(self, counts: Image, bits: int) -> Statistics:
+        """Return the numbers of a frame that later frames need; the same number of them for each frame."""
+        return _NO_STATISTICS
 
-    def picture(self, counts: Image, bits: int, looks: Sequence[Look]) -> Picture:
-        """The picture of a frame after others: `looks` at its `memory` predecessors, oldest first, and at itself.
+    def picture(self, counts: Image, bits: int, statistics: Sequence[Statistics]) -> Picture:
+        """Return the picture of a frame in a sequence.
 
-        Near a sequence's beginning there are fewer.
+        statistics   of its `memory` predecessors, oldest first, and its own; fewer at the beginning of a sequence
         """
         return self.display(counts, bits)
 
 
-class Adaptive(Agc):
+class AdaptiveAgc(Agc):
     """An AGC whose curve follows the scene, at once or slowly."""
 
     time_constant_frames: Annotated[float, Field(ge=0, le=100)] = 0.0
@@ -69,40 +74,40 @@ class Adaptive(Agc):
 
     @property
     def memory(self) -> int:
-        return math.ceil(TIME_CONSTANTS * self.time_constant_frames)
+        return math.ceil(MEMORY_TIME_CONSTANTS * self.time_constant_frames)
 
     @abstractmethod
-    def look(self, counts: Image, bits: int) -> Look: ...
+    def statistics(self, counts: Image, bits: int) -> Statistics: ...
 
     @abstractmethod
-    def greys(self, look: Look, bits: int) -> Picture:
-        """(65536,) grey of each count, by a look or an average of looks."""
+    def curve(self, statistics: Statistics, bits: int) -> Picture:
+        """Return the grey level of each count, (65536,), by the statistics of a frame or their mean over frames."""
 
     def display(self, counts: Image, bits: int) -> Picture:
-        return self.picture(counts, bits, [self.look(counts, bits)])
+        return self.picture(counts, bits, [self.statistics(counts, bits)])
 
-    def picture(self, counts: Image, bits: int, looks: Sequence[Look]) -> Picture:
-        return shown(self.greys(faded(looks, self.time_constant_frames), bits), counts)
+    def picture(self, counts: Image, bits: int, statistics: Sequence[Statistics]) -> Picture:
+        return apply_curve(self.curve(weighted_mean(statistics, self.time_constant_frames), bits), counts)
 
 
-class Ranking(Adaptive):
-    """An adaptive AGC to which a frame is how many of its pixels have each count, wherever they are."""
+class HistogramAgc(AdaptiveAgc):
+    """An adaptive AGC that depends on the histogram of a frame only."""
 
-    def look(self, counts: Image, bits: int) -> Look:
-        return self.asked(histogram(counts, bits), counts.size)
+    def statistics(self, counts: Image, bits: int) -> Statistics:
+        return self.histogram_statistics(histogram(counts, bits), counts.size)
 
     @abstractmethod
-    def asked(self, pixels: Pixels, size: int) -> Look:
-        """A look by the pixels of each count, of `size` in all."""
+    def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
+        """Return the statistics of a frame of `size` pixels by its histogram."""
 
 
-def shown(greys: Picture, counts: Image) -> Picture:
-    """The picture of counts by a table (65536,) of greys."""
-    return lookup(greys, counts.astype(np.uint16, copy=False))
+def apply_curve(curve: Picture, counts: Image) -> Picture:
+    """Return the picture of counts by a table (65536,) of grey levels."""
+    return lookup(curve, counts.astype(np.uint16, copy=False))
 
 
-def histogram(counts: Image, bits: int) -> Pixels:
-    """(2^bits,) number of pixels of each count; counts beyond are left out."""
+def histogram(counts: Image, bits: int) -> Histogram:
+    """Return the number of pixels of each count, (2^bits,); counts beyond are left out."""
     levels = 2**bits
     if COMPILED and counts.dtype == np.uint16:
         pixels = np.empty(levels, np.int64)
@@ -111,18 +116,17 @@ def histogram(counts: Image, bits: int) -> Pixels:
     return np.bincount(counts.ravel(), minlength=levels)[:levels].astype(np.int64, copy=False)
 
 
-def faded(looks: Sequence[Look], time_constant: float) -> Look:
-    """The mean of looks, oldest first, of weight exp(-age / time_constant), ages in frames.
+def weighted_mean(statistics: Sequence[Statistics], time_constant: float) -> Statistics:
+    """Return the mean of statistics, oldest first, with weights exp(-age / time_constant), ages in frames.
 
-    That is the first-order filter y_k = y_(k-1) + (1 - r) (x_k - y_(k-1)) with r = exp(-1 / time_constant),
-    less what it would still know of frames older than the looks. As a sum over a window it is the same
-    whoever asks, from wherever he starts; the filter itself would be so only after endless time.
+    That is the first-order filter y[k] = y[k-1] + (1 - r) (x[k] - y[k-1]) with r = exp(-1 / time_constant), without its
+    memory of frames before the window: a recursive filter would depend on the frame that a reader starts from.
     """
-    if len(looks) == 1:
-        return looks[0]
-    weights = _weights(time_constant, len(looks))
-    # Row after row, in this order on every machine: a matrix product may add in any.
-    mean: Look = np.sum(np.stack(looks) * weights[:, np.newaxis], axis=0)
+    if len(statistics) == 1:
+        return statistics[0]
+    weights = _weights(time_constant, len(statistics))
+    # Row after row, in the same order on every machine: a matrix product may add in any order.
+    mean: Statistics = np.sum(np.stack(statistics) * weights[:, np.newaxis], axis=0)
     return mean
 
 
@@ -131,3 +135,158 @@ def _weights(time_constant: float, count: int) -> Floats:
     weights: Floats = np.exp(-np.arange(count)[::-1] / time_constant)
     weights /= weights.sum()
     return weights
+
+
+# Linear curves
+
+Tail = Annotated[float, Field(ge=0, lt=0.5)]
+Count = Annotated[int, Field(ge=0, le=65_535)]
+
+
+class Linear(HistogramAgc):
+    """Stretched linearly between two quantiles of the frame."""
+
+    tails: Annotated[tuple[Tail, Tail], Field(strict=False)] = (0.005, 0.005)
+    """Shares of the pixels that may be darker than black and brighter than white."""
+
+    def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
+        """Return the counts that become black and white, (2,)."""
+        below = np.cumsum(pixels)  # pixels up to and including each count
+        # At most the first share is below `low`, at most the second above `high`.
+        low = np.searchsorted(below, math.floor(self.tails[0] * size), side="right")
+        high = np.searchsorted(below, math.ceil((1 - self.tails[1]) * size), side="left")
+        return np.array([low, high], dtype=np.float64)
+
+    def curve(self, statistics: Statistics, bits: int) -> Picture:
+        return linear_curve(*statistics.tolist())
+
+
+class Fixed(Agc):
+    """Stretched linearly between two given counts: grey levels are comparable between frames."""
+
+    low: Count = 0
+    """Count that becomes black."""
+    high: Count | None = None
+    """Count that becomes white; the highest of the counts' depth where not given."""
+
+    @model_validator(mode="after")
+    def _low_below_high(self) -> Fixed:
+        if self.high is not None and self.low >= self.high:
+            raise PydanticCustomError(
+                "counts_rise",
+                "low {low} is not below high {high}; allowed: low < high",
+                {"low": self.low, "high": self.high, "at": ("low",)},
+            )
+        return self
+
+    def fixed_range(self, bits: int) -> tuple[int, int]:
+        return self.low, 2**bits - 1 if self.high is None else self.high
+
+    def display(self, counts: Image, bits: int) -> Picture:
+        return apply_curve(linear_curve(*self.fixed_range(bits)), counts)
+
+
+class Plain(Agc):
+    """No gain control: 8-bit counts as they are, the top 8 bits of deeper ones."""
+
+    def display(self, counts: Image, bits: int) -> Picture:
+        top: Image = np.minimum(counts >> max(bits - 8, 0), 255)
+        return top.astype(np.uint8)
+
+
+def linear_curve(low: float, high: float) -> Picture:
+    """Return the grey level of each count, (65536,): 0 below low, 255 above high; MID_GREY where they are equal."""
+    curve = np.zeros(65_536, np.uint8)
+    first, last = math.ceil(low), math.floor(high)
+    curve[last + 1 :] = 255
+    if high > low:
+        curve[first : last + 1] = np.rint((np.arange(first, last + 1) - low) * (255 / (high - low)))
+    else:
+        curve[first] = MID_GREY
+    return curve
+
+
+# Plateau equalisation
+
+_THRESHOLDS = np.arange(1, 256) - 0.5
+"""Values of the curve from which it rounds to each grey level above 0."""
+
+_NO_LIMIT = 2 * 255.0
+"""A gain, grey levels per count, that no curve of 255 levels reaches."""
+
+
+class Plateau(HistogramAgc):
+    """Plateau equalisation: the curve is as steep at a count as pixels have it, up to a plateau.
+
+    With p(x) pixels of count x and the plateau T, the curve rises from one count to the next by
+    d(x) = 255 min(p(x), T) / sum min(p, T), the darkest count left out of the sum, as the curve begins there (Vickers,
+    "Plateau equalization algorithm for real-time display of high-quality infrared imagery", Opt. Eng. 35, 1996). The
+    gain limit G makes that min(d(x), G); grey levels that the curve then leaves unused are half dark, half bright ones.
+    """
+
+    plateau: Annotated[float, Field(ge=1e-6, le=1)] = 0.001
+    """Share of the pixels above which a count weighs no more. 1 is histogram equalisation; towards 0 all
+    counts that occur weigh the same (histogram projection)."""
+    gain_limit: Annotated[float, Field(ge=0.001, le=255)] | None = 2.0
+    """Largest rise of the curve from one count to the next, grey levels: it limits the noise of an even scene;
+    null: no limit."""
+
+    def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
+        """Return the counts at which each grey level but black begins, (255,).
+
+        Beyond the counts that occur the curve goes on as steeply as the limit allows.
+        """
+        weights = np.minimum(pixels, self.plateau * size)
+        present = np.flatnonzero(weights)
+        if not present.size:  # all counts are beyond the bit depth
+            return np.full(255, float(pixels.size))
+        first, last = int(present[0]), int(present[-1])
+        gain = _NO_LIMIT if self.gain_limit is None else self.gain_limit
+        rises = weights[first : last + 1]
+        rises[0] = 0
+        if first < last:
+            rises = np.minimum(rises * (255 / rises.sum()), gain)
+        curve = np.cumsum(rises)
+        dark = (255 - curve[-1]) / 2
+        curve += dark
+        begins = first + np.searchsorted(curve, _THRESHOLDS).astype(np.float64)
+        darker, brighter = curve[0] > _THRESHOLDS, curve[-1] < _THRESHOLDS
+        begins[darker] = first - (dark - _THRESHOLDS[darker]) / gain
+        begins[brighter] = last + (_THRESHOLDS[brighter] - curve[-1]) / gain
+        return begins
+
+    def curve(self, statistics: Statistics, bits: int) -> Picture:
+        levels = 2**bits
+        curve = np.full(65_536, 255, np.uint8)
+        first_counts = np.clip(np.ceil(statistics), 0, levels).astype(np.int64)
+        curve[:levels] = np.cumsum(np.bincount(first_counts, minlength=levels + 1)[:levels])
+        return curve
+
+
+class AgcSequence:
+    """Pictures of a sequence of frames by an AGC: of any frame, in any order, each the same bit for bit.
+
+    A frame's picture depends on the statistics of its predecessors. They are kept while frames come in order; those of
+    other frames are made from `counts`, which returns the counts of a frame by its index.
+    """
+
+    def __init__(self, agc: Agc, bits: int, counts: Callable[[int], Image]) -> None:
+        self._agc = agc
+        self._bits = bits
+        self._counts = counts
+        self._statistics: dict[int, Statistics] = {}
+
+    def picture(self, counts: Image, index: int) -> Picture:
+        """Return the picture of frame `index`, whose counts are given."""
+        agc, bits = self._agc, self._bits
+        if agc.memory == 0:
+            return agc.display(counts, bits)
+        kept = {**self._statistics, index: agc.statistics(counts, bits)}  # a copy: another thread may add others
+        window = range(max(0, index - agc.memory), index + 1)
+        found = {k: kept[k] if k in kept else agc.statistics(self._counts(k), bits) for k in window}
+        self._statistics = found
+        return agc.picture(counts, bits, list(found.values()))
+
+    def display(self, frame: Frame) -> Frame:
+        """Return the 8-bit frame of a frame of counts."""
+        return Frame(self.picture(frame.image, frame.index), frame.index, frame.time, 8)

@@ -1,26 +1,181 @@
-"""Noise with memory: a first-order autoregressive process of its own in each pixel, row or column."""
+"""Noise correlated in time: a first-order autoregressive process, AR(1), per pixel, row, column or frame.
+
+Frame k alone equals frame k in sequence: the process is drawn at anchor frames that are practically independent, and
+between them by a bridge that halves the distance in each step (Gauss-Markov; no seam at the anchors).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Generic, TypeVar
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.camera.int16_image import Words
-from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
-from irsim.camera.process import Process, numbers
+from irsim._native import COMPILED, kernels
+from irsim.camera.buffers import Int16Image, int16_image, read_only, scratch
+from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance, Over, Ratio, element_shape
 from irsim.camera.response import Lines
-from irsim.camera.terms import Over, over
-from irsim.camera.variance import Variance
+from irsim.rng import Address, kernel_arguments, normals
+from irsim.types import Floats
+
+ANCHOR_CORRELATION = 1e-6
+"""Frames whose correlation is below this are drawn independently of each other."""
+
+LARGEST_DECAY = 100.0
+"""Decay beyond which a correlation is 0 in any digit; the hyperbolic cosine of more than 710 overflows."""
+
+STATE_UNIT = 2.0**-12
+"""Rounding of a state, in sigmas: int16 then reaches 8 sigmas, exceeded by one of 10^15 numbers. A drift that moves by
+less than a unit in a step (a thousand NETD within 10^6 s) starts out some 6 % too far."""
+
+State = npt.NDArray[np.int16]
+"""A process in each of its elements, in multiples of STATE_UNIT, read only."""
+
+AnyState = TypeVar("AnyState")
+
+
+class MarkovBridge(ABC, Generic[AnyState]):
+    """A Markov process of which frames between two known ones can be drawn."""
+
+    @abstractmethod
+    def between(self, before: AnyState, after: AnyState, index: int, distance: int) -> AnyState:
+        """Draw frame `index` given those `distance` before and after it, addressed by the index."""
+
+    def path(
+        self, index: int, ends: Mapping[int, AnyState], kept: Mapping[int, AnyState], finest: int = 1
+    ) -> dict[int, AnyState]:
+        """Return the frames drawn on the way to frame `index`, with the ends, by halving intervals.
+
+        ends     the frame itself, or two frames a power of two apart around it
+        kept     frames that are not drawn again
+        finest   the least distance of frames that are drawn
+        """
+        nodes, left = dict(ends), min(ends)
+        distance = max(ends) - left
+        while index not in nodes and distance > finest:
+            distance //= 2
+            middle = left + distance
+            if middle in kept:
+                nodes[middle] = kept[middle]
+            else:
+                nodes[middle] = self.between(nodes[left], nodes[middle + distance], middle, distance)
+            if middle <= index:
+                left = middle
+        return nodes
+
+
+class StationaryBridge(MarkovBridge[AnyState]):
+    """A stationary Markov process whose correlation is exp(-decay d) over d frames.
+
+    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from its two
+    neighbours at a distance d = the largest power of two that divides k, they from theirs, up to the anchors. The
+    nodes on the way to the last frame are kept: in sequence a frame costs one draw on average.
+    """
+
+    def __init__(self, decay: float) -> None:
+        self.decay = decay
+        self.period = 1
+        while self.period * decay <= -math.log(ANCHOR_CORRELATION):
+            self.period *= 2
+        self._kept: dict[int, AnyState] = {}
+
+    @abstractmethod
+    def anchor(self, index: int) -> AnyState:
+        """Draw from the stationary distribution, addressed by the index."""
+
+    def frame(self, index: int) -> AnyState:
+        """Return the process at frame `index`, read only."""
+        return self._nodes(index, 1)[index]
+
+    def neighbours(self, index: int) -> tuple[AnyState, AnyState]:
+        """Return the process right before and after an odd frame, for a period of 2 or more."""
+        nodes = self._nodes(index, 2)
+        return nodes[index - 1], nodes[index + 1]
+
+    def _nodes(self, index: int, finest: int) -> Mapping[int, AnyState]:
+        kept = self._kept  # read once: another thread may replace it
+        left = index - index % self.period
+        anchors = (left,) if left == index else (left, left + self.period)
+        ends = {anchor: kept[anchor] if anchor in kept else self.anchor(anchor) for anchor in anchors}
+        nodes = self._kept = self.path(index, ends, kept, finest)
+        return nodes
+
+
+class Ar1Process(StationaryBridge[State]):
+    """AR(1) of unit variance in each element of `shape`, (rows, cols), addressed by the seed, the words and the frame.
+
+    Given x[k-d] and x[k+d], x[k] is normal with mean (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance
+    tanh(decay d): the conditional distribution of an AR(1) process with rho = exp(-decay).
+    """
+
+    def __init__(self, decay: float, shape: tuple[int, int], seed: int, *address: str) -> None:
+        super().__init__(decay)
+        self.shape = shape
+        self.seed = seed
+        self.address = address
+
+    def anchor(self, index: int) -> State:
+        return to_state(normals(self.shape, self.seed, *self.address, index))
+
+    def innovation_sigma(self, index: int) -> float:
+        """Return the sigma of the part of a frame that no other frame depends on: 0 in even frames.
+
+        The camera draws it together with all other white noise.
+        """
+        if self.period == 1:
+            return 1.0
+        return _midpoint(self.decay)[1] if index % 2 else 0.0
+
+    def known_part(self, index: int) -> Sequence[Int16Image]:
+        """Return the rest of a frame: its state, or the weighted states before and after it."""
+        if self.period == 1:
+            return ()
+        if index % 2 == 0:
+            return [Int16Image(self.frame(index), STATE_UNIT)]
+        weight = _midpoint(self.decay)[0]
+        return [Int16Image(state, weight * STATE_UNIT) for state in self.neighbours(index)]
+
+    def between(self, before: State, after: State, index: int, distance: int) -> State:
+        return draw_between(self.decay * distance, before, after, self.seed, *self.address, index)
+
+
+def to_state(values: Floats) -> State:
+    """Round values (rows, cols) float32, in sigmas, to a state."""
+    return int16_image(values, STATE_UNIT).values
+
+
+def from_state(state: State) -> Floats:
+    """Return a state's values, float32, in sigmas."""
+    return Int16Image(state, STATE_UNIT).to_float()
+
+
+def draw_between(decay: float, before: State, after: State, seed: int, *address: Address) -> State:
+    """Draw the unit process given its states before and after, `decay` the -log of its correlation with each."""
+    weight, sigma = _midpoint(decay)
+    if COMPILED:
+        state = np.empty(before.shape, np.int16)
+        kernels.bridge(*kernel_arguments(seed, *address), before, after, weight, sigma / STATE_UNIT, state)
+        state.flags.writeable = False
+        return state
+    mean = np.add(before, after, dtype=np.float32) * np.float32(weight)
+    drawn = normals(before.shape, seed, *address, out=scratch(before.shape, "bridge"))
+    return int16_image(np.asarray(cv2.scaleAdd(drawn, sigma / STATE_UNIT, mean, dst=mean)), 1.0).values
+
+
+def _midpoint(decay: float) -> tuple[float, float]:
+    """Return the weight of either neighbour, and the sigma, of the process midway between two states."""
+    return 0.5 / math.cosh(min(decay, LARGEST_DECAY)), math.sqrt(math.tanh(decay))
 
 
 class Ar1(Noise):
-    """x[k] = rho x[k-1] + sqrt(1 - rho^2) white[k] in each pixel, stationary from frame 0 on."""
+    """x[k] = rho x[k-1] + sqrt(1 - rho²) white[k] in each pixel, stationary from frame 0 on."""
 
     stationary: ClassVar[bool] = True
 
@@ -31,10 +186,10 @@ class Ar1(Noise):
     time_constant_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Time in which correlation falls to 1/e, s; or give rho."""
     over: Over = "pixel"
-    """What has a process of its own: each pixel, row or column, or the frame as a whole."""
+    """The elements that have a process of their own: each pixel, row or column, or the frame as a whole."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> Ar1:
+    def _one_parameter(self) -> Ar1:
         if (self.rho is None) == (self.time_constant_s is None):
             many = "neither is given" if self.rho is None else "both are given"
             raise PydanticCustomError(
@@ -45,40 +200,36 @@ class Ar1(Noise):
         return self
 
     def decay(self, rate_hz: float) -> float:
-        """-log of the correlation of neighbouring frames (infinite where rho is 0)."""
+        """Return -log of the correlation of neighbouring frames (infinite where rho is 0)."""
         if self.time_constant_s is not None:
             return 1 / (rate_hz * self.time_constant_s)
         return -math.log(self.rho) if self.rho else math.inf
 
-    def grain(self, frame_context: FrameContext) -> float:
-        return self.ratio * self._memory(frame_context).new(frame_context.index) if self.over == "pixel" else 0.0
+    def temporal_sigma(self, frame: FrameContext) -> float:
+        return self.ratio * self._process(frame).innovation_sigma(frame.index) if self.over == "pixel" else 0.0
 
-    def lines(self, frame_context: FrameContext) -> Lines | None:
+    def line_noise(self, frame: FrameContext) -> Lines | None:
         if self.over == "pixel" or not self.ratio:
             return None
-        rows, columns = frame_context.shape
-        level = numbers(self._memory(frame_context).frame(frame_context.index)) * np.float32(self.ratio)
+        rows, columns = frame.shape
+        level = from_state(self._process(frame).frame(frame.index)) * np.float32(self.ratio)
         if self.over == "column":
             return read_only(np.zeros(rows, np.float32)), read_only(level.reshape(columns))
         return np.broadcast_to(level[:, 0], rows), read_only(np.zeros(columns, np.float32))
 
-    def lasting(self, frame_context: FrameContext) -> Sequence[Words]:
+    def correlated_noise(self, frame: FrameContext) -> Sequence[Int16Image]:
         if self.over != "pixel" or not self.ratio:
             return ()
-        return [
-            Words(state, unit * self.ratio) for state, unit in self._memory(frame_context).known(frame_context.index)
-        ]
+        return [Int16Image(state, unit * self.ratio) for state, unit in self._process(frame).known_part(frame.index)]
 
-    def _memory(self, frame_context: FrameContext) -> Process:
-        return _process(
-            self.decay(frame_context.rate_hz), over(frame_context.shape, self.over), frame_context.seed, self.name
-        )
+    def _process(self, frame: FrameContext) -> Ar1Process:
+        return _process(self.decay(frame.rate_hz), element_shape(frame.shape, self.over), frame.seed, self.name)
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        whole = self.ratio**2
-        return Variance(shared=whole) if self.over == "frame" else Variance(own=whole)
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        variance = self.ratio**2
+        return NoiseVariance(frame=variance) if self.over == "frame" else NoiseVariance(pixel=variance)
 
 
 @lru_cache(maxsize=8)
-def _process(decay: float, shape: tuple[int, int], seed: int, name: str) -> Process:
-    return Process(decay, shape, seed, "noise", name, "memory")
+def _process(decay: float, shape: tuple[int, int], seed: int, name: str) -> Ar1Process:
+    return Ar1Process(decay, shape, seed, "noise", name, "memory")

@@ -1,4 +1,4 @@
-"""Pixels that do not do what the others do."""
+"""Bad pixels: dead, hot and blinking ones, in clusters."""
 
 from __future__ import annotations
 
@@ -10,19 +10,27 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
+from irsim.camera.ar1 import StationaryBridge
+from irsim.camera.buffers import read_only
+from irsim.camera.noise_base import BLOCK_FRAMES, FrameContext, Noise, NoiseVariance, Ratio
 from irsim.camera.response import Response
-from irsim.camera.telegraph import Address, Telegraph
-from irsim.camera.variance import Variance
 from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Positive
-from irsim.rng import stream
-from irsim.types import Counts, Floats
+from irsim.rng import stream, uniforms
+from irsim.types import Bools, Counts, Floats
 
-Places = npt.NDArray[np.intp]
-MOST_BAD = 0.2
-"""Share of the pixels that may be dead, hot or blinking, each: clusters of more would cover the picture."""
-Share = Annotated[float, Field(ge=0, le=MOST_BAD)]
+Address = tuple[int, str, str, str]
+
+Indices = npt.NDArray[np.intp]
+"""Flat indices of pixels."""
+
+MAX_BAD = 0.2
+"""Largest share of pixels that are dead, hot or blinking, each: clusters of more would cover the picture."""
+
+Share = Annotated[float, Field(ge=0, le=MAX_BAD)]
+
+TELEGRAPH_PIXELS = 1 << 16
+"""Pixels whose telegraph signal is drawn at once for a block of frames: about 40 MB."""
 
 
 class BadPixels(Noise):
@@ -33,20 +41,20 @@ class BadPixels(Noise):
     """
 
     stationary: ClassVar[bool] = True
-    switches: ClassVar[Switches] = {what: (what, 0.0) for what in ("dead", "hot", "blinking")}
+    switches: ClassVar[Switches] = {defect: (defect, 0.0) for defect in ("dead", "hot", "blinking")}
 
     dead: Share = 0.0005
-    """Share of pixels that do not answer."""
+    """Share of pixels that do not respond to light."""
     hot: Share = 0.0005
-    """Share of pixels that lie too high."""
+    """Share of pixels that are too high."""
     blinking: Share = 0.001
     """Share of pixels that blink."""
     cluster: Annotated[float, Field(ge=1, le=100)] = 2.0
-    """Mean number of pixels that go bad together."""
+    """Mean number of pixels in a cluster."""
     dead_level: Fraction = 0.0
-    """Where dead pixels stand: 0 is count 0, 1 the highest."""
+    """Level of dead pixels: 0 is count 0, 1 the highest count."""
     hot_ratio: Ratio = 100.0
-    """Mean height of hot pixels, in units of the camera's NETD; the lowest lie at half of it."""
+    """Mean height of hot pixels, in units of the camera's NETD; the lowest have half of it."""
     blink_ratio: Ratio = 20.0
     """Mean height of a blinking pixel's jump, exponential, up in half of them and down in the others, in units of the
     camera's NETD."""
@@ -55,77 +63,78 @@ class BadPixels(Noise):
     off_s: Positive = 2.0
     """Mean time that a blinking pixel stays at its own level, s."""
 
-    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
-        blinking, jumps = self._blinking(response, frame_context)
+    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
+        blinking, jumps = self._blinking(response, frame)
         if blinking.size:
-            signal.reshape(-1)[blinking] += jumps * self._telegraph(frame_context, blinking.size).frame(
-                frame_context.index
-            )
+            signal.reshape(-1)[blinking] += jumps * self._telegraph(frame, blinking.size).frame(frame.index)
 
-    def steady(self, frame_context: FrameContext) -> Floats | None:
+    def fixed_pattern(self, frame: FrameContext) -> Floats | None:
         if not self.hot:
             return None
-        return _raised(frame_context.shape, self.hot, self.cluster, frame_context.seed, self.name, self.hot_ratio)
+        return _hot_pattern(frame.shape, self.hot, self.cluster, frame.seed, self.name, self.hot_ratio)
 
-    def replace(self, counts: Counts, response: Response, frame_context: FrameContext) -> None:
-        counts.reshape(-1)[self._places("dead", self.dead, frame_context)] = round(self.dead_level * response.full)
+    def replace_counts(self, counts: Counts, response: Response, frame: FrameContext) -> None:
+        counts.reshape(-1)[self._pixels("dead", self.dead, frame)] = round(self.dead_level * response.full)
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        return Variance()  # the others have nothing of it
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance()  # ordinary pixels are unaffected
 
-    def variance(self, signal: Floats, response: Response, frame_context: FrameContext, fixed: bool) -> Floats | float:
-        """Of the pixels where they are: infinite for dead ones; for blinking ones height^2 in their share p of time on,
-        p (1 - p) height^2 about their own mean; for hot ones height^2, nothing about their own mean."""
+    def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
+        """Return the variance of each pixel, signal²: infinite for dead ones.
+
+        A blinking pixel with a share p of its time on has p height² about the noiseless signal and p (1 - p) height²
+        about its own mean; a hot one height² and 0.
+        """
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
-        blinking, jumps = self._blinking(response, frame_context)
+        blinking, jumps = self._blinking(response, frame)
         variance[blinking] = (on if fixed else on * (1 - on)) * jumps.astype(np.float64) ** 2
-        raised = self.steady(frame_context) if fixed else None
-        if raised is not None:
-            variance += (raised.ravel().astype(np.float64) * response.noise) ** 2
-        variance[self._places("dead", self.dead, frame_context)] = math.inf
+        hot = self.fixed_pattern(frame) if fixed else None
+        if hot is not None:
+            variance += (hot.ravel().astype(np.float64) * response.noise) ** 2
+        variance[self._pixels("dead", self.dead, frame)] = math.inf
         return variance.reshape(signal.shape)
 
-    def _places(self, what: str, share: float, frame_context: FrameContext) -> Places:
-        return places(frame_context.shape, share, self.cluster, frame_context.seed, self.name, what)
+    def _pixels(self, defect: str, share: float, frame: FrameContext) -> Indices:
+        return clustered_pixels(frame.shape, share, self.cluster, frame.seed, self.name, defect)
 
-    def _blinking(self, response: Response, frame_context: FrameContext) -> tuple[Places, Floats]:
-        """Where they are, and their jumps in units of the signal."""
-        blinking = self._places("blinking", self.blinking, frame_context)
+    def _blinking(self, response: Response, frame: FrameContext) -> tuple[Indices, Floats]:
+        """Return the blinking pixels and their jumps in units of the signal."""
+        blinking = self._pixels("blinking", self.blinking, frame)
         mean = self.blink_ratio * response.noise
-        return blinking, _jumps(frame_context.seed, self.name, "jumps", blinking.size, mean)
+        return blinking, _jumps(frame.seed, self.name, "jumps", blinking.size, mean)
 
-    def _telegraph(self, frame_context: FrameContext, count: int) -> Telegraph:
-        address = frame_context.seed, "noise", self.name, "telegraph"
-        return _telegraph(self.on_s * frame_context.rate_hz, self.off_s * frame_context.rate_hz, count, address)
+    def _telegraph(self, frame: FrameContext, count: int) -> TelegraphProcess:
+        address = frame.seed, "noise", self.name, "telegraph"
+        return _telegraph(self.on_s * frame.rate_hz, self.off_s * frame.rate_hz, count, address)
 
 
 @lru_cache(maxsize=16)
-def _jumps(seed: int, name: str, what: str, count: int, mean: float = 1.0) -> Floats:
-    """Exponential numbers of that mean, each with a sign of its own, float32."""
-    drawn = stream(seed, "noise", name, what).random((2, count))
+def _jumps(seed: int, name: str, word: str, count: int, mean: float = 1.0) -> Floats:
+    """Draw exponential numbers of a mean, each with a random sign, float32."""
+    drawn = stream(seed, "noise", name, word).random((2, count))
     jumps = mean * (np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
     return read_only(jumps.astype(np.float32))
 
 
 @lru_cache(maxsize=4)
-def _raised(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, mean: float) -> Floats:
-    """Heights of hot pixels where they are, 0 elsewhere: exponential, of half the mean, above half the mean."""
-    hot = places(shape, share, cluster, seed, name, "hot")
-    raised = np.zeros(shape, np.float32)
-    raised.reshape(-1)[hot] = mean * (0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", hot.size)))
-    return read_only(raised)
+def _hot_pattern(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, mean: float) -> Floats:
+    """Return the heights of hot pixels, 0 elsewhere: half the mean and an exponential number of half the mean."""
+    hot = clustered_pixels(shape, share, cluster, seed, name, "hot")
+    pattern = np.zeros(shape, np.float32)
+    pattern.reshape(-1)[hot] = mean * (0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", hot.size)))
+    return read_only(pattern)
 
 
 @lru_cache(maxsize=16)
-def places(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, what: str) -> Places:
-    """Flat indices of round(share * pixels) different pixels, in clusters of `cluster` on average.
+def clustered_pixels(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, word: str) -> Indices:
+    """Draw flat indices of round(share * pixels) different pixels, in clusters of `cluster` on average.
 
-    A cluster grows by neighbours (of four) of its pixels; its size is geometric.
+    A cluster grows by 4-neighbours of its pixels; its size is geometric.
     """
     rows, columns = shape
     wanted = round(share * rows * columns)
-    draws = stream(seed, "noise", name, what)
+    draws = stream(seed, "noise", name, word)
     found: dict[int, None] = {}
     while len(found) < wanted:
         size = min(int(draws.geometric(1 / cluster)), wanted - len(found))
@@ -133,13 +142,91 @@ def places(shape: tuple[int, int], share: float, cluster: float, seed: int, name
         while len(members) < size:
             row, column = members[int(draws.integers(len(members)))]
             down, right = ((0, 1), (0, -1), (1, 0), (-1, 0))[int(draws.integers(4))]
-            beside = (min(max(row + down, 0), rows - 1), min(max(column + right, 0), columns - 1))
-            if beside not in members:
-                members.append(beside)
+            neighbour = (min(max(row + down, 0), rows - 1), min(max(column + right, 0), columns - 1))
+            if neighbour not in members:
+                members.append(neighbour)
         found.update(dict.fromkeys(row * columns + column for row, column in members))
     return np.array(list(found), np.intp)
 
 
+class TelegraphProcess:
+    """Random telegraph signals: `count` two-state Markov chains with mean stays `on` and `off`, in frames.
+
+    Over d frames the correlation falls to exp(-d (1/on + 1/off)). Given the states d before and d after, the one
+    between is on with odds P(on | before) P(after | on) to P(off | before) P(after | off). A bridge runs over every
+    BLOCK_FRAMES-th frame; those between are drawn together.
+    """
+
+    def __init__(self, on: float, off: float, count: int, address: Address) -> None:
+        self.blocks = _BlockStarts(on, off, count, address)
+        self._kept: tuple[int, Bools] | None = None
+
+    def frame(self, index: int) -> Bools:
+        """Return the states at frame `index`, (count,), read only."""
+        block, at = divmod(index, BLOCK_FRAMES)
+        kept = self._kept  # read once: another thread may replace it
+        if kept is None or kept[0] != block:
+            kept = self._kept = block, self._draw(block)
+        return np.asarray(kept[1][at])
+
+    def _draw(self, block: int) -> Bools:
+        """Return the frames of a block and the first of the next one, (BLOCK_FRAMES + 1, count)."""
+        blocks = self.blocks
+        states = np.empty((BLOCK_FRAMES + 1, blocks.count), np.bool_)
+        states[0], states[-1] = blocks.frame(block), blocks.frame(block + 1)
+        for first in range(0, blocks.count, TELEGRAPH_PIXELS):
+            self._fill(states[:, first : first + TELEGRAPH_PIXELS], block, first)
+        return states
+
+    def _fill(self, states: Bools, block: int, first: int) -> None:
+        """Draw the frames between the first and the last row, for the pixels from `first` on."""
+        count = states.shape[1]
+        uniform = uniforms(BLOCK_FRAMES * count, *self.blocks.address, "frames", block, first)
+        uniform = uniform.reshape(BLOCK_FRAMES, count)
+        distance = BLOCK_FRAMES // 2
+        while distance:
+            known, middle = states[:: 2 * distance], slice(distance, None, 2 * distance)
+            states[middle] = self.blocks.midpoint(known[:-1], known[1:], uniform[middle], distance)
+            distance //= 2
+
+
+class _BlockStarts(StationaryBridge[Bools]):
+    """States at the first frame of each block, by the number of the block."""
+
+    def __init__(self, on: float, off: float, count: int, address: Address) -> None:
+        self.frame_decay = 1 / on + 1 / off
+        super().__init__(self.frame_decay * BLOCK_FRAMES)
+        self.share = on / (on + off)
+        self.count = count
+        self.address = address
+
+    def anchor(self, index: int) -> Bools:
+        return self._uniform(index) < self.share
+
+    def between(self, before: Bools, after: Bools, index: int, distance: int) -> Bools:
+        return self.midpoint(before, after, self._uniform(index), distance * BLOCK_FRAMES)
+
+    def midpoint(self, before: Bools, after: Bools, uniform: Floats, frames: int) -> Bools:
+        """Return the states `frames` after one and before another, by uniform numbers within 0..1."""
+        if_on, either = _odds(self.share, math.exp(-self.frame_decay * frames))
+        ends = before.view(np.uint8) + (after.view(np.uint8) << 1)
+        return np.asarray(uniform * either[ends] < if_on[ends])
+
+    def _uniform(self, index: int) -> npt.NDArray[np.float64]:
+        return uniforms(self.count, *self.address, "block", index)
+
+
+@lru_cache(maxsize=32)
+def _odds(share: float, correlation: float) -> tuple[Floats, Floats]:
+    """Return P(on | before) P(after | on), and its sum with P(off | before) P(after | off), (4,) each.
+
+    For the ends off and off, on and off, off and on, on and on; `share` of the time on.
+    """
+    from_on, from_off = share + (1 - share) * correlation, share * (1 - correlation)
+    if_on = np.outer([1 - from_on, from_on], [from_off, from_on]).ravel()
+    return if_on, if_on + np.outer([1 - from_off, from_off], [1 - from_off, 1 - from_on]).ravel()
+
+
 @lru_cache(maxsize=8)
-def _telegraph(on: float, off: float, count: int, address: Address) -> Telegraph:
-    return Telegraph(on, off, count, address)
+def _telegraph(on: float, off: float, count: int, address: Address) -> TelegraphProcess:
+    return TelegraphProcess(on, off, count, address)

@@ -1,4 +1,4 @@
-"""The camera of a scenario."""
+"""The camera of a scenario: its keys and their consistency, and the signal chain that they describe."""
 
 from __future__ import annotations
 
@@ -9,41 +9,36 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.camera.detectors import (
-    DETECTORS,
-    NOISES,
-    Bloom,
-    Correction,
-    Detector,
-    Lag,
-    Noise,
-    Response,
-    Sensor,
-    Setting,
-    Stated,
-    White,
-)
-from irsim.camera.displays import AGCS, Agc, Linear, Plain
-from irsim.camera.frame_loss import FAULTS, Fault, arrivals
-from irsim.camera.motion_blur import SHARP, Smear
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
+from irsim.camera.agc import Agc, Linear, Plain
+from irsim.camera.bloom import Bloom
+from irsim.camera.drift import Correction
+from irsim.camera.frame_loss import FrameFault, arriving_frames
+from irsim.camera.motion_blur import NO_BLUR, MotionBlur
+from irsim.camera.noise import White
+from irsim.camera.noise_base import Noise
 from irsim.camera.presets import PRESETS, Preset
-from irsim.camera.vignetting import Falloff, VignettingMap
-from irsim.config.base import Part, Several, Switches
-from irsim.config.field_annotations import Items, Plausible
+from irsim.camera.response import Response, ResponseTime
+from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
+from irsim.camera.signal_chain import SignalChain
+from irsim.camera.vignetting import Vignetting, VignettingMap
+from irsim.config.base import Part, Several, Switches, is_handwritten
+from irsim.config.fields import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
 from irsim.motion import CAMERA_MOTIONS, CameraMotion
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.physics.radiometry import band_fault
 from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 FrameRate = Annotated[float, Field(ge=0.001, le=10_000), Plausible(0.001, 2000, "Hz")]
-"""A round bound of our own: beyond it hardly a camera reads whole frames, and a period in microseconds, or pixels a
-second, may be what was written."""
+"""Above 2 kHz hardly a camera reads whole frames: a period in microseconds, or pixels a second, is more likely."""
 Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
-"""A sigma of 5 px spreads a point over more than a hundred pixels: no camera is so far out of focus, and small targets
-are blurred to nothing."""
+"""A sigma of 5 px spreads a point over more than a hundred pixels: small targets are blurred to nothing."""
+
+OPTICS_KEYS = ("f_number", "pitch_um")
+"""Keys of `optics` that are the detector's where it counts electrons."""
 
 
 class Camera(Part):
@@ -53,7 +48,7 @@ class Camera(Part):
     switches: ClassVar[Switches] = {"psf": ("psf_px", 0.0), "agc": ("agc", Plain())}
 
     preset: Preset | None = None
-    """A camera of the trade; keys given beside it override its own."""
+    """A typical camera; keys given beside it override its own."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
     rate_hz: FrameRate = 30.0
@@ -69,36 +64,37 @@ class Camera(Part):
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
     """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
     psf_px: Blur = 0.6
-    """Sigma of the optical blur (Gaussian), px; with `optics`, of what aberrations add to them."""
+    """Sigma of the optical blur (Gaussian), px; with `optics`, of the aberrations in addition to them."""
     optics: Lens | None = None
-    """Diffraction and defocus; where not given, `psf_px` stands for all blur."""
+    """Diffraction and defocus; where not given, `psf_px` is all blur. F-number and pitch are those of a detector of
+    kind electrons, and need not be repeated."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
-    """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term: of a stated detector.
-    One that counts electrons has the NETD that follows from them."""
-    detector: Annotated[Detector, DETECTORS] = Stated()
+    """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term, for a detector of kind
+    stated; that of one that counts electrons follows from them."""
+    detector: Annotated[Sensor, SENSORS] = NetdSensor()
     """How light becomes counts."""
     time_constant_ms: Annotated[float, Field(ge=0, le=200)] = 0.0
     """Time in which the detector follows a change of light to 1 - 1/e, ms (microbolometers 7-12); 0 is at once."""
     noise: Several[Annotated[Noise, NOISES]] = (White(),)
-    """Noise terms; each adds its own. Where none are given, shot noise for a detector in electrons."""
+    """Noise terms, which add up. Where not given, white noise, or shot noise for a detector of kind electrons."""
     correction: Correction | None = None
-    """When the camera corrects its non-uniformity; never where not given."""
-    falloff: Falloff | None = None
-    """How the picture darkens off the axis; not at all where not given."""
-    smear: Smear | None = None
-    """Blur by motion while a frame is exposed; none where not given."""
+    """Non-uniformity corrections; none where not given."""
+    falloff: Vignetting | None = None
+    """Vignetting: less light off the axis; none where not given."""
+    smear: MotionBlur | None = None
+    """Motion blur over the exposure of a frame; none where not given."""
     bloom: Bloom | None = None
-    """What saturated pixels spill into others; nothing where not given."""
+    """Charge that saturated pixels spill into others; none where not given."""
     motion: Several[Annotated[CameraMotion, CAMERA_MOTIONS]] = ()
     """Motions of the camera; they add up."""
-    faults: Several[Annotated[Fault, FAULTS]] = ()
-    """What happens to frames on their way; what arrives is numbered anew."""
+    faults: Several[Annotated[FrameFault, FRAME_FAULTS]] = ()
+    """Frames that are lost or arrive twice; those that arrive are numbered anew."""
     agc: Annotated[Agc, AGCS] = Linear()
     """How counts become the 8-bit picture."""
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Those of its preset, and the noise that goes with its detector."""
+        """Return the keys given, with those of the preset, the detector's default noise, and its F-number and pitch."""
         preset = given.get("preset")
         keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
         filled = {**keys, **given}
@@ -106,18 +102,20 @@ class Camera(Part):
         if isinstance(detector, Mapping):
             if "kind" not in detector and "detector" in keys:
                 detector = filled["detector"] = {**keys["detector"], **detector}
-            kind = DETECTORS.kinds.get(str(detector.get("kind")))
-            if "noise" not in filled and kind is not None and issubclass(kind, Detector):
-                filled["noise"] = list(kind.terms)
-        elif isinstance(detector, Detector) and "noise" not in filled:
-            filled["noise"] = list(detector.terms)
+            kind = SENSORS.kinds.get(str(detector.get("kind")))
+            if "noise" not in filled and kind is not None and issubclass(kind, Sensor):
+                filled["noise"] = list(kind.default_noise)
+        elif isinstance(detector, Sensor) and "noise" not in filled:
+            filled["noise"] = list(detector.default_noise)
+        if filled.get("optics") is not None:
+            filled["optics"] = _with_detector_optics(filled["optics"], filled.get("detector"))
         return filled
 
     @model_validator(mode="after")
     def _detector_fits(self) -> Camera:
-        exposure_ms = self.detector.exposure_ms
-        if exposure_ms is not None and exposure_ms * self.rate_hz > 1000:
-            raise _too_long(exposure_ms, self.rate_hz, ("detector", str(self.detector.timed_by)))
+        time_ms = self.detector.integration_time_ms
+        if time_ms is not None and time_ms * self.rate_hz > 1000:
+            raise _too_long(time_ms, self.rate_hz, ("detector", str(self.detector.integration_key)))
         for index, noise in enumerate(self.noise):
             if noise.needs_electrons and not self.detector.counts_electrons:
                 raise PydanticCustomError(
@@ -125,14 +123,33 @@ class Camera(Part):
                     "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
                     {"name": noise.name, "at": ("noise", index, "kind")},
                 )
-        counting = [(k, noise.name) for k, noise in enumerate(self.noise) if type(noise).count is not Noise.count]
-        if len(counting) > 1:
-            (_, first), (index, name), *_ = counting
+        drawing = [
+            (k, noise.name)
+            for k, noise in enumerate(self.noise)
+            if type(noise).draw_electrons is not Noise.draw_electrons
+        ]
+        if len(drawing) > 1:
+            (_, first), (index, name), *_ = drawing
             raise PydanticCustomError(
                 "counted_twice",
                 "{name} counts electrons that {first} counts already; allowed: one noise that counts them",
                 {"name": name, "first": first, "at": ("noise", index, "kind")},
             )
+        return self
+
+    @model_validator(mode="after")
+    def _optics_are_those_of_the_detector(self) -> Camera:
+        """Recordings made before this was checked are read as they are."""
+        lens, detector = self.optics, self.detector.optics
+        if lens is None or detector is None or not is_handwritten():
+            return self
+        for key, value, known in zip(OPTICS_KEYS, (lens.f_number, lens.pitch_um), detector, strict=True):
+            if not math.isclose(value, known, rel_tol=1e-6):
+                raise PydanticCustomError(
+                    "two_lenses",
+                    "{value} is not the {key} of the detector, {known}; allowed: {known}, or leave it out",
+                    {"value": f"{value:g}", "key": key, "known": f"{known:g}", "at": ("optics", key)},
+                )
         return self
 
     @model_validator(mode="after")
@@ -146,53 +163,53 @@ class Camera(Part):
         return self
 
     @model_validator(mode="after")
-    def _band_can_be(self) -> Camera:
+    def _band_is_supported(self) -> Camera:
         fault = band_fault(self.band)
         if fault is not None:
             raise PydanticCustomError("band", "{fault}", {"fault": fault, "at": ("band",)})
         return self
 
     @model_validator(mode="after")
-    def _smear_fits(self) -> Camera:
+    def _exposure_fits(self) -> Camera:
         if self.smear is None:
             return self
-        if self.smear.time_ms is None and self.detector.exposure_ms is None:
+        if self.smear.time_ms is None and self.detector.integration_time_ms is None:
             raise PydanticCustomError(
                 "no_time",
                 "it is missing; allowed: a time in ms; or a detector of kind electrons, whose integration_ms counts",
                 {"at": ("smear", "time_ms")},
             )
-        if self.smeared_ms * self.rate_hz > 1000:
-            raise _too_long(self.smeared_ms, self.rate_hz, ("smear", "time_ms"))
+        if self.exposure_ms * self.rate_hz > 1000:
+            raise _too_long(self.exposure_ms, self.rate_hz, ("smear", "time_ms"))
         return self
 
     @model_validator(mode="after")
-    def _lens_can_be_drawn(self) -> Camera:
+    def _diffraction_is_supported(self) -> Camera:
         fault = self.optics.fault(self.band) if self.optics is not None and band_fault(self.band) is None else None
         if fault is not None:
             raise PydanticCustomError("optics", "{fault}", {"fault": fault, "at": ("optics", "f_number")})
         return self
 
     @property
-    def smeared_ms(self) -> float:
-        """Time over which motion blurs a frame, ms; 0 where it does not."""
+    def exposure_ms(self) -> float:
+        """Time over which motion blurs a frame, ms; 0 without motion blur."""
         if self.smear is None:
             return 0.0
-        time_ms = self.detector.exposure_ms if self.smear.time_ms is None else self.smear.time_ms
+        time_ms = self.detector.integration_time_ms if self.smear.time_ms is None else self.smear.time_ms
         return time_ms or 0.0
 
-    def instants(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
-        """When the scenes are, frames from its time, of which a frame is the mean."""
+    def exposure_offsets(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
+        """Return the times of the scenes of which a frame is the mean, in frame periods from the frame's time."""
         if self.smear is None or not is_on("smear"):
-            return SHARP
-        return self.smear.instants(self.smeared_ms * 1e-3 * self.rate_hz)
+            return NO_BLUR
+        return self.smear.exposure_offsets(self.exposure_ms * 1e-3 * self.rate_hz)
 
     @property
     def geometry(self) -> Geometry:
         return Geometry(self.size, self.ifov_mrad * 1e-3, math.radians(self.elevation_deg))
 
     def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
-        """Name and place of everything in the camera that can be switched off."""
+        """Yield name and place of each part of the camera that can be switched off."""
         for key in ("noise", "motion", "faults"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.name, (key, index, "id")
@@ -203,38 +220,52 @@ class Camera(Part):
             yield "lag", ("time_constant_ms",)
 
     def response(self) -> Response:
-        """The detector, made ready."""
-        return self.detector.response(Setting(self.band, self.bits, self.netd_mk, self.range_k))
+        """Return the response of the focal plane."""
+        return self.detector.response(SensorSettings(self.band, self.bits, self.netd_mk, self.range_k))
 
     def netd(self) -> float:
-        """Noise-equivalent temperature difference at 300 K, mK: sigma of the pixel's noise over its rise per kelvin."""
+        """Return the noise-equivalent temperature difference at 300 K, mK: a pixel's sigma over its rise per kelvin."""
         return self.response().netd_mk
 
-    def sensor(
+    def signal_chain(
         self, seed: int, is_on: Callable[[str], bool] = lambda name: True, zooms: Floats | None = None
-    ) -> Sensor:
-        """The detector with the noise terms whose names are switched on, in a scene of that seed.
+    ) -> SignalChain:
+        """Return the chain from light to counts, with the parts that are switched on, in a scene of a seed.
 
-        zooms  (n,) how many times longer than at first the focal length is in each frame; where not given, as long
+        zooms  (n,) focal length in each frame over that at first; None without zoom
         """
         falloff = VignettingMap(self.falloff, self.geometry, zooms) if self.falloff and is_on("falloff") else None
-        return Sensor(
+        return SignalChain(
             response=self.response(),
             noises=tuple(noise for noise in self.noise if is_on(noise.name)),
             rate_hz=self.rate_hz,
             seed=seed,
             bloom=self.bloom if is_on("bloom") else None,
             correction=self.correction if is_on("correction") else None,
-            falloff=falloff,
+            vignetting=falloff,
         )
 
-    def arrivals(self, count: int, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sequence[int]:
-        """Of the first `count` frames those that arrive, in order."""
-        return arrivals([fault for fault in self.faults if is_on(fault.name)], count, seed)
+    def response_time(self, is_on: Callable[[str], bool] = lambda name: True) -> ResponseTime:
+        """Return the low-pass of light by the detector's time constant."""
+        return ResponseTime(self.time_constant_ms * 1e-3 if is_on("lag") else 0.0, self.rate_hz)
 
-    def lag(self, is_on: Callable[[str], bool] = lambda name: True) -> Lag:
-        """How the detector follows the light."""
-        return Lag(self.time_constant_ms * 1e-3 if is_on("lag") else 0.0, self.rate_hz)
+    def arriving_frames(self, count: int, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sequence[int]:
+        """Return the indices of the first `count` frames that arrive, in order."""
+        return arriving_frames([fault for fault in self.faults if is_on(fault.name)], count, seed)
+
+
+def _with_detector_optics(optics: Any, detector: Any) -> Any:
+    """Return optics, sound or not, with the F-number and pitch of the detector where they have none."""
+    try:
+        sensor = SENSORS.parse(detector)
+    except PydanticCustomError:  # it is reported at its own place
+        return optics
+    if not isinstance(sensor, Sensor) or sensor.optics is None:
+        return optics
+    known = dict(zip(OPTICS_KEYS, sensor.optics, strict=True))
+    if isinstance(optics, Lens):
+        return optics.model_copy(update={key: known[key] for key in known if key not in optics.model_fields_set})
+    return {**known, **optics} if isinstance(optics, Mapping) else optics
 
 
 def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCustomError:

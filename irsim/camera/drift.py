@@ -1,41 +1,133 @@
-"""Non-uniformity that grows after a correction, until the next one takes it away."""
+"""Drift of offsets and gains between non-uniformity corrections, and the corrections."""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from functools import lru_cache, reduce
 from typing import Annotated, ClassVar
 
+import cv2
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from irsim.camera.drift_process import Departure
-from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
-from irsim.camera.process import numbers
-from irsim.camera.terms import Term, over
-from irsim.camera.variance import Variance
-from irsim.config.base import Switches
+from irsim.camera.ar1 import MarkovBridge, State, draw_between, from_state, to_state
+from irsim.camera.buffers import read_only
+from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance, Ratio, Term, element_shape, line_terms
+from irsim.config.base import Part, Several, Switches
 from irsim.config.quantities import Fraction, NotNegative
+from irsim.rng import normals
 from irsim.types import Floats
 
-COARSE = 0.004
-"""The drift is drawn anew at most this share of its time constant apart, and stays so meanwhile."""
+LONGEST_STEP = 0.004
+"""The drift is drawn at steps of at most this share of its time constant, and is constant within a step."""
 
-LEAP = 0.1
-"""Steps are at most so much of the NETD in sigma, unless a frame's is more: finer ones tell no one more about a drift
-that is seen through the camera's noise (300 frames of `uncooled_lwir`, steps of 2 frames: `irsim noise` finds what went
-in; of 8, with straight lines between, a fifth less of the drift)."""
+LARGEST_STEP = 0.1
+"""Sigma of a step in units of the NETD, unless a single frame's is larger. Finer steps change no measurement: of 300
+frames of `uncooled_lwir` in steps of 2 frames `irsim noise` finds the drift that was put in; in steps of 8, with linear
+interpolation, a fifth less."""
 
 BRIGHT = 1700.0
-"""The signal by which gains are judged, in units of the NETD: that of three million electrons, half of what a well for
-long exposures holds, where shot noise is all that there is."""
+"""Signal at which gain drift is judged, in units of the NETD: three million electrons, half of a well for long
+exposures, with shot noise alone."""
+
+FrameNumber = Annotated[int, Field(ge=1, le=10_000_000)]
+
+
+class Correction(Part):
+    """Non-uniformity corrections: each resets the drift to 0, and the picture may freeze meanwhile."""
+
+    switches: ClassVar[Switches] = {"freeze": ("freeze_frames", 0)}
+
+    frames: Several[FrameNumber] = ()
+    """Frames at which a correction begins."""
+    period_frames: FrameNumber | None = None
+    """A correction also begins at every multiple of so many frames."""
+    freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
+    """How many frames repeat the last picture before the correction; ground truth goes on. Drift counts from the first
+    of them, so that it is the same without the freeze; that of a real camera, which corrects itself behind its shutter,
+    from the last (for a freeze of 0.5 s, 4 % of the sigma that a drift of 600 s tends to)."""
+
+    @model_validator(mode="after")
+    def _picture_moves(self) -> Correction:
+        if self.period_frames is not None and self.freeze_frames >= self.period_frames:
+            raise PydanticCustomError(
+                "always_frozen",
+                "a picture that is frozen for {freeze} of every {period} frames never changes; "
+                "allowed: fewer than period_frames",
+                {"freeze": self.freeze_frames, "period": self.period_frames, "at": ("freeze_frames",)},
+            )
+        return self
+
+    def last(self, index: int) -> tuple[int, int]:
+        """Return the frame of the last correction up to `index` (0 for none) and the number of corrections so far."""
+        period = self.period_frames
+        single = sorted(frame for frame in set(self.frames) if period is None or frame % period)
+        count = bisect_right(single, index)
+        frame = single[count - 1] if count else 0
+        if period is not None:
+            frame, count = max(frame, index - index % period), count + index // period
+        return frame, count
+
+    def shown(self, index: int) -> int:
+        """Return the frame whose picture is shown at frame `index`: an earlier one while the picture is frozen."""
+        while True:
+            frame, count = self.last(index)
+            if not count or index - frame >= self.freeze_frames:
+                return index
+            index = frame - 1
+
+
+class DriftProcess(MarkovBridge[State]):
+    """AR(1) in each element of `shape`, (rows, cols), that starts at 0, addressed by the seed, the words and the step.
+
+    D[k] = rho D[k-1] + sqrt(1 - rho²) white[k] of variance 1 - rho^(2k), rho = exp(-decay). Steps 1, 2, 4 and so on
+    are each drawn from the one before in this list, those between them by the bridge. The nodes on the way to the last
+    step are kept: in sequence a step costs one draw on average.
+    """
+
+    def __init__(self, decay: float, shape: tuple[int, int], seed: int, *address: str | int) -> None:
+        self.decay = decay
+        self.shape = shape
+        self.seed = seed
+        self.address = address
+        self._kept: dict[int, State] = {}
+
+    def frame(self, index: int) -> State:
+        """Return the process at step `index`, 0 or more, read only."""
+        if index == 0:
+            return np.zeros(self.shape, np.int16)
+        kept = self._kept  # read once: another thread may replace it
+        first = 1 << index.bit_length() - 1
+        ends = {first: self._power_of_two(first, kept)}
+        if index > first:
+            ends[2 * first] = kept[2 * first] if 2 * first in kept else self._forward(ends[first], 2 * first, first)
+        nodes = self._kept = self.path(index, ends, kept)
+        return nodes[index]
+
+    def between(self, before: State, after: State, index: int, distance: int) -> State:
+        return draw_between(self.decay * distance, before, after, self.seed, *self.address, index)
+
+    def _power_of_two(self, index: int, kept: dict[int, State]) -> State:
+        if index in kept:
+            return kept[index]
+        if index == 1:
+            return self._forward(self.frame(0), 1, 1)
+        return self._forward(self._power_of_two(index // 2, kept), index, index // 2)
+
+    def _forward(self, before: State, index: int, distance: int) -> State:
+        """Draw step `index` given the one `distance` before it."""
+        rho, sigma = math.exp(-self.decay * distance), math.sqrt(-math.expm1(-2 * self.decay * distance))
+        drawn = normals(self.shape, self.seed, *self.address, index)
+        return to_state(np.asarray(cv2.addWeighted(from_state(before), rho, drawn, sigma, 0, dst=drawn)))
 
 
 class Drift(Noise):
-    """Offset and gain of each pixel wander off after a correction, and are drawn back: mean-reverting.
+    """Offset and gain of each pixel drift after a correction, mean-reverting.
 
-    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: it grows to the sigmas
-    below as 1 - rho^(2(k-c)) in variance. Frames are counted by the steps in which it is drawn.
+    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: its variance grows as
+    1 - rho^(2(k-c)) times that of the sigmas below. Frames are counted by the steps in which it is drawn.
     """
 
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
@@ -53,40 +145,38 @@ class Drift(Noise):
     age_s: NotNegative = 0.0
     """Time from the last correction to frame 0, s."""
 
-    def gains(self, frame_context: FrameContext) -> Floats | None:
-        return self._now(frame_context, (("gain", "pixel", self.gain),)) if self.gain else None
+    def gain_deviation(self, frame: FrameContext) -> Floats | None:
+        return self._deviation(frame, (("gain", "pixel", self.gain),)) if self.gain else None
 
-    def steady(self, frame_context: FrameContext) -> Floats | None:
-        terms: tuple[Term, ...] = (
-            ("pixel", "pixel", self.pixel),
-            ("column", "column", self.column),
-            ("row", "row", self.row),
-        )
-        terms = tuple(term for term in terms if term[2])
-        return self._now(frame_context, terms) if terms else None
+    def fixed_pattern(self, frame: FrameContext) -> Floats | None:
+        terms = tuple(term for term in line_terms(self.pixel, self.column, self.row) if term[2])
+        return self._deviation(frame, terms) if terms else None
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
         if not fixed:
-            return Variance()
-        decay, since, now = self._course(frame_context)
+            return NoiseVariance()
+        decay, since, now = self.steps(frame)
         grown = -math.expm1(-2 * decay * (now - since))
-        return Variance(own=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
+        return NoiseVariance(pixel=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
 
-    def _course(self, frame_context: FrameContext) -> tuple[float, int, int]:
-        """Decay a step, and the steps of the last correction (below 0 where that was before frame 0) and this frame."""
-        since = frame_context.corrected if frame_context.corrections else -round(self.age_s * frame_context.rate_hz)
-        decay = 1 / (frame_context.rate_hz * self.time_constant_s)
-        step = _step(decay, math.hypot(self.pixel, self.column, self.row, self.gain * BRIGHT))
-        return decay * step, since // step, frame_context.index // step
+    def steps(self, frame: FrameContext) -> tuple[float, int, int]:
+        """Return the decay per step, and the steps of the last correction and of this frame.
 
-    def _now(self, frame_context: FrameContext, terms: tuple[Term, ...]) -> Floats:
-        """The sum of the terms' D at this frame, broadcastable to (rows, cols)."""
-        return _deviation(frame_context.shape, frame_context.seed, self.name, terms, *self._course(frame_context))
+        The step of the correction is negative where that was before frame 0.
+        """
+        since = frame.last_correction if frame.corrections else -round(self.age_s * frame.rate_hz)
+        decay = 1 / (frame.rate_hz * self.time_constant_s)
+        step = _step_frames(decay, math.hypot(self.pixel, self.column, self.row, self.gain * BRIGHT))
+        return decay * step, since // step, frame.index // step
+
+    def _deviation(self, frame: FrameContext, terms: tuple[Term, ...]) -> Floats:
+        """Return the sum of the terms' drift at this frame, broadcastable to (rows, cols)."""
+        return _deviation(frame.shape, frame.seed, self.name, terms, *self.steps(frame))
 
 
-def _step(decay: float, sigma: float) -> int:
-    """Frames that a step takes: a power of two, as are the chunks of frames that processes render (`irsim.render.workers`)."""
-    most = min(COARSE / decay, LEAP**2 / (2 * decay * sigma**2) if sigma else math.inf)
+def _step_frames(decay: float, sigma: float) -> int:
+    """Return the frames in a step: a power of two, as are the chunks of frames that worker processes render."""
+    most = min(LONGEST_STEP / decay, LARGEST_STEP**2 / (2 * decay * sigma**2) if sigma else math.inf)
     return 1 << max(int(most), 1).bit_length() - 1
 
 
@@ -94,20 +184,21 @@ def _step(decay: float, sigma: float) -> int:
 def _deviation(
     shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], decay: float, since: int, now: int
 ) -> Floats:
-    """The sum of the terms' D at a step, broadcastable to the shape."""
-    gone = (
-        numbers(_process(decay, over(shape, what), seed, name, term, since).frame(now - since)) * np.float32(sigma)
-        for term, what, sigma in terms
+    """Return the sum of the terms' drift at a step, broadcastable to the shape."""
+    parts = (
+        from_state(_process(decay, element_shape(shape, over), seed, name, term, since).frame(now - since))
+        * np.float32(sigma)
+        for term, over, sigma in terms
     )
-    return read_only(reduce(_plus, gone))
+    return read_only(reduce(_add, parts))
 
 
-def _plus(total: Floats, term: Floats) -> Floats:
-    """Their sum, in the memory of the total where it has room for it: half the time of a new picture."""
-    room = total.shape == np.broadcast_shapes(total.shape, term.shape)
-    return np.add(total, term, out=total if room else None)
+def _add(total: Floats, term: Floats) -> Floats:
+    """Return the sum, in the memory of the total where its shape allows: half the time of a new array."""
+    fits = total.shape == np.broadcast_shapes(total.shape, term.shape)
+    return np.add(total, term, out=total if fits else None)
 
 
 @lru_cache(maxsize=8)
-def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, since: int) -> Departure:
-    return Departure(decay, shape, seed, "noise", name, term, since)
+def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, since: int) -> DriftProcess:
+    return DriftProcess(decay, shape, seed, "noise", name, term, since)

@@ -1,4 +1,4 @@
-"""Faults on the way from the camera: frames that get lost, and frames that arrive twice."""
+"""Frames that are lost or arrive twice on the way from the camera."""
 
 from __future__ import annotations
 
@@ -10,61 +10,57 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.config.base import Family, NamedKind, Several
+from irsim.config.base import NamedKind, Several
 from irsim.config.quantities import Fraction, Index
-from irsim.rng import bits
+from irsim.rng import bit_generator
 from irsim.types import Bools
 
 BLOCK = 1024
-"""Frames whose chances are drawn in one go."""
+"""Frames whose random numbers are drawn at once."""
 
 
-class Fault(NamedKind):
-    """Something that happens to frames on their way, at listed ones and by chance."""
+class FrameFault(NamedKind):
+    """A transmission fault at listed frames and at random ones."""
 
     frames: Several[Index] = ()
-    """The scenario's frames at which it happens."""
+    """Frames of the scenario at which it begins."""
     rate: Fraction = 0.0
-    """Chance that it begins at a frame, of each frame."""
+    """Probability that it begins at a frame."""
     length_frames: Annotated[int, Field(ge=1, le=1000)] = 1
-    """To how many frames in a row it happens, each time."""
+    """Number of consecutive frames affected each time."""
 
     @abstractmethod
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
-        """(n,) how many of each frame arrive, where `hit` says to which of them it happens."""
+        """Return how many copies of each frame arrive, (n,); `hit` marks the affected frames."""
 
     def hits(self, count: int, seed: int) -> Bools:
-        """(count,) the frames, from 0 on, to which it happens. More frames change none of them."""
+        """Return which of the frames from 0 on are affected, (count,). A larger count changes none of them."""
         begins = np.zeros(count, dtype=bool)
         listed = np.asarray(self.frames, dtype=np.int64)
         begins[listed[listed < count]] = True
         if self.rate > 0:
-            begins |= _chances(count, seed, self.name) < self.rate
+            begins |= _uniform(count, seed, self.name) < self.rate
         last = np.maximum.accumulate(np.where(begins, np.arange(count), -self.length_frames))
         hit: Bools = np.arange(count) - last < self.length_frames
         return hit
 
 
-class Drop(Fault):
-    """Frames that do not arrive; the times of those that do tell of the gap."""
+class Drop(FrameFault):
+    """Frames that do not arrive; the times of the others show the gap."""
 
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 0, 1)
 
 
-class Duplicate(Fault):
-    """Frames that arrive twice: the same picture and truth again, at the same time."""
+class Duplicate(FrameFault):
+    """Frames that arrive twice: the same picture and ground truth again, at the same time."""
 
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 2, 1)
 
 
-FAULTS = Family("fault", Fault, {"drop": Drop, "duplicate": Duplicate})
-"""What may happen to frames."""
-
-
-def arrivals(faults: Sequence[Fault], count: int, seed: int) -> Sequence[int]:
-    """Of `count` frames of a camera those that arrive, in order."""
+def arriving_frames(faults: Sequence[FrameFault], count: int, seed: int) -> Sequence[int]:
+    """Return the indices of the frames that arrive, in order, of `count` frames of a camera."""
     if not faults:
         return range(count)
     copies = np.ones(count, dtype=np.intp)
@@ -73,7 +69,7 @@ def arrivals(faults: Sequence[Fault], count: int, seed: int) -> Sequence[int]:
     return tuple(np.repeat(np.arange(count), copies).tolist())
 
 
-def _chances(count: int, seed: int, name: str) -> npt.NDArray[np.float64]:
-    """(count,) independent numbers, even between 0 and 1: those of a frame are the same for any count."""
-    words = [bits(seed, "fault", name, block).random_raw(BLOCK) for block in range(-(-count // BLOCK))]
+def _uniform(count: int, seed: int, name: str) -> npt.NDArray[np.float64]:
+    """Return uniform numbers within 0..1, (count,); those of a frame are the same for any count."""
+    words = [bit_generator(seed, "fault", name, block).random_raw(BLOCK) for block in range(-(-count // BLOCK))]
     return np.ldexp((np.concatenate(words)[:count] >> np.uint64(11)).astype(np.float64), -53)

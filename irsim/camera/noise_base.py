@@ -1,148 +1,272 @@
-"""What a noise is, and what it may know."""
+"""Base classes of noise terms, their variance, and the sums of patterns that are constant over many frames."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from functools import lru_cache
+from operator import is_
+from typing import Annotated, ClassVar, Literal, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.camera.int16_image import Words
+from irsim.camera.buffers import Int16Image, int16_image, int16_sum, read_only
 from irsim.camera.response import Lines, Response
-from irsim.camera.variance import Variance
 from irsim.config.base import NamedKind
+from irsim.rng import normals
 from irsim.types import Counts, Floats
 
 Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
-AT_ONCE = 32
-"""What is little in a frame is drawn for so many frames together: an address costs as much as a thousand numbers."""
+BLOCK_FRAMES = 32
+"""Small draws are made for so many frames at once: one address costs as much as a thousand numbers."""
+
+FINEST_UNIT = 0.01
+"""Unit of a fixed pattern, NETD, below which its rounding (standard deviation 0.003) is negligible."""
 
 
 @dataclass(frozen=True)
 class FrameContext:
-    """A frame as noise sees it.
+    """A frame as noise terms see it.
 
-    index of the frame; shape (rows, cols); rate_hz; seed of the scene; corrected, the frame of the last
-    non-uniformity correction (0 where there was none yet); corrections, how many there were so far.
+    index of the frame; shape (rows, cols); rate_hz of the camera; seed of the scene; last_correction, the frame of the
+    last non-uniformity correction (0 before the first one); corrections, how many there were up to this frame.
     """
 
     index: int
     shape: tuple[int, int]
     rate_hz: float
     seed: int
-    corrected: int = 0
+    last_correction: int = 0
     corrections: int = 0
 
 
-class Noise(NamedKind):
-    """One term of a detector's noise. It overrides what it has to do with a frame, and tells its variance.
+Signal = TypeVar("Signal", float, Floats)
 
-    `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
-    place. Everything random but its grain is addressed by the seed, self.name, a word for what it is and the index,
-    or index // AT_ONCE: the same whatever frames were asked for before.
+
+class NoiseVariance(NamedTuple):
+    """Variance of a noise term over all seeds, by its dependence on the signal.
+
+    pixel    independent of the light and of other pixels, NETD²
+    frame    common to all pixels of a frame, NETD²
+    gain     of the pixels' gains, relative to the squared signal of light
+    shot     how often electrons are counted and read: multiplies signal + read noise² in electrons
+    """
+
+    pixel: float = 0.0
+    frame: float = 0.0
+    gain: float = 0.0
+    shot: float = 0.0
+
+    @classmethod
+    def total(cls, terms: Iterable[NoiseVariance]) -> NoiseVariance:
+        """Return the variance of independent terms together."""
+        pixel = frame = gain = shot = 0.0
+        for term in terms:
+            pixel, frame, gain, shot = pixel + term[0], frame + term[1], gain + term[2], shot + term[3]
+        return cls(pixel, frame, gain, shot)
+
+    def within_frame(self, signal: Signal, response: Response) -> Signal:
+        """Return the variance between pixels of one frame at a noiseless signal, signal²: all but the frame's level."""
+        light, lit = signal - response.zero, (signal + abs(signal)) / 2
+        return self.pixel * response.noise**2 + self.gain * light**2 + self.shot * (lit + response.read**2)
+
+    def overall(self, signal: Signal, response: Response) -> Signal:
+        """Return the variance of a pixel at a noiseless signal, signal²."""
+        return self.within_frame(signal, response) + self.frame * response.noise**2
+
+
+class Noise(NamedKind):
+    """One term of a camera's noise. A subclass overrides the steps in which it takes part, and `variance_terms`.
+
+    `signal` is the frame so far, (rows, cols) float32 in the units of `response`, changed in place. All random numbers
+    but those of `temporal_sigma` are addressed by the seed, the term's name, a word for the quantity and the frame (or
+    its block of BLOCK_FRAMES): they do not depend on the frames rendered before.
     """
 
     stationary: ClassVar[bool] = False
-    """Whether its `share` is known to be the same in all frames: it is asked once then; and what is `steady` of it is
-    summed up before what others have, which may change. A subclass with another share says this anew."""
+    """Whether `variance_terms` is the same in all frames. It is then evaluated once, and fixed patterns of stationary
+    terms are summed before those that may change. A subclass that overrides `variance_terms` declares this anew."""
 
-    def gains(self, frame_context: FrameContext) -> Floats | None:
-        """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None
-        where all answer alike."""
+    def gain_deviation(self, frame: FrameContext) -> Floats | None:
+        """Return the relative deviation of each pixel's gain, (rows, cols) float32, read only; None where it is 0."""
         return None
 
-    def grain(self, frame_context: FrameContext) -> float:
-        """Sigma of what is new in each pixel of this frame, whatever the light, in units of NETD.
+    def temporal_sigma(self, frame: FrameContext) -> float:
+        """Return the sigma of white noise, independent per pixel and frame, whatever the light, NETD.
 
-        What all noises have of it is one draw a pixel, as the sum of independent normal numbers is normal; the number
-        drawn is the same whichever noises there are (`irsim.camera.temporal_sigma`)."""
+        The camera draws one normal number a pixel for all terms together, as their sum is normal, at an address that
+        does not depend on the terms.
+        """
         return 0.0
 
-    def count(self, signal: Floats, response: Response, frame_context: FrameContext, sigma: float) -> None:
-        """Put numbers of electrons in place of each pixel's mean, with the grain of that sigma, in units of signal. One
-        noise of a detector at most does so."""
+    def draw_electrons(self, signal: Floats, response: Response, frame: FrameContext, sigma: float) -> None:
+        """Replace the mean number of electrons by drawn ones and add white noise of `sigma`, in units of the signal.
 
-    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
-        """Add to what was read: after pixels saturate, and grain is drawn."""
+        At most one term of a camera does so.
+        """
 
-    def lines(self, frame_context: FrameContext) -> Lines | None:
-        """What is added as well along whole rows, (rows,), and columns, (cols,), in units of NETD, float32, read only;
-        None where nothing is."""
+    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
+        """Add noise to the signal that was read out, after saturation and white noise."""
+
+    def line_noise(self, frame: FrameContext) -> Lines | None:
+        """Return noise constant along rows, (rows,), and columns, (cols,), NETD, float32, read only; None where 0."""
         return None
 
-    def lasting(self, frame_context: FrameContext) -> Sequence[Words]:
-        """What is added as well, and is kept for later frames, in units of NETD."""
+    def correlated_noise(self, frame: FrameContext) -> Sequence[Int16Image]:
+        """Return the images of noise correlated in time that are added to this frame, NETD."""
         return ()
 
-    def steady(self, frame_context: FrameContext) -> Floats | None:
-        """What is added as well, and stays for many frames: broadcastable to (rows, cols), float32, in units of
-        NETD, None where it is nothing. Read only, and the same array as long as it is the same: what all noises
-        have of it is summed up once."""
+    def fixed_pattern(self, frame: FrameContext) -> Floats | None:
+        """Return noise that is constant over many frames, NETD, float32, broadcastable to (rows, cols), read only.
+
+        The same array is returned as long as the pattern is the same, so that patterns of all terms are summed once.
+        None where it is 0.
+        """
         return None
 
-    def replace(self, counts: Counts, response: Response, frame_context: FrameContext) -> None:
-        """Put others in place of the counts: last."""
+    def replace_counts(self, counts: Counts, response: Response, frame: FrameContext) -> None:
+        """Replace counts, (rows, cols) uint16, in place: the last step."""
 
     @abstractmethod
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        """What it adds to the variance of a pixel that does what the others do.
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        """Return the variance added to an ordinary pixel.
 
-        Without `fixed`, of what changes from frame to frame only.
+        fixed   False for the part that changes from frame to frame only
         """
 
-    def variance(self, signal: Floats, response: Response, frame_context: FrameContext, fixed: bool) -> Floats | float:
-        """Variance that this term gives each pixel about the noiseless `signal`, in squared units of it.
+    def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
+        """Return the variance of each pixel about the noiseless `signal`, signal², broadcastable to the signal.
 
-        Over all draws of the scene's seed; see `share` for `fixed`. Broadcastable to the signal; infinite where a
-        pixel says nothing of the light.
+        Over all seeds of the scene; see `variance_terms` for `fixed`. Infinite where a pixel does not respond to light.
         """
-        return self.share(frame_context, fixed).whole(signal.astype(np.float64), response)
+        return self.variance_terms(frame, fixed).overall(signal.astype(np.float64), response)
 
     @property
     def needs_electrons(self) -> bool:
-        """Whether it can act only where the signal is in electrons."""
+        """Whether the term requires a signal in electrons."""
         return False
 
 
 class Additive(Noise):
-    """A noise that is added, whatever the light."""
+    """A noise term that is added, whatever the light."""
 
     @abstractmethod
-    def pattern(self, frame_context: FrameContext) -> Floats:
-        """The frame's noise, broadcastable to (rows, cols), float32, in units of NETD. Read only."""
+    def pattern(self, frame: FrameContext) -> Floats:
+        """Return the frame's noise, NETD, float32, broadcastable to (rows, cols), read only."""
 
     @abstractmethod
-    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
-        """Variance of a pixel of the pattern in squared units of NETD; see `share` for `fixed`."""
+    def pattern_variance(self, frame: FrameContext, fixed: bool) -> float:
+        """Return the variance of a pixel of the pattern, NETD²; see `variance_terms` for `fixed`."""
 
-    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
-        pattern = self.pattern(frame_context)
+    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
+        pattern = self.pattern(frame)
         if pattern.shape == signal.shape:
             cv2.scaleAdd(pattern, response.noise, signal, dst=signal)
         else:
             np.add(signal, pattern * np.float32(response.noise), out=signal)
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        return Variance(own=self.spread(frame_context, fixed))
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance(pixel=self.pattern_variance(frame, fixed))
 
 
-class Steady(Additive):
-    """A noise whose whole pattern stays: the same array in frames in which it is the same."""
+class StaticNoise(Additive):
+    """An additive noise whose pattern is constant over many frames; the same array is returned meanwhile."""
 
-    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
+    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
         return None
 
-    def steady(self, frame_context: FrameContext) -> Floats:
-        return self.pattern(frame_context)
+    def fixed_pattern(self, frame: FrameContext) -> Floats:
+        return self.pattern(frame)
 
 
-def read_only(values: Floats) -> Floats:
-    """The array, from now on protected."""
-    values.flags.writeable = False
-    return values
+# Gaussian terms per pixel, row, column or frame
+
+Over = Literal["pixel", "row", "column", "frame"]
+"""The elements that have a random number each."""
+
+Term = tuple[str, Over, float]
+"""Name of a Gaussian term, its elements and its sigma."""
+
+
+def element_shape(shape: tuple[int, int], over: Over) -> tuple[int, int]:
+    """Return the shape of one number per pixel, row or column of an image, or for the image as a whole."""
+    rows, columns = shape
+    return {"pixel": (rows, columns), "row": (rows, 1), "column": (1, columns), "frame": (1, 1)}[over]
+
+
+def line_terms(pixel: float, column: float, row: float) -> tuple[Term, ...]:
+    """Return the Gaussian terms per pixel, column and row of given sigmas."""
+    return ("pixel", "pixel", pixel), ("column", "column", column), ("row", "row", row)
+
+
+@lru_cache(maxsize=8)
+def gaussian_pattern(shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], number: int = 0) -> Floats:
+    """Return the sum of Gaussian terms, (rows, cols) float32, read only; each `number` has a pattern of its own."""
+    address = (number,) if number else ()
+    pattern = np.zeros(shape, np.float32)
+    for term, over, sigma in terms:
+        pattern += normals(element_shape(shape, over), seed, "noise", name, term, *address) * np.float32(sigma)
+    return read_only(pattern)
+
+
+# Patterns of several terms
+
+
+class _Kept(NamedTuple):
+    patterns: Sequence[Floats]
+    before: Floats
+    total: Sequence[Int16Image]
+
+
+class PatternSum:
+    """Cached sum of fixed patterns, and of all but the last one, which is the one that may change.
+
+    The cache is keyed by the identity of the arrays and changes no result.
+    """
+
+    def __init__(self) -> None:
+        self._kept: _Kept | None = None
+
+    def of(self, patterns: Sequence[Floats], frame: FrameContext) -> Sequence[Int16Image]:
+        """Return one or two images (rows, cols) that sum to the patterns; none without patterns."""
+        if not patterns:
+            return ()
+        kept = self._kept  # read once: another thread may replace it
+        *first, last = patterns
+        if kept is None or kept.before.shape != frame.shape or not _same_arrays(kept.patterns[:-1], first):
+            before = np.zeros(frame.shape, np.float32)
+            for pattern in first:
+                before += pattern
+        elif kept.patterns[-1] is last:
+            return kept.total
+        else:
+            before = kept.before
+        total = int16_sum(np.add(before, last, out=np.empty_like(before), casting="same_kind"), FINEST_UNIT)
+        self._kept = _Kept(patterns, before, total)
+        return total
+
+
+class GainProduct:
+    """Cached product of the gains of several terms, keyed by the identity of the arrays."""
+
+    def __init__(self) -> None:
+        self._kept: tuple[Sequence[Floats], Int16Image] | None = None
+
+    def of(self, deviations: Sequence[Floats]) -> Int16Image:
+        """Return the relative deviation of the total gain, of one or more (rows, cols) float32."""
+        kept = self._kept  # read once: another thread may replace it
+        if kept is None or not _same_arrays(kept[0], deviations):
+            first, *others = deviations
+            for other in others:
+                first = (1 + first) * (1 + other) - np.float32(1)
+            kept = self._kept = deviations, int16_image(first)
+        return kept[1]
+
+
+def _same_arrays(some: Sequence[Floats], others: Sequence[Floats]) -> bool:
+    return len(some) == len(others) and all(map(is_, some, others))

@@ -1,13 +1,13 @@
-"""Cameras of the trade: keys of a camera by name.
+"""Presets of typical cameras: values of a camera's keys by name.
 
-None is one product. Optics, wells and integration times are of the usual size; noise in units of NETD follows raw
-counts where a comment names them, and is chosen elsewhere.
+None is one product. Optics, wells and integration times are typical; noise follows raw counts where a comment says so,
+in units of the NETD, and is assumed elsewhere.
 
-Drift is chosen, not measured. Before 300 K the pattern is as large as a pixel's noise in time, beyond which a
+Drift is assumed, not measured. Before 300 K the fixed pattern is as large as a pixel's temporal noise, beyond which a
 correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
-arrays", Opt. Eng. 38, 862 (1999)), 17 minutes after one of `cooled_mwir` and one minute after one of `cooled_lwir`,
-offsets and gains together. The pattern of pixels of `uncooled_lwir` is 2.5 times as large when the shutter comes:
-eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.measure.CAMERAS`).
+arrays", Opt. Eng. 38, 862 (1999)), 17 minutes after a correction of `cooled_mwir` and one minute after one of
+`cooled_lwir`, offsets and gains together. The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
+closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.measure.CAMERAS`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Any, Literal
 
 Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
 
-_LEFT_BY_CORRECTION = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
-"""tvh:vh:h:v = 1:0.3:0.15:0.08, chosen for a fresh correction: raw counts of a real cooled LWIR camera after its own
-have 1:0.40:0.085:0.12 (`irsim.measure.CAMERAS`)."""
+_CORRECTION_RESIDUAL = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
+"""tvh:vh:h:v = 1:0.3:0.15:0.08, assumed for a fresh correction; raw counts of a real cooled LWIR camera after a
+correction have 1:0.40:0.085:0.12 (`irsim.measure.CAMERAS`)."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
     # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full of 300 K in 10 ms.
@@ -43,9 +43,9 @@ PRESETS: dict[Preset, dict[str, Any]] = {
             {"kind": "shot"},
             # 3-D noise of raw counts of a real MWIR camera: t 0.5, tvh 3.3
             {"kind": "noise_3d", "id": "level", "t": 0.15, "tvh": 0.0},
-            _LEFT_BY_CORRECTION,
+            _CORRECTION_RESIDUAL,
             {"kind": "drift", "pixel": 0.8, "column": 0.2, "row": 0.1, "gain": 0.0005, "time_constant_s": 1800.0},
-            {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},  # a camera hides the steady ones
+            {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},  # cameras replace dead and hot ones
         ],
     },
     # HgCdTe, 640x512 of 15 um behind 50 mm F/2: wells fill fast, so integration is short.
@@ -70,12 +70,12 @@ PRESETS: dict[Preset, dict[str, Any]] = {
             {"kind": "shot"},
             # 3-D noise of raw counts of a real cooled LWIR camera: t 0.35, tvh 1.65
             {"kind": "noise_3d", "id": "level", "t": 0.2, "tvh": 0.0},
-            _LEFT_BY_CORRECTION,
+            _CORRECTION_RESIDUAL,
             {"kind": "drift", "pixel": 1.0, "column": 0.25, "row": 0.1, "gain": 0.001, "time_constant_s": 900.0},
             {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.001},
         ],
     },
-    # A microbolometer, 640x512 of 12 um behind 24 mm F/1: slow, with noise that remembers, and a shutter.
+    # A microbolometer, 640x512 of 12 um behind 24 mm F/1: slow, with correlated noise and a shutter.
     "uncooled_lwir": {
         "size": [640, 512],
         "rate_hz": 30.0,
@@ -88,7 +88,7 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         "time_constant_ms": 10.0,
         "noise": [
             {"kind": "white", "ratio": 0.6},
-            # with white, 1 in all; rho 0.9 at 9 Hz is 1.05 s, as in raw counts of a real one (Lepton 3)
+            # 1 together with white; 1.05 s is rho 0.9 at 9 Hz, as in raw counts of a Lepton 3
             {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},
             {"kind": "ar1", "id": "level", "over": "frame", "ratio": 1.0, "time_constant_s": 20.0},
             {"kind": "fixed_pattern", "pixel": 0.5, "column": 0.3, "row": 0.2, "redrawn": True},
@@ -99,6 +99,6 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         # 203), for 0.5 s: a Tau 640 takes less (FLIR, Tau 640 User's Manual TAU-0640-00-10, 2011).
         "correction": {"period_frames": 5400, "freeze_frames": 15},
     },
-    # Light and nothing else.
+    # A noiseless camera.
     "ideal": {"bits": 16, "netd_mk": 0.0, "noise": []},
 }

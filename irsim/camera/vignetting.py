@@ -1,4 +1,4 @@
-"""How a lens darkens towards the corners of the picture."""
+"""Vignetting: how a lens darkens towards the corners of the picture."""
 
 from __future__ import annotations
 
@@ -8,65 +8,64 @@ from typing import ClassVar
 
 import numpy as np
 
+from irsim.camera.buffers import read_only
 from irsim.config.base import Part, Switches
 from irsim.config.quantities import Fraction
 from irsim.geometry.projection import Geometry
 from irsim.types import Floats
 
 
-class Falloff(Part):
-    """Less light off the axis: the cosine law, and vignetting by the lens's rims."""
+class Vignetting(Part):
+    """Less light off the axis: the cosine-fourth law, and mechanical vignetting by the rims of the lens."""
 
     switches: ClassVar[Switches] = {"cos4": ("cos4", False), "vignetting": ("vignetting", 0.0)}
 
     cos4: bool = True
     """Light falls as the fourth power of the cosine of the angle off the axis, which a zoom makes smaller."""
     vignetting: Fraction = 0.0
-    """Share of light that rims take in the picture's corners, at any zoom; it grows as the square of the distance from
-    the axis."""
+    """Share of light that the rims block in the picture's corners, at any zoom; it grows as the square of the distance
+    from the axis."""
 
     def transmittance(self, geometry: Geometry) -> Floats:
-        """(rows, cols) float32, 1 at the axis: the share of light that comes through. Read only."""
+        """Return the transmittance relative to the axis, (rows, cols) float32, read only."""
         return _transmittance(geometry.size, geometry.axis_px, geometry.ifov_rad if self.cos4 else 0.0, self.vignetting)
 
 
 @dataclass(frozen=True, eq=False)
 class VignettingMap:
-    """The falloff in each frame of a camera.
+    """Vignetting in each frame of a camera.
 
     geometry  of the camera before it zooms
-    zooms     (n,) how many times longer its focal length is in each frame; None where it does not zoom
+    zooms     (n,) focal length in each frame over that at first; None without zoom
     """
 
-    falloff: Falloff
+    vignetting: Vignetting
     geometry: Geometry
     zooms: Floats | None = None
 
     def __call__(self, index: int) -> Floats:
-        """(rows, cols) float32: the share of light that comes through in frame `index`. Read only."""
+        """Return the transmittance relative to the axis in frame `index`, (rows, cols) float32, read only."""
         zoom = 1.0 if self.zooms is None else float(self.zooms[index])
-        return self.falloff.transmittance(self.geometry.zoomed(zoom))
+        return self.vignetting.transmittance(self.geometry.zoomed(zoom))
 
 
 @lru_cache(maxsize=4)
 def _transmittance(size: tuple[int, int], axis_px: tuple[float, float], slope: float, vignetting: float) -> Floats:
-    """slope: of the tangent of the angle off the axis whose cosine counts, by px; 0 where none does.
+    """Return the transmittance for the tangent of the angle off the axis per px, 0 without the cosine law.
 
-    Where rims vignette a zoom lens, and how much, goes with its design: what is given holds for the picture.
+    Vignetting of a zoom lens depends on its design: the given one holds for the picture at any zoom.
     """
     squared, share = _rims(size, axis_px, vignetting)
     if slope:
-        widened = squared * slope**2  # in place: at 640x512 a frame of a zoom takes 0.5 ms, not 16
+        widened = squared * slope**2  # in place: at 640x512 a frame of a zoom takes 0.5 ms instead of 16
         widened += 1
-        share = np.divide(share, np.square(widened, out=widened), out=widened)  # cos^2 = 1 / (1 + tan^2)
-    rounded: Floats = share.astype(np.float32)
-    rounded.flags.writeable = False
-    return rounded
+        share = np.divide(share, np.square(widened, out=widened), out=widened)  # cos² = 1 / (1 + tan²)
+    return read_only(share.astype(np.float32))
 
 
 @lru_cache(maxsize=4)
 def _rims(size: tuple[int, int], axis_px: tuple[float, float], vignetting: float) -> tuple[Floats, Floats]:
-    """(rows, cols) each: squared distances from the axis, px^2, and what rims let through."""
+    """Return the squared distance from the axis, px², and the transmittance of the rims, (rows, cols) each."""
     columns, rows = size
     right, down = np.arange(columns) - axis_px[0], np.arange(rows)[:, None] - axis_px[1]
     squared = right**2 + down**2

@@ -23,12 +23,11 @@ from irsim.cli.source_options import (
     tell_unheeded,
 )
 from irsim.cli.terminal import commands, given_path, in_options, progress_bar, run
-from irsim.config.files import check_output, is_recording, is_there
-from irsim.errors import InputError
-from irsim.frame_range import parsed
+from irsim.config.paths import is_recording, is_there
+from irsim.errors import InputError, parse_frame_range
 
 if TYPE_CHECKING:
-    from irsim.camera.displays import Agc
+    from irsim.camera.agc import Agc
 
 app = commands("Render infrared scenes from YAML, record frames with exact truth, import real ones.")
 
@@ -52,8 +51,8 @@ def check(
     without: WithoutOption = None,
 ) -> None:
     """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
-    from irsim.render.sources import switched_off, unheeded
-    from irsim.scenario.loader import warnings
+    from irsim.lint.warnings import unheeded, warnings
+    from irsim.render.sources import switched_off
 
     changes = [word for word in words if "=" in word and not is_there(word)]
     scenarios = [word for word in words if word not in changes]
@@ -94,10 +93,11 @@ def render(
 ) -> None:
     """Render a scenario, or a recording again by the scenario in it, into a recording (default: NAME.mcap here)."""
     from irsim.recording import check_default, record
+    from irsim.recording.output import check_output
     from irsim.render.sources import open_rendering
-    from irsim.scenario.loader import find
+    from irsim.scenario.catalog import find
 
-    wanted = None if frames is None else parsed(frames)
+    wanted = None if frames is None else parse_frame_range(frames)
     asked = None if wanted is None else (wanted.start, wanted.stop)
     rendering, start, stop = open_rendering(source, overrides or (), seed, asked, parts(without))
     tell_unheeded(source, overrides, without)
@@ -152,6 +152,7 @@ def import_(
     """Import real frames into a recording (default: NAME.mcap in this folder)."""
     from irsim.recording import open_recording
     from irsim.recording.importers import import_frames, name_of
+    from irsim.recording.output import check_output
 
     shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
@@ -172,15 +173,15 @@ def import_(
 
 def _agc(text: str) -> Agc:
     """'plateau' or '{kind: plateau, gain_limit: 1}' as an AGC."""
-    from irsim.camera.displays import Shown
-    from irsim.config.yaml_file import scalar
+    from irsim.camera import DisplaySettings
+    from irsim.config.yaml_text import scalar
     from irsim.scenario.loader import build
 
     try:
         value = scalar(text)
     except InputError as error:
         raise InputError(f"--agc: {error}") from None
-    return build(Shown, {"agc": {"kind": value} if isinstance(value, str) else value}, "import").agc
+    return build(DisplaySettings, {"agc": {"kind": value} if isinstance(value, str) else value}, "import").agc
 
 
 def _say_written(path: Path) -> None:

@@ -12,9 +12,7 @@ import typer
 
 from irsim.cli.source_options import tell_unheeded
 from irsim.cli.terminal import given_path, progress_bar
-from irsim.config.files import check_output, make_folder, refuse_leftovers, replacing_text
-from irsim.errors import InputError
-from irsim.wording import counted
+from irsim.errors import InputError, counted
 
 
 def new(
@@ -27,7 +25,8 @@ def new(
     ] = None,
 ) -> None:
     """Write a commented scenario to begin your own from; it replaces nothing."""
-    from irsim.scenario.authoring import start_text, write_new
+    from irsim.recording.output import check_output
+    from irsim.scenario.catalog import start_text, write_new
     from irsim.scenario.loader import load
 
     text = start_text(kind)
@@ -50,14 +49,15 @@ def schema(
     ] = None,
 ) -> None:
     """Print the JSON Schema of scenarios, by which editors complete and check them."""
-    from irsim.scenario.authoring import json_schema
+    from irsim.recording.output import atomic_text, check_output
+    from irsim.scenario.catalog import json_schema
 
     check_output(output, endings=(".json",))
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if output is None:
         print(text, end="")
         return
-    with replacing_text(output) as file:
+    with atomic_text(output) as file:
         file.write(text)
     print(output)
 
@@ -76,8 +76,10 @@ def sample(
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
 ) -> None:
     """Draw scenarios from the ranges under `vary` and write each as a file of its own."""
-    from irsim.scenario.authoring import sample_names, sample_texts
-    from irsim.scenario.loader import find, load
+    from irsim.recording.output import atomic_text, check_output, make_folder, refuse_leftovers
+    from irsim.scenario.catalog import find
+    from irsim.scenario.loader import load
+    from irsim.scenario.sampling import sample_names, sample_texts
 
     loaded = load(scenario, overrides or ())
     tell_unheeded(scenario, overrides)
@@ -94,6 +96,6 @@ def sample(
         texts = sample_texts(loaded, name, count, seed, repeat, folder, progress)
     make_folder(folder)
     for path, text in zip(paths, texts, strict=True):
-        with replacing_text(path) as file:
+        with atomic_text(path) as file:
             file.write(text)
     print(f"{folder}: {counted(len(paths), 'scenario')}, {paths[0].name} to {paths[-1].name}")

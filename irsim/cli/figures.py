@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from irsim.config.files import check_output, path_of, replacing
+from irsim.config.paths import path_of
+from irsim.errors import counted
+from irsim.recording.output import atomic_file, check_output
 from irsim.types import Box, Frame, Image, Source, Truth
-from irsim.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +85,7 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
         followed = truth.target(source.follow) if truth is not None and source.follow is not None else None
         if followed is not None and followed.in_view is not False:
             _draw_zoom(axes, source.frame(frame.index).image, followed.box, taken)
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
 
@@ -121,7 +122,7 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
         if picture.part is not None:
             _draw_box(axes, picture.part, hidden=False)
             _draw_zoom(axes, picture.image, picture.part, [])
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from irsim.config.files import check_output, replacing_text, write_png
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import AWAY, euler
 from irsim.physics.radiometry import radiance, temperature
-from irsim.render.composite import lay
+from irsim.recording.output import atomic_text, check_output, write_png
+from irsim.render.composite import draw_over
 from irsim.rng import normals, stream
 from irsim.targets import SHAPES, Shape, View
 from irsim.targets.base import Angles
@@ -55,14 +55,14 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     pose  yaw, pitch, roll, degrees, as for targets; white is the 99th percentile of the temperatures
           in the crop, black the first, at least SPAN_K apart
     """
-    behind = float(radiance(band, shape.behind_k))
+    behind = float(radiance(band, shape.picture_background_k))
     context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
     sprite = framed(shape, pose, context, time)
     light = np.full((side, side), behind)
-    lay(light, sprite)
+    draw_over(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
     low, high = np.percentile(shown, [1.0, 99.0])
-    low, high = min(low, shape.behind_k - SPAN_K / 4), max(high, low + SPAN_K)
+    low, high = min(low, shape.picture_background_k - SPAN_K / 4), max(high, low + SPAN_K)
     return np.asarray(np.clip((shown - low) / (high - low), 0, 1) * 255).round().astype(np.uint8)
 
 
@@ -80,7 +80,7 @@ def riddles(seed: int) -> list[Riddle]:
     draw = stream(seed, "gallery", "blind")
     found = []
     for kind in bodies():
-        poses = np.array(typical(kind).poses)
+        poses = np.array(typical(kind).picture_poses)
         for _ in range(BLIND_EACH):
             _, pitch, roll = draw.uniform(poses.min(axis=0), poses.max(axis=0)).tolist()
             found.append(Riddle(kind, (float(draw.uniform(0, 360)), pitch, roll), float(draw.uniform(0, 1))))
@@ -106,7 +106,7 @@ def write_blind(folder: Path, seed: int) -> Path:
         write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
         yaw, pitch, roll = riddle.pose
         lines.append(f"{number:02},{riddle.kind},{yaw:.0f},{pitch:.0f},{roll:.0f},{riddle.time:.3f}")
-    with replacing_text(key) as file:
+    with atomic_text(key) as file:
         file.write("\n".join(lines) + "\n")
     return key
 
@@ -114,7 +114,7 @@ def write_blind(folder: Path, seed: int) -> Path:
 def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sprite:
     """The body in the middle of the frame, at the range where it fills it; pose as in `crop`, time in s."""
     side = context.geometry.size[0]
-    down = np.radians(shape.from_above_deg)
+    down = np.radians(shape.picture_depression_deg)
     tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
     attitude = tilt @ AWAY @ euler(np.array(pose))
     place, range_m = np.array([(side - 1) / 2] * 2), 3000.0
@@ -143,7 +143,7 @@ def sheet() -> Image:
     blocks = []
     for name in bodies():
         shape = typical(name)
-        crops = np.concatenate([crop(shape, pose) for pose in shape.poses], axis=1)
+        crops = np.concatenate([crop(shape, pose) for pose in shape.picture_poses], axis=1)
         large = cv2.resize(crops, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_NEAREST)
         label = np.full((LABEL, large.shape[1]), 255, dtype=np.uint8)
         cv2.putText(label, name, (6, LABEL - 7), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 0, 1, cv2.LINE_AA)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
 from irsim.cli.terminal import progress_bar
-from irsim.wording import counted, plain
+from irsim.errors import counted, decimal_text
 
 if TYPE_CHECKING:
     from irsim.cli.truth_summary import Spell, Survey
@@ -59,14 +59,14 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
     from irsim.recording import Recording
 
     columns, rows = source.size
-    yield "frames", f"{len(source)} at {plain(source.rate_hz, 6)} Hz, {plain(duration_s, 3)} s"
+    yield "frames", f"{len(source)} at {decimal_text(source.rate_hz, 6)} Hz, {decimal_text(duration_s, 3)} s"
     yield "picture", f"{columns}x{rows} px, {source.bits} bits"
     if not source.has_truth:
         yield "truth", "none: give trackers --init"
     else:
         truths = _truths(source)
         accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
-        yield "truth", "exact" if accuracy == 0 else f"within {plain(accuracy, 6)} px"
+        yield "truth", "exact" if accuracy == 0 else f"within {decimal_text(accuracy, 6)} px"
         for target in survey(truths, source.size):
             yield from _target(target)
     if source.follow:
@@ -91,11 +91,11 @@ def _truths(source: Source) -> list[Truth]:
 def _target(target: Survey) -> Iterator[tuple[str, str]]:
     what = f" ({target.cls})" if target.cls else ""
     yield "target", f"{target.id}{what}: {counted(target.frames, 'frame')} from {target.first} on"
-    figures = [f"{plain(target.size[0], 3)} x {plain(target.size[1], 3)} px"]
+    figures = [f"{decimal_text(target.size[0], 3)} x {decimal_text(target.size[1], 3)} px"]
     if target.speed is not None:
-        figures.append(f"{plain(target.speed, 2)} px/frame")
+        figures.append(f"{decimal_text(target.speed, 2)} px/frame")
     if target.scr is not None:
-        low, middle, high = (plain(scr, 2) for scr in target.scr)
+        low, middle, high = (decimal_text(scr, 2) for scr in target.scr)
         figures.append(f"SCR {middle} ({low} to {high})")
     else:
         figures.append(f"no SCR: {target.why_none}")

@@ -1,4 +1,4 @@
-"""The commands of irsim that measure recordings; the command line itself is `irsim.cli.app`."""
+"""Commands that measure recordings: noise, fit, realism."""
 
 from __future__ import annotations
 
@@ -14,57 +14,58 @@ import typer
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, WithoutOption, from_option, open_changed
 from irsim.cli.terminal import given_path, in_options, progress_bar
-from irsim.errors import InputError
-from irsim.frame_range import parsed
+from irsim.errors import InputError, parse_frame_range
 
 if TYPE_CHECKING:
-    from irsim.fitting import Fit
-    from irsim.measure import Region, Timed
+    from irsim.calibration.fit import Fit
+    from irsim.calibration.selection import Region, TimedFrames
     from irsim.types import Source
 
-Measured = Annotated[
+SourceArgument = Annotated[
     str, typer.Argument(metavar="SCENARIO|REC", help="A recording, or a scenario, which is rendered for it.")
 ]
-Frames = Annotated[
+FramesOption = Annotated[
     str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: the first 300.")
 ]
 RegionOption = Annotated[
     str | None,
-    typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window that is still."),
+    typer.Option(metavar="X,Y,W,H", help="Region of flat, still background, px; default: the flattest window."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
 
 
 def noise(
-    source: Measured,
+    source: SourceArgument,
     overrides: OverridesArgument = None,
     region: RegionOption = None,
-    frames: Frames = None,
-    as_json: Json = False,
+    frames: FramesOption = None,
+    as_json: JsonOption = False,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import EIGHT_BITS, measure_noise, noise_lines, perhaps_pictures, taken_by_targets
+    """Measure noise on a flat region: 3-D noise, correlation over time, drift, bad pixels, with 95 % intervals."""
+    from irsim.calibration.noise import measure_noise
+    from irsim.calibration.report import noise_lines
+    from irsim.calibration.selection import EIGHT_BITS, may_be_pictures, target_mask
 
     opened = open_changed(source, overrides, seed, without)
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
-    stack, times = _read(opened, wanted)
-    with _told_of(source):
-        taken = taken_by_targets(opened, wanted.start, wanted.stop)
-        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times, wanted.start)
+    counts, times = _read(opened, wanted)
+    with _named(source):
+        taken = target_mask(opened, wanted.start, wanted.stop)
+        report = measure_noise(counts, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times, wanted.start)
     if as_json:
         print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
     for label, text in noise_lines(report, wanted.start):
         print(f"{label:8} {in_options(text)}")
-    if perhaps_pictures(opened):
+    if may_be_pictures(opened):
         print(f"{'note':8} {EIGHT_BITS}")
 
 
 def fit(
-    source: Measured,
+    source: SourceArgument,
     overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
@@ -72,56 +73,52 @@ def fit(
             "-o", "--output", metavar="YAML", help="The scenario to write; default: standard output.", parser=given_path
         ),
     ] = None,
-    display: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PICTURES",
-            help="What the camera showed of the same frames, in 8 bits: a folder of PNG or TIFF, a .npy, a video or a "
-            "recording. The AGC is fitted to it.",
-        ),
-    ] = None,
     region: RegionOption = None,
-    frames: Frames = None,
-    as_json: Json = False,
+    frames: FramesOption = None,
+    as_json: JsonOption = False,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Fit a camera and a background to a recording: a scenario that has them, its figures with 95 %
-    intervals; of the display, how far each number may be turned before the pictures tell."""
+    """Fit a camera and a background to a recording and write them as a scenario, with 95 % intervals."""
+    from irsim.calibration.fit import check_replaced, fit_frames
     from irsim.config.files import check_output
-    from irsim.fitting import check_replaced
     from irsim.scenario.loader import find
 
     opened = open_changed(source, overrides, seed, without)
-    check_output(output, find(source), _shown(display), endings=(".yaml", ".yml"))
+    check_output(output, find(source), endings=(".yaml", ".yml"))
     check_replaced(output)
     where, wanted = _region(region, opened.size), _wanted(frames, opened)
-    _tell_fit(_fitted(source, opened, display, where, wanted), output, as_json)
+    read = _read(opened, wanted)
+    with _named(source):
+        found = fit_frames(read, opened, where, wanted.start)
+    _write_fit(found, output, as_json)
 
 
 def realism(
-    source: Measured,
+    source: SourceArgument,
     overrides: OverridesArgument = None,
     like: Annotated[
         str | None,
         typer.Option(
-            metavar="CLASS", help="Status 1 where it is outside the ranges; default: what its scenario claims."
+            metavar="CLASS",
+            help="Class of background that texture must fit, or the status is 1; default: `like` of the scenario.",
         ),
     ] = None,
     camera: Annotated[
         str | None,
         typer.Option(
             metavar="SORT",
-            help="Judge noise by this sort: cooled, uncorrected, uncooled; texture only by a class that --like or the "
-            "scenario says. Status 1 where outside.",
+            help="Sort of camera that noise must fit, or the status is 1: cooled, uncorrected, uncooled. Texture is "
+            "then judged only by a class that --like or the scenario names.",
         ),
     ] = None,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import check_class, check_sort, measure_realism
+    from irsim.calibration.realism import check_class, check_sort, measure_realism
+    from irsim.calibration.selection import scenario_keys
 
     if like is not None:
         with from_option("--like", "like"):
@@ -130,8 +127,8 @@ def realism(
         with from_option("--camera", "camera"):
             check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
-    with progress_bar(f"read {opened.name}") as progress, _told_of(source):
-        found = measure_realism(opened, like or _claim(opened), camera, progress)
+    with progress_bar(f"read {opened.name}") as progress, _named(source):
+        found = measure_realism(opened, like or scenario_keys(opened).get("like"), camera, progress)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
     else:
@@ -144,8 +141,8 @@ def realism(
 
 
 @contextmanager
-def _told_of(source: str) -> Iterator[None]:
-    """What is wrong with a source is told with its name: of a damaged file the room that reads it does so."""
+def _named(source: str) -> Iterator[None]:
+    """Put the name of the source before the message of an InputError, unless it is there."""
     try:
         yield
     except InputError as error:
@@ -154,41 +151,14 @@ def _told_of(source: str) -> Iterator[None]:
         raise InputError(f"{source}: {error}") from None
 
 
-def _shown(display: str | None) -> Path | None:
-    """Where the pictures lie that --display names."""
-    from irsim.scenario.loader import find
-
-    try:
-        return None if display is None else find(display)
-    except InputError:
-        raise InputError(
-            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
-            "or TIFF, a .npy, a video or a recording"
-        ) from None
-
-
-def _fitted(source: str, opened: Source, display: str | None, where: Region | None, wanted: range) -> Fit:
-    """What is fitted to the frames that are wanted, and to the pictures of them, with progress bars."""
-    from irsim.displayed import FITS
-    from irsim.fitting import fit_frames, open_pictures
-
-    with open_pictures(display, opened) as pictures:
-        read = _read(opened, wanted)
-        with _told_of(source):
-            if pictures is None:
-                return fit_frames(read, opened, where, wanted.start)
-            with progress_bar("fit display", len(FITS)) as progress:
-                return fit_frames(read, opened, where, wanted.start, pictures, progress)
-
-
-def _tell_fit(found: Fit, output: Path | None, as_json: bool) -> None:
-    """Write the scenario, and say what it holds; print it where it is not written."""
+def _write_fit(found: Fit, output: Path | None, as_json: bool) -> None:
+    """Write the scenario to a file and its figures to the screen, or the scenario to the screen."""
+    from irsim.calibration.fit import sealed
     from irsim.config.files import replacing_text
-    from irsim.fitting import sealed
 
     scenario, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
-        with replacing_text(output) as file:
+        with atomic_text(output) as file:
             file.write(scenario)
     if as_json:
         print(json.dumps({**found.as_json(), "notes": notes}))
@@ -203,32 +173,21 @@ def _tell_fit(found: Fit, output: Path | None, as_json: bool) -> None:
         print(f"render it: irsim render {shlex.quote(str(output))}")
 
 
-def _claim(source: Source) -> str | None:
-    """The class that a source's scenario claims to be like."""
-    from irsim.stated import stated
-
-    like: str | None = stated(source).get("like")
-    return like
-
-
-def _read(source: Source, wanted: range) -> Timed:
-    """The wanted frames, with a progress bar."""
-    from irsim.measure import read_timed
+def _read(source: Source, wanted: range) -> TimedFrames:
+    from irsim.calibration.selection import read_frames
 
     with progress_bar(f"read {source.name}", len(wanted)) as progress:
-        return read_timed(source, wanted, progress)
+        return read_frames(source, wanted, progress)
 
 
 def _region(text: str | None, size: tuple[int, int]) -> Region | None:
-    """Where noise is to be read; None for the flattest window."""
-    from irsim.measure import parse_region
+    from irsim.calibration.selection import parse_region
 
     with from_option("--region", "region"):
         return None if text is None else parse_region(text, size)
 
 
 def _wanted(frames: str | None, source: Source) -> range:
-    """Numbers of the frames to look at: those that are asked for, or else the first ones."""
-    from irsim.measure import FRAMES
+    from irsim.calibration.figures import FRAMES
 
-    return range(min(FRAMES, len(source))) if frames is None else parsed(frames, len(source))
+    return range(min(FRAMES, len(source))) if frames is None else parse_frame_range(frames, len(source))

@@ -18,10 +18,7 @@ from irsim.cli.source_options import (
     tell_unheeded,
 )
 from irsim.cli.terminal import StoppedError, given_path, progress_bar
-from irsim.config.files import check_output
-from irsim.errors import InputError
-from irsim.frame_range import parsed
-from irsim.wording import counted
+from irsim.errors import InputError, counted, parse_frame_range
 
 
 def show(
@@ -46,12 +43,13 @@ def show(
     """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
     from irsim.cli.figures import contact_sheet
     from irsim.cli.video import moving_picture
-    from irsim.scenario.loader import find
+    from irsim.recording.output import check_output
+    from irsim.scenario.catalog import find
 
     opened = open_changed(source, overrides, seed, without)
     path = output or Path(f"{opened.name}.png")
     check_output(path, find(source), endings=(".png", ".webm", ".gif"))
-    wanted = range(len(opened)) if frames is None else parsed(frames, len(opened))
+    wanted = range(len(opened)) if frames is None else parse_frame_range(frames, len(opened))
     if path.suffix.lower() == ".png":
         print(contact_sheet(opened, path, wanted.start, wanted.stop))
     else:
@@ -79,6 +77,7 @@ def gallery(
     from irsim.cli.gallery import write_blind
     from irsim.cli.sheets import SHEETS
     from irsim.config.base import suggestion
+    from irsim.recording.output import check_output
 
     if what not in SHEETS:
         raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
@@ -115,7 +114,7 @@ def masks(
 
     rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
     tell_unheeded(source, overrides, without)
-    wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
+    wanted = parse_frame_range(frames, stop - first) if frames is not None else range(stop - first)
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
     count = done = 0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from irsim.camera.displays import AGCS
+from irsim.camera import AGCS
 from irsim.camera.presets import PRESETS
 from irsim.cli.figures import Labelled, labelled_sheet
 from irsim.cli.gallery import write_sheet

@@ -42,7 +42,7 @@ def open_changed(source: str, overrides: list[str] | None, seed: int | None, wit
 
 def tell_unheeded(source: str, overrides: list[str] | None, without: str | None = None) -> None:
     """Warn on standard error of each override that counts for nothing, with these parts switched off."""
-    from irsim.render.sources import unheeded
+    from irsim.lint.warnings import unheeded
 
     for warning in unheeded(source, overrides or (), parts(without)):
         print(warning, file=sys.stderr)

@@ -65,7 +65,6 @@ def given_path(text: str | os.PathLike[str]) -> Path:
 
 
 OPTIONS = {
-    "display=PICTURES": "--display PICTURES",
     "init=BOX": "--init X,Y,W,H[@FRAME]",
     "rate_hz=HZ": "--rate HZ",
     "region=X,Y,W,H": "--region X,Y,W,H",
@@ -124,7 +123,7 @@ def run(app: typer.Typer, name: str) -> None:
         )
         sys.exit(2)
     except OSError as error:
-        # What no room could foresee. Files tell of themselves what goes wrong with them (`irsim.config.files.replacing`).
+        # Unforeseen errors. `irsim.recording.output.atomic_file` reports those of output files.
         if error.filename is None and error.errno in NO_ROOM:
             _say_no_more()
             error = OSError(f"standard output: cannot be written: {error.strerror}")

@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.files import check_output, path_of, replacing
+from irsim.config.paths import path_of
 from irsim.errors import InputError
+from irsim.recording.output import atomic_file, check_output
 from irsim.types import Box, Frame, Source, Truth
 
 Palette = npt.NDArray[np.uint8]
@@ -63,7 +64,7 @@ def moving_picture(
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
     factor = -(-LEAST_COLUMNS[ending] // source.size[0])
     pictures = _pictures(source, start, stop, factor, progress)
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         if ending == ".webm":
             _write_webm(file, pictures, source.rate_hz)
         else:

@@ -1,1 +1,1 @@
-"""Typed YAML that knows no scene: kinds and families, quantities, places of errors, overrides."""
+"""Typed YAML that knows no scene: kinds and families, quantities, error messages with places, overrides."""

@@ -1,8 +1,8 @@
-"""Parts and families: how YAML becomes frozen values, and how a kind is added.
+"""Parts, kinds and families: how YAML becomes frozen values, and how a kind is added.
 
-A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds
-that may stand in one place, told apart by their key ``kind``. A new kind is a class and a line in
-its family's table; a user's own kind is named as ``module:Class``, which imports that module.
+A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds that may stand in one
+place, distinguished by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind is
+named as ``module:Class``, which imports that module.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
@@ -28,31 +28,33 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 
 KeyPath = tuple[str | int, ...]
+"""Keys and list indices from the root to a value."""
+
 Switches = Mapping[str, tuple[Any, ...]]
-"""Name of what can be switched off within a part -> its key, the value that does so, others that do nothing either."""
+"""Name of a setting -> its key, the value that switches it off, other values without effect."""
 
 
 class Part(BaseModel):
-    """A frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
+    """Frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Keys beside which others do not count: `irsim check` warns where such are written."""
+    """Key -> keys without effect beside it: the linter warns where they are written."""
     switches: ClassVar[Switches] = {}
-    """What within it can be switched off with --without, by names of their own; those of its bases count, too."""
+    """Settings that --without switches off, by name; those of base classes count too."""
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """A mapping, sound or not, and the keys that follow from others where it lacks them: for a class to say."""
+        """Return a mapping, valid or not, with missing keys that follow from others; classes override this."""
         return given
 
     @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
-        """What a key holds in a mapping like `given` that leaves it out."""
+        """Return the value of a key that the mapping `given` leaves out."""
         filled = cls.filled({each: item for each, item in given.items() if each != key})
         if key not in filled:
             return cls.model_fields[key].get_default(call_default_factory=True)
@@ -65,29 +67,32 @@ class Part(BaseModel):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """As pydantic has it, and what each key means."""
+        """Return pydantic's JSON Schema with the docs of each key."""
         described = handler(schema)
         properties = handler.resolve_ref_schema(described).get("properties", {})
-        for key, text in meanings(cls).items():
+        for key, text in field_docs(cls).items():
             if key in properties:
                 properties[key] = {"description": text, **properties[key]}
         return described
 
 
+AnyPart = TypeVar("AnyPart", bound=Part)
+
+
 @lru_cache(maxsize=1024)
 def _validator(part: type[Part], key: str) -> TypeAdapter[Any]:
-    """Of one key alone; kept, as making it takes a hundred times as long as its use."""
+    """Return the validator of one key; making it takes a hundred times as long as its use."""
     field = part.model_fields[key]
     hint: Any = Annotated[field.annotation, field]
     return TypeAdapter(hint)
 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
-"""An id: what --without, overrides and truth call a part of the scene."""
+"""Id of a part in --without, overrides and truth."""
 
 Switch = Annotated[str, Field(min_length=1, max_length=128)]
-"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`). Of any form, so that what
-is none is told the names that are."""
+"""Argument of --without: a part's id or a setting within one (`jet.flicker`). Any form is allowed here, so that the
+error of a wrong one can list the names that exist."""
 
 Item = TypeVar("Item")
 Several = Annotated[tuple[Item, ...], Field(strict=False)]
@@ -95,10 +100,10 @@ Several = Annotated[tuple[Item, ...], Field(strict=False)]
 
 
 class Kind(Part):
-    """A part that is one of several in its family."""
+    """Part that is one of several kinds of its family."""
 
     kind: ClassVar[str]
-    """What YAML calls it: the name in its family's table, else 'module:Class'."""
+    """Name in YAML: that in its family's table, else 'module:Class'."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -106,7 +111,7 @@ class Kind(Part):
 
 
 class NamedKind(Kind):
-    """A kind that stands in a list, where overrides and --without reach it by its name."""
+    """Kind in a list, where overrides and --without reach it by its name."""
 
     id: Name | None = None
     """Its name in the scene; its kind where not given."""
@@ -116,14 +121,19 @@ class NamedKind(Kind):
         return self.id or self.kind
 
 
+def dump(part: Kind) -> dict[str, Any]:
+    """Return a kind as a mapping, its key `kind` first."""
+    return {"kind": part.kind, **part.model_dump()}
+
+
 _may_import: ContextVar[bool] = ContextVar("may_import", default=True)
 
 
 @contextmanager
 def importing_nothing() -> Iterator[None]:
-    """In this block a kind 'module:Class' is known only where its module is imported already.
+    """Refuse a kind 'module:Class' within this block unless its module is imported already.
 
-    For texts out of recordings and results files: whoever made the file would choose the code to run.
+    For texts out of recordings and results files: their author would choose the code to run.
     """
     before = _may_import.set(False)
     try:
@@ -132,41 +142,25 @@ def importing_nothing() -> Iterator[None]:
         _may_import.reset(before)
 
 
-NO_OTHERS: Mapping[str, str] = {}
-"""No words that people use for what has another name."""
-
-
-def suggestion(word: object, allowed: Iterable[str], meant: Mapping[str, str] = NO_OTHERS) -> str:
-    """'; did you mean …?' where a known word is near, else ''.
-
-    meant   other words, in small letters, each with the known one that it is another name of
-    """
-    written, lowered = str(word).lower(), {each.lower(): each for each in allowed}
-    # A slip in a known word goes before one in another name for it: 'sar' is nearer to 'car' than to 'sam'.
-    found = meant.get(written) or _nearest(written, lowered, 0.6) or _nearest(written, meant, 0.8)
-    return f"; did you mean '{found}'?" if found else ""
-
-
-def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
-    """What the word stands for that is most alike, at least so much (1: the same letters in their order)."""
-    near = difflib.get_close_matches(word, known, n=1, cutoff=least)
-    return known[near[0]] if near else None
+def is_handwritten() -> bool:
+    """Return whether the text being read is a user's own, not one out of a recording or a results file."""
+    return _may_import.get()
 
 
 class Family:
-    """The table of kinds that may stand in one place of a scenario.
+    """Table of kinds that may stand in one place of a scenario.
 
     A field declares its family as ``Annotated[Noise, NOISES]``. Errors inside a kind keep their
     places: the custom error 'inside' carries the kind's class and its own list of errors.
     """
 
     def __init__(
-        self, name: str, base: type[Kind], kinds: Mapping[str, type[Kind]], meant: Mapping[str, str] = NO_OTHERS
+        self, name: str, base: type[Kind], kinds: Mapping[str, type[Kind]], synonyms: Mapping[str, str] | None = None
     ) -> None:
-        """`meant` as of `suggestion`."""
+        """`synonyms` as in `suggestion`."""
         self.name = name
         self.base = base
-        self.meant = meant
+        self.synonyms = synonyms or {}
         self.kinds = dict(kinds)
         for word, kind in self.kinds.items():
             kind.kind = word
@@ -175,41 +169,37 @@ class Family:
         return iter(self.kinds.items())
 
     def find(self, word: object) -> type[Kind]:
-        """The class of a kind's name or of 'module:Class'; PydanticCustomError where there is none."""
+        """Return the class of a kind's name or of 'module:Class'; PydanticCustomError where there is none."""
         if isinstance(word, str) and word in self.kinds:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
             return self._foreign(word)
-        raise self._unknown(
+        raise _unknown_kind(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
-            + suggestion(word, self.kinds, self.meant)
+            + suggestion(word, self.kinds, self.synonyms)
         )
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")
         if module not in sys.modules and not _may_import.get():
-            raise self._unknown(
-                f"{word!r} is somebody's own {self.name} kind, and what this file names is not imported; "
+            raise _unknown_kind(
+                f"{word!r} is a user's own {self.name} kind, and modules named in this file are not imported; "
                 f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it"
             )
         try:
             found = getattr(importlib.import_module(module), name)
         except Exception as error:  # a user's module may fail in any way while it is imported
-            raise self._unknown(
+            raise _unknown_kind(
                 f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
-                "is installed or lies where the command is given"
+                "is installed or lies in the working directory"
             ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
-            raise self._unknown(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
+            raise _unknown_kind(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
         return found
 
-    @staticmethod
-    def _unknown(what: str) -> PydanticCustomError:
-        return PydanticCustomError("unknown_kind", "{what}", {"what": what, "at": ("kind",)})
-
     def parse(self, value: Any) -> Kind:
-        """A value of the family from a mapping with the key 'kind' (a value passes as it is)."""
+        """Return a value of the family from a mapping with the key 'kind' (a value passes unchanged)."""
         if isinstance(value, self.base):
             return value
         allowed = ", ".join(self.kinds)
@@ -223,7 +213,7 @@ class Family:
         try:
             return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
         except ValidationError as error:
-            # Raised as it is, pydantic would flatten it to one text: hand its list through.
+            # Raised unchanged, pydantic would flatten it to one text: hand its list through.
             raise PydanticCustomError(
                 "inside", "{count} errors", {"count": error.error_count(), "errors": error.errors(), "part": chosen}
             ) from None
@@ -234,7 +224,7 @@ class Family:
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The word `kind` chooses which keys are checked: an editor then marks the one that is wrong."""
+        """Return a schema in which `kind` selects the keys to check: an editor then marks the wrong one."""
         chosen = []
         for word, kind in self.kinds.items():
             described = kind.__get_pydantic_json_schema__(kind.__pydantic_core_schema__, handler)
@@ -257,6 +247,87 @@ class Family:
         }
 
 
-def dump(part: Kind) -> dict[str, Any]:
-    """A kind as a mapping, its own name first."""
-    return {"kind": part.kind, **part.model_dump()}
+def _unknown_kind(message: str) -> PydanticCustomError:
+    return PydanticCustomError("unknown_kind", "{message}", {"message": message, "at": ("kind",)})
+
+
+def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str] | None = None) -> str:
+    """Return "; did you mean 'car'?" where a known word is near, else ''.
+
+    synonyms   other words, in small letters -> the known word
+    """
+    written, known = str(word).lower(), {each.lower(): each for each in allowed}
+    # A slip in a known word goes before one in a synonym: 'sar' is nearer to 'car' than to 'sam'.
+    synonyms = synonyms or {}
+    found = synonyms.get(written) or _nearest(written, known, 0.6) or _nearest(written, synonyms, 0.8)
+    return f"; did you mean '{found}'?" if found else ""
+
+
+def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
+    """Return the value of the key most similar to the word, at least by that ratio of `difflib`."""
+    near = difflib.get_close_matches(word, known, n=1, cutoff=least)
+    return known[near[0]] if near else None
+
+
+MANY_NAMES = 8
+"""In longer lists of allowed names, similar ones come first."""
+
+
+def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
+    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?", in a long list similar names first."""
+    known = list(dict.fromkeys(allowed))
+    if len(known) > MANY_NAMES:
+        ratios = {name: difflib.SequenceMatcher(None, str(word).lower(), name.lower()).ratio() for name in known}
+        known.sort(key=lambda name: -ratios[name] if ratios[name] >= 0.6 else 0.0)
+    within = next((f"; did you mean '{each}'?" for each in known if each.endswith(f".{word}")), None)
+    return f"there is no '{word}'; allowed: {', '.join(known) or none}{within or suggestion(word, known)}"
+
+
+def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
+    """Yield the name and the place of each setting within a part, and below, that --without can switch off and that has
+    an effect.
+
+    prefix   of the names: 'ID.' of the nearest part with an id
+    """
+    for name, (key, *nothing) in _own_switches(part).items():
+        if getattr(part, key) not in nothing:
+            yield prefix + name, (key,)
+    for key in type(part).model_fields:
+        value = getattr(part, key)
+        several = isinstance(value, tuple)
+        for index, inner in enumerate(value if several else (value,)):
+            if isinstance(inner, Part):
+                for name, place in switches(inner, _switch_prefix(inner, prefix)):
+                    yield name, (key, index, *place) if several else (key, *place)
+
+
+def switched_off(part: AnyPart, names: Collection[str], prefix: str = "") -> AnyPart:
+    """Return the part with the settings of those names at the value without effect; itself where that is nothing."""
+    if not names:
+        return part
+    changes = {key: nothing for name, (key, nothing, *_) in _own_switches(part).items() if prefix + name in names}
+    for key in type(part).model_fields:
+        if key not in changes:
+            value = getattr(part, key)
+            if isinstance(value, tuple):
+                other: Any = tuple(_value_off(each, names, prefix) for each in value)
+            else:
+                other = _value_off(value, names, prefix)
+            if other != value:
+                changes[key] = other
+    return part.model_copy(update=changes) if changes else part
+
+
+def _value_off(value: Any, names: Collection[str], prefix: str) -> Any:
+    return switched_off(value, names, _switch_prefix(value, prefix)) if isinstance(value, Part) else value
+
+
+def _own_switches(part: Part) -> dict[str, tuple[Any, ...]]:
+    """Return the switches of a part's class and its bases."""
+    bases = reversed(type(part).__mro__)
+    return {name: setting for base in bases for name, setting in vars(base).get("switches", {}).items()}
+
+
+def _switch_prefix(part: Part, prefix: str) -> str:
+    name = part.name if isinstance(part, NamedKind) else getattr(part, "id", None)
+    return f"{name}." if isinstance(name, str) else prefix

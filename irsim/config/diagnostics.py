@@ -1,18 +1,18 @@
-"""pydantic's errors as lines that say the place, the key, what is wrong and what is allowed."""
+"""Error messages: pydantic's errors as lines 'file:line:column: key: problem; allowed: ...; did you mean ...?'."""
 
 from __future__ import annotations
 
 import copy
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping
-from typing import Any, TypeVar, get_args
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from irsim.config.base import Part, suggestion
-from irsim.config.file_digests import NO_FILE
-from irsim.config.schema import Slot, member, shown
-from irsim.config.yaml_file import Document, KeyPath, dotted
+from irsim.config.base import AnyPart, KeyPath, Part, suggestion
+from irsim.config.paths import NO_FILE
+from irsim.config.schema import Slot, member, path_text
+from irsim.config.yaml_text import Document, dotted
 from irsim.errors import InputError
 
 _EXPECTED = {
@@ -26,80 +26,109 @@ _EXPECTED = {
     "dict_type": "a mapping",
     "mapping_type": "a mapping",
 }
+"""Type of pydantic's error -> expected type in words."""
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
-_OF_IDS = {"duplicate_id", "unknown_id"}
+_ID_ERRORS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
+"""Most characters of a quoted value."""
 _HEADING = "heading_deg"
 
 
-AnyPart = TypeVar("AnyPart", bound=Part)
-
-
-def formed(document: Document, part: type[AnyPart]) -> AnyPart:
-    """The part that a document says; InputError, a line for each thing that is wrong."""
+def validate_part(document: Document, part: type[AnyPart]) -> AnyPart:
+    """Return the part that a document describes; InputError with a line for each fault."""
     try:
         return part.model_validate(document.value)
     except ValidationError as error:
-        lines = explain(error, document, part)
-        known = _known(error, document, part)
+        lines = error_lines(error, document, part)
+        known = _without_unknown_keys(error, document, part)
     if known != document.value:
         try:
             part.model_validate(known)
         except ValidationError as error:
-            lines += explain(error, document, part, _OF_IDS)
-    raise InputError("\n".join(in_order(lines)))
+            lines += error_lines(error, document, part, _ID_ERRORS)
+    raise InputError("\n".join(by_place(lines)))
 
 
-def explain(
+def error_lines(
     error: ValidationError, document: Document, root: type[Part], kinds: Container[str] | None = None
 ) -> list[str]:
-    """A line for each thing (of those kinds) that is wrong with a document that was meant to be a `root`."""
+    """Return a line for each fault (of these kinds of error) of a document that describes a `root`."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
-    for raw, detail in _flat(error.errors(include_url=False), ()):
+    for raw, detail in _flattened(error.errors(include_url=False), ()):
         if kinds is not None and detail["type"] not in kinds:
             continue
         if detail["type"] == "duplicate_id":
-            raw, detail = _twice(raw, detail, top, document.value)
+            raw, detail = _duplicate(raw, detail, top, document.value)
         path, slot = _resolve(raw, top, document.value)
         kind = detail["type"]
         if kind == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]:
-            continue  # pydantic counts the items that are right; those that are wrong are told by lines of their own
+            continue  # pydantic counts valid items only; invalid ones have lines of their own
         if kind == "missing" and path and isinstance(path[-1], int):
-            # Too few items: the list is what is wrong, not an item that is not there.
+            # Too few items: the fault is the list's, not the missing item's.
             path, slot, kind = path[:-1], _resolve(path[:-1], top, document.value)[1], "too_few"
-        # The alternatives of a union each complain: one line says it.
+        # Each alternative of a union has an error: one line is enough.
         once = "" if slot is not None and len(slot.choices) > 1 else f"{kind} {detail['msg']}"
         if (path, once) not in lines:
-            what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
-            name = shown(path, top, document.value)
+            problem = " ".join(_problem(kind, detail, slot, path, top, document.value).split())
+            name = path_text(path, top, document.value)
             if kind == NO_FILE:
-                what += "; allowed: a file that is there"
+                problem += "; allowed: a file that is there"
                 if path in document.values and not place_of(document, path).startswith("override "):
-                    what += f"; {name}=PATH puts another in its place"
-            lines[path, once] = line(document, path, name, what, kind == "extra_forbidden")
-    return in_order(lines.values())
+                    problem += f"; {name}=PATH puts another in its place"
+            lines[path, once] = error_line(document, path, name, problem, kind == "extra_forbidden")
+    return by_place(lines.values())
 
 
-def line(document: Document, path: KeyPath, name: str, what: str, at_key: bool = False) -> str:
-    """'file:line:column: key: what', at the nearest place that the document has for the path."""
+def error_line(document: Document, path: KeyPath, name: str, problem: str, at_key: bool = False) -> str:
+    """Return 'file:line:column: key: problem' with the nearest place that the document has for the path."""
     place = place_of(document, path, at_key)
-    return f"{place}: {what}" if not name or place == f"override {name}" else f"{place}: {name}: {what}"
+    return f"{place}: {problem}" if not name or place == f"override {name}" else f"{place}: {name}: {problem}"
 
 
 def place_of(document: Document, path: KeyPath, at_key: bool = False) -> str:
-    """'file:line:column' of a value or its key, or of the nearest above it that the document has."""
+    """Return 'file:line:column' of a value or its key, or of the nearest above it that the document has."""
     if at_key and path in document.keys:
         return document.keys[path]
     above = (path[:length] for length in range(len(path), -1, -1))
     return next((document.values[place] for place in above if place in document.values), document.name)
 
 
-def _known(error: ValidationError, document: Document, root: type[Part]) -> Any:
-    """The document's values without unknown keys: ids are looked at when all keys are known. Not without what may
-    have, or be, an id to which others refer: text."""
+def by_place(lines: Iterable[str]) -> list[str]:
+    """Return lines in the order of their places in the file; those without one first."""
+
+    def place(text: str) -> tuple[int, int]:
+        found = re.search(r":(\d+):(\d+): ", text)
+        return (int(found[1]), int(found[2])) if found else (0, 0)
+
+    return sorted(lines, key=place)
+
+
+def allowed_text(words: Iterable[str], wrong: str | None = None) -> str:
+    """Return "; allowed: a, b; did you mean 'a'?"."""
+    known = list(words)
+    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known))
+
+
+def value_text(given: Any) -> str:
+    """Return a value about as the user wrote it."""
+    if given is None:
+        return "nothing"
+    if isinstance(given, bool):
+        return str(given).lower()
+    if isinstance(given, dict):
+        return "a mapping"
+    if isinstance(given, list | tuple):
+        return "a list"
+    text = repr(given)
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
+
+
+def _without_unknown_keys(error: ValidationError, document: Document, root: type[Part]) -> Any:
+    """Return the document's values without unknown keys, as ids are validated only when all keys are known. A key whose
+    value has text stays: it may hold an id that others refer to."""
     value = copy.deepcopy(document.value)
-    for raw, detail in _flat(error.errors(include_url=False), ()):
+    for raw, detail in _flattened(error.errors(include_url=False), ()):
         path, _ = _resolve(raw, Slot.of(root), document.value)
         if detail["type"] == "extra_forbidden" and not _has_text(detail["input"]):
             above = value
@@ -114,43 +143,27 @@ def _has_text(value: Any) -> bool:
     return isinstance(value, str) or any(map(_has_text, inner))
 
 
-def in_order(lines: Iterable[str]) -> list[str]:
-    """Lines by their places in the file."""
-    return sorted(lines, key=_order)
-
-
-def _order(text: str) -> tuple[int, int]:
-    """Line and column in the file; what has none comes first, as it came."""
-    found = re.search(r":(\d+):(\d+): ", text)
-    return (int(found[1]), int(found[2])) if found else (0, 0)
-
-
-def listed(words: Iterable[str], wrong: str | None = None) -> str:
-    """'; allowed: a, b; did you mean 'a'?'."""
-    known = list(words)
-    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known))
-
-
-def _flat(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
+def _flattened(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
+    """Yield each error with its whole path, also those inside kinds (see `Family`)."""
     for detail in errors:
         context = detail.get("ctx", {})
         path = (*prefix, *detail["loc"])
         if detail["type"] == "inside":
-            yield from _flat(context["errors"], path)
+            yield from _flattened(context["errors"], path)
         else:
             yield (*path, *context.get("at", ())), detail
 
 
-def _twice(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -> tuple[KeyPath, Mapping[str, Any]]:
-    """Where the user wrote an id that is used twice, and the error that says who else has it.
+def _duplicate(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -> tuple[KeyPath, Mapping[str, Any]]:
+    """Return where the user wrote an id that is used twice, and the error that names the other owner.
 
-    What a preset or a default brings has names too, and no place in the document.
+    Parts of a preset or a default have ids too, but no place in the document.
     """
     context = detail["ctx"]
     first = (*second[: len(second) - len(context["at"])], *context["first"])
     place, other = (second, first) if _is_written(second, value) else (first, second)
     named = other[:-1] if other[-1] == "id" else other
-    owner = shown(named, root, value)
+    owner = path_text(named, root, value)
     if not _is_written(other, value):
         preset = member(member(value, other[0]), "preset")
         owner = f"{dotted(named[:2])} of " + (f"the preset '{preset}'" if preset else "the defaults")
@@ -158,14 +171,14 @@ def _twice(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -
 
 
 def _is_written(place: KeyPath, value: Any) -> bool:
-    """Whether the document has the part whose id is meant; the id itself may be left to its default."""
+    """Return whether the document has the part with this id; the id itself may be a default."""
     for step in place[:-1] if place[-1] == "id" else place:
         value = member(value, step)
     return value is not None
 
 
 def _resolve(raw: KeyPath, root: Slot, value: Any) -> tuple[KeyPath, Slot | None]:
-    """The path in the document and its slot; pydantic also writes a union's alternatives into its path."""
+    """Return the path in the document and its slot; pydantic adds a union's alternatives to its path."""
     path: KeyPath = ()
     slot: Slot | None = root
     for step in raw:
@@ -177,7 +190,7 @@ def _resolve(raw: KeyPath, root: Slot, value: Any) -> tuple[KeyPath, Slot | None
     return path, slot
 
 
-def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath, root: Slot, value: Any) -> str:
+def _problem(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath, root: Slot, value: Any) -> str:
     given = detail.get("input")
     if kind == "extra_forbidden":
         return _unknown_key(path, root, value)
@@ -186,16 +199,16 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
         return f"it is missing{allowed}"
     if slot is not None and len(slot.choices) > 1 and "at" not in detail.get("ctx", {}):
         words = [word for choice in slot.choices for word in get_args(choice.annotation) if isinstance(word, str)]
-        seen = f"a list of {len(given)}" if isinstance(given, list) else _seen(given)
+        seen = f"a list of {len(given)}" if isinstance(given, list) else value_text(given)
         return f"{seen} is not allowed{allowed}{suggestion(given, words)}"
     if kind in _EXPECTED:
-        return f"expected {_EXPECTED[kind]}, not {_seen(given)}{allowed}"
+        return f"expected {_EXPECTED[kind]}, not {value_text(given)}{allowed}"
     if kind.startswith("string_"):
-        return f"{_seen(given)} is not allowed{allowed}"
+        return f"{value_text(given)} is not allowed{allowed}"
     if kind in _RANGES or kind == "int_parsing_size":
-        return f"{_seen(given)} is out of range{allowed}{_direction(path, given, root, value)}"
+        return f"{value_text(given)} is out of range{allowed}{_direction(path, given, root, value)}"
     if kind == "literal_error" and slot is not None:
-        return f"unknown value {_seen(given)}{allowed}{suggestion(given, map(str, get_args(slot.annotation)))}"
+        return f"unknown value {value_text(given)}{allowed}{suggestion(given, map(str, get_args(slot.annotation)))}"
     if kind in ("too_long", "too_short", "too_few"):
         many = "few" if kind != "too_long" else "many"
         return f"too {many} items{allowed}"
@@ -203,22 +216,22 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
 
 
 def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
-    slot, part = _holder(path, root, value)
+    slot, part = _parent(path, root, value)
     if slot is None:
         return "unknown key"
     keys = list(part.model_fields) if part is not None else []
-    return "unknown key" + listed((["kind", *keys] if slot.family else keys), str(path[-1]))
+    return "unknown key" + allowed_text((["kind", *keys] if slot.family else keys), str(path[-1]))
 
 
 def _direction(path: KeyPath, given: Any, root: Slot, value: Any) -> str:
-    """Of a speed below 0, what says instead which way a thing goes."""
-    _, part = _holder(path, root, value)
+    """Return a hint for a speed below 0: the key that gives the direction."""
+    _, part = _parent(path, root, value)
     turned = part is not None and _HEADING in part.model_fields and str(path[-1]).startswith("speed")
-    return f"; {_HEADING} says which way it goes" if turned and isinstance(given, int | float) and given < 0 else ""
+    return f"; {_HEADING} gives the direction" if turned and isinstance(given, int | float) and given < 0 else ""
 
 
-def _holder(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:
-    """The slot in which what has the last step of the path stands, and the part that it is, None where unknown."""
+def _parent(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:
+    """Return the slot above the last step of the path and the class of the part in it; None where unknown."""
     slot = root
     for step in path[:-1]:
         child = slot.child(value, step)
@@ -226,17 +239,3 @@ def _holder(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Pa
             return None, None
         slot, value = child, member(value, step)
     return slot, slot.part(value)
-
-
-def _seen(given: Any) -> str:
-    """A value as the user wrote it, about."""
-    if given is None:
-        return "nothing"
-    if isinstance(given, bool):
-        return str(given).lower()
-    if isinstance(given, dict):
-        return "a mapping"
-    if isinstance(given, list | tuple):
-        return "a list"
-    text = repr(given)
-    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

@@ -1,4 +1,4 @@
-"""KEY=VALUE over a scenario's tree: `camera.netd_mk=80`, `targets.jet.path.speed=3`."""
+"""Overrides, KEY=VALUE over a scenario's tree: `camera.netd_mk=80`, `targets.jet.path.speed=3`."""
 
 from __future__ import annotations
 
@@ -7,16 +7,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from irsim.config.base import Part
-from irsim.config.diagnostics import listed
-from irsim.config.file_digests import DIGEST, FILE, same_name
-from irsim.config.schema import Slot, brief, item_name, item_names
-from irsim.config.yaml_file import Document, KeyPath, dotted, scalar
+from irsim.config.base import KeyPath, Part
+from irsim.config.diagnostics import allowed_text
+from irsim.config.paths import DIGEST, FILE, same_name
+from irsim.config.schema import Slot, item_name, item_names
+from irsim.config.serialization import brief_value
+from irsim.config.yaml_text import Document, dotted, scalar
 from irsim.errors import InputError
 
+TABLES = ("severities", "vary")
+"""Keys of a scenario whose tables have override keys."""
 
-def given_overrides(overrides: object) -> list[str]:
-    """The overrides that a caller gave; InputError for what is no list of texts, such as one text or a mapping."""
+
+def expect_overrides(overrides: object) -> list[str]:
+    """Return the overrides given by a caller; InputError for anything but a list of texts, such as a mapping."""
     if isinstance(overrides, Mapping):
         raise InputError(
             f"overrides {reprlib.repr(overrides)}: is a mapping; allowed: a list of texts, such as "
@@ -32,14 +36,13 @@ def given_overrides(overrides: object) -> list[str]:
     return texts
 
 
-def override(
+def apply_override(
     document: Document, text: str, root: type[Part], given: Iterable[KeyPath] = ()
 ) -> tuple[Document, KeyPath]:
-    """The document with one value set, and where; errors in it will be placed at 'override KEY'. `given` as of
-    `placed`.
+    """Return the document with one value set, and its path; errors in it get the place 'override KEY'.
 
-    Steps reach list items by id (or by kind, where they have no id) or number, and a part that the
-    text leaves out begins from its default. InputError where the path leads nowhere.
+    Steps of a key reach list items by id (or by kind, where they have no id) or number, and a part that the text leaves
+    out starts from its default. `given` as in `set_value`. InputError where the path leads nowhere.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
@@ -50,58 +53,69 @@ def override(
         value = scalar(written)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
-    return placed(document, key, value, place, root, given)
+    return set_value(document, key, value, place, root, given)
 
 
 def place_of_override(text: str) -> str:
-    """Where the value of KEY=VALUE stands, as errors and warnings have it: 'override KEY'."""
+    """Return the place of KEY=VALUE in errors and warnings: 'override KEY'."""
     return f"override {place_of_key(text.partition('=')[0].strip())}"
 
 
 def place_of_key(key: str) -> str:
-    """The key of an override as errors have it: on one line."""
+    """Return the key of an override for errors: on one line."""
     return dotted(tuple(key.split(".")))
 
 
-def placed(
+def set_value(
     document: Document, key: str, value: Any, place: str, root: type[Part], given: Iterable[KeyPath] = ()
 ) -> tuple[Document, KeyPath]:
-    """The document with `value` at an override's key, known to stand at `place`; and the path that the key means.
+    """Return the document with `value` at an override's key, recorded to stand at `place`, and the path of the key.
 
-    given   places whose values were given by hand: a digest among them stays when another file is named beside it
+    given   paths of values set by hand: a digest among them stays when another file is named beside it
 
-    InputError, 'place: what', where the key leads nowhere.
+    Raises InputError, 'place: problem', where the key leads nowhere.
     """
     try:
-        tree, path = _placed(document.value, Slot.of(root), key.split("."), value, list(given))
+        tree, path = _set(document.value, Slot.of(root), key.split("."), value, list(given))
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
     changed = replace(
         document,
         value=tree,
-        values=_without(document.values, path) | {path: place},
-        keys=_without(document.keys, path) | {path: place},
+        values=_outside(document.values, path) | {path: place},
+        keys=_outside(document.keys, path) | {path: place},
     )
     return changed, path
 
 
-def _placed(
+def table_entries(document: Document) -> list[tuple[str, str]]:
+    """Return the table and the override key of each entry of a scenario's `TABLES`."""
+    return [(name, key) for name in TABLES for key in table(document, name)]
+
+
+def table(document: Document, name: str) -> dict[str, Any]:
+    """Return one of a scenario's `TABLES`; empty where it has none."""
+    found = document.value.get(name)
+    return found if isinstance(found, dict) else {}
+
+
+def _set(
     node: Any, slot: Slot | None, steps: list[str], value: Any, given: Sequence[KeyPath] = ()
 ) -> tuple[Any, KeyPath]:
-    """A copy of `node` with the value at the steps, and the path that they mean; `given` as of `placed`, from here."""
+    """Return a copy of `node` with the value at the steps, and their path; `given` as in `set_value`, from here on."""
     if not steps:
         return value, ()
     if isinstance(node, dict):
-        return _placed_in_mapping(node, slot, steps, value, given)
+        return _set_in_mapping(node, slot, steps, value, given)
     if isinstance(node, list):
         index = _index(node, slot, steps[0])
         child = slot.child(node, index) if slot is not None else None
-        item, path = _placed(node[index], child, steps[1:], value, _below(given, index))
+        item, path = _set(node[index], child, steps[1:], value, _below(given, index))
         return [*node[:index], item, *node[index + 1 :]], (index, *path)
-    raise _single(steps[0])
+    raise _no_parent(steps[0])
 
 
-def _placed_in_mapping(
+def _set_in_mapping(
     node: dict[str, Any], slot: Slot | None, steps: list[str], value: Any, given: Sequence[KeyPath]
 ) -> tuple[Any, KeyPath]:
     step, *rest = _table_key(node, steps) if slot is not None and slot.is_table else steps
@@ -109,43 +123,43 @@ def _placed_in_mapping(
     child = slot.child(node, step) if slot is not None else None
     if part is not None and child is None and step != "kind":
         keys = [*(["kind"] if slot is not None and slot.family else []), *part.model_fields]
-        raise InputError(f"unknown key {step!r}{listed(keys, step)}")
+        raise InputError(f"unknown key {step!r}{allowed_text(keys, step)}")
     below = node.get(step)
     names_another = step == FILE and child is not None and child.is_file and not same_name(value, below)
     if names_another and (DIGEST,) not in given:
         node = {other: item for other, item in node.items() if other != DIGEST}  # it was the other file's
     if below is None and rest:
-        below = _beginning(part, step, child, rest[0], node)
-    below, path = _placed(below, child, rest, value, _below(given, step))
+        below = _default(part, step, child, rest[0], node)
+    below, path = _set(below, child, rest, value, _below(given, step))
     return {**node, step: below}, (step, *path)
 
 
 def _below(paths: Sequence[KeyPath], step: str | int) -> list[KeyPath]:
-    """Those of the paths that lead by that step, from there on."""
+    """Return the paths that begin with that step, from there on."""
     return [path[1:] for path in paths if path[:1] == (step,)]
 
 
 def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:
-    """The steps with those of the table's key as one, for such keys have dots in them; all, where it is a new one."""
+    """Return the steps with those of the table's key, which has dots in it, as one; all as one for a new key."""
     lengths = [length for length in range(len(steps), 0, -1) if ".".join(steps[:length]) in node]
     length = lengths[0] if lengths else len(steps)
     return [".".join(steps[:length]), *steps[length:]]
 
 
-def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str, node: dict[str, Any]) -> Any:
-    """What a key that the text, `node`, leaves out holds, for an override to change some of it."""
+def _default(part: type[Part] | None, step: str, slot: Slot | None, below: str, node: dict[str, Any]) -> Any:
+    """Return the default of a key that `node` leaves out, for an override to change a part of it."""
     if part is None or slot is None:
         return {}
-    default = brief(part.default_for(step, node))
+    default = brief_value(part.default_for(step, node))
     if isinstance(default, dict | list):
         return default
     if slot.family is None and slot.part(None) is None:
-        raise _single(below)
+        raise _no_parent(below)
     return {}
 
 
-def _single(step: str) -> InputError:
-    return InputError(f"there is no {step!r} here: what stands above it is a single value")
+def _no_parent(step: str) -> InputError:
+    return InputError(f"there is no {step!r} here: the key above it holds a single value")
 
 
 def _index(items: list[Any], slot: Slot | None, step: str) -> int:
@@ -157,8 +171,8 @@ def _index(items: list[Any], slot: Slot | None, step: str) -> int:
     if step in names:
         raise InputError(f"there are {names.count(step)} of '{step}'; allowed: their numbers, from 0")
     known = item_names(slot, items) if slot is not None else [str(index) for index in range(len(items))]
-    raise InputError(f"there is no {step!r}{listed(known, step)}")
+    raise InputError(f"there is no {step!r}{allowed_text(known, step)}")
 
 
-def _without(places: Any, path: KeyPath) -> dict[KeyPath, str]:
+def _outside(places: Mapping[KeyPath, str], path: KeyPath) -> dict[KeyPath, str]:
     return {here: place for here, place in places.items() if here[: len(path)] != path}

@@ -1,4 +1,4 @@
-"""What may stand at each place of a tree of parts: asked by the errors and by the overrides."""
+"""Allowed values at each place of a tree of parts, for error messages and overrides."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import annotated_types as at
 from pydantic.fields import FieldInfo
 
-from irsim.config.base import Family, Kind, NamedKind, Part
-from irsim.config.field_annotations import Items, Located
-from irsim.config.yaml_file import KeyPath, dotted
+from irsim.config.base import Family, KeyPath, NamedKind, Part
+from irsim.config.fields import Items, Located
+from irsim.config.yaml_text import dotted
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
@@ -22,14 +22,14 @@ _WORDS = {Any: "any value", int: "a whole number", float: "a number", bool: "tru
 
 @dataclass(frozen=True)
 class Slot:
-    """A place's type and its constraints, as pydantic has them."""
+    """Type and constraints of a place, as pydantic has them."""
 
     annotation: Any
     metadata: tuple[Any, ...] = ()
 
     @classmethod
     def of(cls, annotation: Any, metadata: Iterable[Any] = ()) -> Slot:
-        """The slot of a type hint, out of its wrappings; `X | None` is the slot of X."""
+        """Return the slot of a type hint without its wrappings; `X | None` gives the slot of X."""
         found = list(metadata)
         while True:
             if get_origin(annotation) is Annotated:
@@ -45,7 +45,7 @@ class Slot:
 
     @property
     def choices(self) -> list[Slot]:
-        """Its alternatives where it is a union, else itself alone."""
+        """Alternatives of a union; otherwise itself alone."""
         return [Slot.of(each, self.metadata) for each in _choices(self.annotation) if each is not type(None)]
 
     @property
@@ -58,16 +58,16 @@ class Slot:
 
     @property
     def is_file(self) -> bool:
-        """The name of a file."""
+        """Whether it holds a file's name."""
         return any(isinstance(item, Located) for item in self.metadata)
 
     @property
     def is_table(self) -> bool:
-        """A mapping whose keys are free, such as `vary`."""
+        """Whether it is a mapping with free keys, such as `vary`."""
         return get_origin(self.annotation) is Mapping
 
     def part(self, value: Any) -> type[Part] | None:
-        """The part that a mapping in this place is written for; None where it cannot be told."""
+        """Return the class of the part that a mapping in this place describes; None where that is unknown."""
         if self.family is not None:
             word = value.get("kind") if isinstance(value, Mapping) else None
             try:
@@ -79,7 +79,7 @@ class Slot:
         return None
 
     def child(self, value: Any, step: str | int) -> Slot | None:
-        """The slot of a key or an item of `value`, which stands here; None where it is unknown."""
+        """Return the slot of a key or an item of `value`, which stands in this place; None where it is unknown."""
         if self.is_list and isinstance(step, int):
             items = get_args(self.annotation)
             if len(items) == 2 and items[1] is Ellipsis:
@@ -92,7 +92,7 @@ class Slot:
         return None if field is None else Slot.of(field.annotation, field.metadata)
 
     def words(self) -> str:
-        """What is allowed here, in plain words."""
+        """Return the allowed values in words."""
         if self.family is not None:
             return f"a mapping with the key 'kind': {', '.join(self.family.kinds)} or module:Class"
         if len(self.choices) > 1:
@@ -142,7 +142,7 @@ class Slot:
 
 
 def item_name(slot: Slot | None, item: Any) -> str | None:
-    """What overrides and errors call an item of a list: its id, the id it has by default, or its kind."""
+    """Return the name of a list item in overrides and errors: its id, its default id, or its kind."""
     part = slot.part(item) if slot is not None else None
     if part is None or not isinstance(item, Mapping) or "id" not in part.model_fields:
         return None
@@ -153,13 +153,13 @@ def item_name(slot: Slot | None, item: Any) -> str | None:
 
 
 def item_names(slot: Slot, items: Sequence[Any]) -> list[str]:
-    """A name for each item of a list in `slot`: its own where it has one that no other has, else its number."""
+    """Return a name for each item of a list in `slot`: its own where it is unique, else its number."""
     names = [item_name(slot.child(items, index), item) for index, item in enumerate(items)]
     return [str(index) if name is None or names.count(name) > 1 else name for index, name in enumerate(names)]
 
 
-def shown(path: KeyPath, root: Slot, value: Any) -> str:
-    """'targets.jet.path.speed': a path with the names of list items for their numbers."""
+def path_text(path: KeyPath, root: Slot, value: Any) -> str:
+    """Return 'targets.jet.path.speed': a path with names of list items in place of numbers."""
     steps: list[str] = []
     slot: Slot | None = root
     for step in path:
@@ -171,41 +171,12 @@ def shown(path: KeyPath, root: Slot, value: Any) -> str:
 
 
 def member(value: Any, step: str | int) -> Any:
-    """A key's value or a list's item, None where there is none."""
+    """Return a key's value or a list's item; None where there is none."""
     if isinstance(value, dict):
         return value.get(step)
     if isinstance(value, list) and isinstance(step, int) and 0 <= step < len(value):
         return value[step]
     return None
-
-
-def plain(value: Any) -> Any:
-    """A part as it would be written in YAML, every key of it: mappings, lists and scalars."""
-    if isinstance(value, Part):
-        fields = {name: plain(getattr(value, name)) for name in type(value).model_fields}
-        return {"kind": value.kind, **fields} if isinstance(value, Kind) else fields
-    if isinstance(value, tuple | list):
-        return [plain(item) for item in value]
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    return value
-
-
-def brief(value: Any) -> Any:
-    """The same without the keys that hold what they would hold if they were left out."""
-    if isinstance(value, Part):
-        part = type(value)
-        needed = {name: plain(getattr(value, name)) for name in part.model_fields}
-        for name, field in part.model_fields.items():
-            if not field.is_required() and needed[name] == plain(part.default_for(name, needed)):
-                del needed[name]
-        written = {name: brief(getattr(value, name)) for name in needed}
-        return {"kind": value.kind, **written} if isinstance(value, Kind) else written
-    if isinstance(value, tuple | list):
-        return [brief(item) for item in value]
-    if isinstance(value, Mapping):
-        return {key: brief(item) for key, item in value.items()}
-    return value
 
 
 def _choices(annotation: Any) -> tuple[Any, ...]:

@@ -1,1 +1,1 @@
-"""Directions and pixels, the camera pose, polygons, sprites and random fields."""
+"""Geometry and drawing: projection, camera pose, exact polygon coverage, sprites, random fields, vegetation."""

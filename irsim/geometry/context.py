@@ -1,4 +1,4 @@
-"""What every part of a scene may know of the whole."""
+"""Scene-wide context shared by all parts of a scene."""
 
 from __future__ import annotations
 
@@ -9,40 +9,46 @@ from typing import Protocol
 
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import PSF, GaussianPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.physics.radiometry import grey_body
-from irsim.render.shared_cache import Shelf
 from irsim.types import Band, Floats
 
 
 class SceneObjects(Protocol):
-    """Who else is in the scene: asked by what follows, crosses, hides or looks at another part of it."""
+    """Access to the other objects of a scene, for parts that follow, cross, hide or point at them."""
 
     def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
-        """(n, 3) m, first camera frame: where target `name` is at frame numbers (n,), drawn or not."""
+        """Return the positions (n, 3) m of target `name` at frame numbers (n,), in the first camera frame."""
         ...
 
     def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
-        """(n, 3) m, first camera frame: where the camera is."""
+        """Return the positions (n, 3) m of the camera at frame numbers (n,), in the first camera frame."""
         ...
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
-        """(n,) how many times longer the camera's focal length is than at first."""
+        """Return the focal length (n,) at frame numbers (n,), relative to the first."""
         ...
 
 
 NOTHING = Atmosphere()
-"""Air that does nothing."""
+"""Atmosphere without any effect."""
 
 
 @dataclass(frozen=True)
 class SceneContext:
-    """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
-    that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
-    (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
-    what is around where the air does not say; leaves_k, how warm leaves are by the hour of the background, K (None: it
-    has none); shelf, what other processes that render the
-    scene have worked out."""
+    """Properties of a scene that all its parts share.
+
+    seed      of all random streams
+    geometry  of the first camera frame
+    rate_hz   frame rate
+    band      spectral band
+    psf_px    sigma of the optical blur, px; for another PSF that of the Gaussian of about its width (see `psf`)
+    cast      the other objects of the scene, None if there are none
+    air       atmosphere between camera and objects
+    lens      point spread function if it is no Gaussian
+    ambient   radiance of the surroundings, W/m2/sr, unless the atmosphere defines it
+    leaves_k  temperature of leaves at the background's hour, K; None if the background defines no hour
+    """
 
     seed: int
     geometry: Geometry
@@ -54,36 +60,41 @@ class SceneContext:
     lens: PSF | None = None
     ambient: float = 0.0
     leaves_k: float | None = None
-    shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property
     def psf(self) -> PSF:
-        """The point spread that all is drawn with, but smoke and the sea's horizon: they have the width `psf_px`."""
+        """Point spread function of all objects; smoke and the horizon of the sea use its width `psf_px` instead."""
         return self.lens or GaussianPSF(self.psf_px)
 
     def zoomed(self, geometry: Geometry) -> SceneContext:
-        """The same through a longer focal length. The optics blur as many px as before, at the same F-number; turbulent
-        air blurs by an angle, which is more px now."""
+        """Return the context at another focal length.
+
+        Diffraction and lens blur keep their size in px at a fixed F-number. Turbulence blurs by a fixed angle, which
+        is more px at a longer focal length.
+        """
         blur_rad, ifovs = self.air.turbulence.blur_rms(self.band), (geometry.ifov_rad, self.geometry.ifov_rad)
         if blur_rad == 0:
             return replace(self, geometry=geometry)
         more_px = blur_rad * math.sqrt(max(ifovs[0] ** -2 - ifovs[1] ** -2, 0.0))
-        wider = self.lens and self.lens.wider(more_px)
+        wider = self.lens and self.lens.broadened(more_px)
         return replace(self, geometry=geometry, psf_px=math.hypot(self.psf_px, more_px), lens=wider)
 
     @cached_property
     def surroundings(self) -> float:
-        """Radiance that grey bodies reflect, W/m2/sr."""
-        said = self.air.surroundings(self.band)
-        return self.ambient if said is None else said
+        """Radiance reflected by grey bodies, W/m2/sr."""
+        radiance = self.air.surroundings(self.band)
+        return self.ambient if radiance is None else radiance
 
     def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
-        """Radiance of a grey body, W/m2/sr: what it emits, and what it reflects of its surroundings."""
+        """Return the radiance of a grey body, W/m2/sr: its emission and its reflection of the surroundings."""
         return grey_body(self.band, temperature_k, emissivity, self.surroundings)
 
     def through(
         self, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
     ) -> Floats:
-        """Emission, W/m2/sr, of something that replaces the share `alpha` of the light, as it arrives through the
-        air from a range, m, at an elevation, rad (arrays broadcast)."""
+        """Return the emission, W/m2/sr, of an object after its path through the atmosphere.
+
+        alpha          share of the light that the object replaces
+        range_m, elevation_rad  of the path; arrays broadcast
+        """
         return self.air.through(self.band, emission, alpha, range_m, elevation_rad)

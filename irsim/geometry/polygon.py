@@ -1,9 +1,8 @@
-"""Exact areas and first moments of polygons in the cells of a grid.
+"""Exact polygon coverage of grid cells, and hidden-line removal for convex polygons in depth order.
 
-The signed-area accumulation of font rasterisers: each edge, cut where it crosses the grid's lines,
-adds to its cell what lies to its right there, and to all cells further right its height; a running
-sum along the rows does the rest. No sampling: the result is exact to rounding and continuous in the
-vertices.
+Coverage is the signed-area accumulation of font rasterisers: each edge, cut at the lines of the grid, adds to its cell
+the area on its right within the cell, and to all cells further right its height; a running sum along the rows completes
+the field. The result is exact to rounding and continuous in the vertices; nothing is sampled.
 """
 
 from __future__ import annotations
@@ -18,56 +17,62 @@ from irsim.types import Floats
 
 Ints = npt.NDArray[np.int64]
 
+_INSET_PX = 1e-9
+"""Inset of the edges of each layer relative to the layer in front. It separates coinciding edges of two layers, whose
+order rounding would otherwise decide. Pictures below one pixel use proportionally less: displaced corners leave gaps
+whose light would reach across cells."""
+
 
 def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
-    """(3, channels, rows, columns): area, y moment and x moment, of a flat field, in each cell; see `changes`."""
-    fields = changes(start, stop, weights, [size], np.array([len(start)]))[0]
+    """Return area, y moment and x moment (3, channels, rows, columns) of a flat field; see `row_differences`."""
+    fields = row_differences(start, stop, weights, [size], np.array([len(start)]))[0]
     return np.concatenate([np.cumsum(fields[:2], axis=3), fields[2:]])
 
 
-def as_changes(fields: Floats) -> Floats:
-    """What `coverage` gives, as `changes` gives it."""
+def as_row_differences(fields: Floats) -> Floats:
+    """Return the fields of `coverage` in the form of `row_differences`."""
     return np.concatenate([np.diff(fields[:2], axis=3, prepend=0.0), fields[2:]])
 
 
-def changes(
+def row_differences(
     start: Floats, stop: Floats, weights: Floats, sizes: Sequence[tuple[int, int]], counts: Ints
 ) -> list[Floats]:
-    """What area and y moment of a flat field change by from cell to cell along rows, and the x moment in each cell:
-    (3, channels, rows, columns) of each of several grids.
+    """Return the row-wise differences of area and y moment, and the x moment, of flat fields on several grids.
 
-    start, stop  (n, 2) x, y of the ends of edges; cell (j, i) covers [i, i+1] x [j, j+1]. Outlines run
-                 clockwise as seen with y down (positive area)
-    weights      (n, channels) what the field gains from an edge's outer to its inner side; for one
-                 polygon of value 1, ones
-    sizes        (rows, columns) of each grid;  counts  how many of the edges, in order, are on each
-    Moments are about the cell's middle, in cells. What lies outside the grid is cut off.
+    start, stop  (n, 2) x, y of the ends of edges; cell (j, i) covers [i, i+1] x [j, j+1]. Outlines run clockwise as
+                 seen with y down (positive area)
+    weights      (n, channels) step of the field from an edge's outer to its inner side; ones for one polygon of value 1
+    sizes        (rows, columns) of each grid
+    counts       number of edges on each grid, in order
+
+    Each grid gives an array (3, channels, rows, columns). Moments are about the cell's middle, in cells. Parts outside
+    the grid are cut off.
     """
     rows, columns = np.repeat(np.array(sizes).T, counts, axis=1)
     (x0, y0), (dx, dy) = np.ascontiguousarray(start.T), np.ascontiguousarray((stop - start).T)
-    edge, begin, end = pieces(len(start), *_crossings(start, stop, columns, rows))
+    edge, begin, end = cut_edges(len(start), *_crossings(start, stop, columns, rows))
 
     at, length = (begin + end) / 2, end - begin
     wide, high = dx[edge], dy[edge]
-    x, y = x0[edge] + wide * at, y0[edge] + high * at  # the middle
+    x, y = x0[edge] + wide * at, y0[edge] + high * at  # midpoint
     column, row = np.floor(x), np.floor(y)
     seen = np.flatnonzero((row >= 0) & (row < rows[edge]) & (column < columns[edge]))
     edge = edge[seen]
     x, y, column, row, length, wide, high = (part[seen] for part in (x, y, column, row, length, wide, high))
     wide *= length
     high *= length
-    # Left of the grid an edge still bounds all the cells to its right, like an edge on the border.
+    # An edge left of the grid bounds all cells to its right, like an edge on the border.
     off = column < 0
     column[off] = wide[off] = x[off] = 0.0
     x -= column
     y -= row + 0.5
 
-    # Of the cell: what is right of the piece. Of its neighbour: what the cell lacks to a whole one.
+    # The cell gets the area right of the piece, its right neighbour the remainder to a whole cell.
     area = -high * (1 - x)
     x_moment = -high * (0.125 - ((x - 0.5) ** 2 + wide**2 / 12) / 2)
     y_moment = area * y + high * wide * high / 12
     values = np.stack([area, -high - area, y_moment, -high * y - y_moment, x_moment])
-    planes = [high * (wide + 1) for high, wide in sizes]  # the last column takes what spills over to the right
+    planes = [high * (wide + 1) for high, wide in sizes]  # one extra column takes the overflow to the right
     bases = [0, *accumulate(planes)]
     cell = (row * (columns[edge] + 1) + column).astype(np.int64) + np.repeat(bases[:-1], counts)[edge]
     plane, channels = bases[-1], weights.shape[1]
@@ -85,11 +90,11 @@ def changes(
     ]
 
 
-def pieces(count: int, cut_edges: Ints, cut_places: Floats) -> tuple[Ints, Floats, Floats]:
-    """Edges 0 .. count-1 cut at places 0..1 along them: (edge, begin, end) of each piece."""
-    order = np.argsort(2 * cut_edges + cut_places, kind="stable")  # these are a few runs already: six times as fast
-    places, edges = cut_places[order], np.arange(count)
-    cuts = np.bincount(cut_edges, minlength=count)
+def cut_edges(count: int, crossed: Ints, places_cut: Floats) -> tuple[Ints, Floats, Floats]:
+    """Return (edge, begin, end) of the pieces of edges 0 .. count-1 cut at places 0..1 along them."""
+    order = np.argsort(2 * crossed + places_cut, kind="stable")  # six times as fast on a few sorted runs
+    places, edges = places_cut[order], np.arange(count)
+    cuts = np.bincount(crossed, minlength=count)
     behind_cut = np.ones(count + len(places), dtype=bool)
     behind_cut[np.cumsum(cuts) - cuts + edges] = False  # the first piece of each edge
     begin, end = np.zeros(len(behind_cut)), np.ones(len(behind_cut))
@@ -98,7 +103,7 @@ def pieces(count: int, cut_edges: Ints, cut_places: Floats) -> tuple[Ints, Float
 
 
 def _crossings(start: Floats, stop: Floats, columns: Ints, rows: Ints) -> tuple[Ints, Floats]:
-    """Where edges cross the lines of their grids of so many columns and rows: edge numbers and places 0..1."""
+    """Return edge numbers and places 0..1 of the crossings of edges with the lines of their grids."""
     low, high = start.T.ravel(), stop.T.ravel()  # all x, then all y
     last_line = np.concatenate([columns, rows])
     first = np.maximum(np.floor(np.minimum(low, high)) + 1, 0)
@@ -109,18 +114,17 @@ def _crossings(start: Floats, stop: Floats, columns: Ints, rows: Ints) -> tuple[
     return edge % len(start), (first[edge] + ordinal - low[edge]) / (high[edge] - low[edge])
 
 
-def outline(points: Floats) -> tuple[Floats, Floats]:
-    """(start, stop) of the edges of one polygon (n, 2), turned so that its area is positive."""
+def polygon_edges(points: Floats) -> tuple[Floats, Floats]:
+    """Return (start, stop) of the edges of one polygon (n, 2), oriented for positive area."""
     following = np.roll(points, -1, axis=0)
     area = np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0])
     return (points, following) if area >= 0 else (following, points)
 
 
 def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tuple[Floats, Floats]:
-    """Integrals (grids, channels) and centroids (grids, channels, 2) of flat fields, see `changes`, by Green's theorem.
+    """Return integrals (grids, channels) and centroids (grids, channels, 2) of flat fields by Green's theorem.
 
-    counts  how many of the edges, in order, are on each grid
-    A centroid is nan where the integral is 0.
+    Arguments as in `row_differences`. A centroid is nan where the integral is 0.
     """
     some, shape = np.flatnonzero(counts), (len(counts), weights.shape[1])
     first = (np.cumsum(counts) - counts)[some]
@@ -133,3 +137,112 @@ def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tup
     moment[some] = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], first)
     with np.errstate(divide="ignore", invalid="ignore"):
         return integral, origin[:, None] + moment / (6 * integral[..., None])
+
+
+def visible_edges(
+    start: Floats, stop: Floats, layer: Ints, glow: Floats, layers: tuple[int, ...] = ()
+) -> tuple[Floats, Floats, Floats, Ints]:
+    """Return (start, stop, weights, layer) of the visible pieces of edges of convex polygons in depth order.
+
+    start, stop  (n, 2) px, edges clockwise as seen with y down, one convex polygon a layer
+    layer        (n,) polygon of each edge, rising; layer 0 is the nearest
+    glow         (layers,) radiance of each polygon
+    layers       number of layers in each of several independent pictures, in order; empty: one picture
+
+    The returned weights (pieces, 2) are the steps of (opacity, glow) across each piece; `layer` is its polygon. Between
+    pieces the field is flat: an edge of polygon k is visible where no nearer polygon covers it, and separates k from
+    the nearest of the farther polygons that cover it.
+    """
+    layers = layers or (len(glow),)
+    firsts = np.cumsum(layers) - layers
+    depth = layer - np.repeat(firsts, layers)[layer]
+    edges = np.searchsorted(layer, firsts)
+    side = (np.maximum.reduceat(start, edges) - np.minimum.reduceat(start, edges)).max(axis=1)
+    inset = np.repeat(_INSET_PX * np.minimum(side, 1.0), layers)[layer]
+    delta = stop - start
+    across, down = -delta[:, 1], delta[:, 0]
+    length = np.maximum(np.sqrt(across * across + down * down), 1e-300)
+    start = start + np.column_stack([across, down]) * (inset * depth / length)[:, None]
+    stop = start + delta
+
+    edge, polygon, entry, leave = _covered_spans(start, stop, layer, len(glow), layers)
+    count, nothing = len(start), len(glow)
+    cut, begin, end = cut_edges(count, np.concatenate([edge, edge]), np.concatenate([entry, leave]))
+    # For each piece, all polygons that cover a part of its edge.
+    counts = np.bincount(edge, minlength=count)
+    first, each = (np.cumsum(counts) - counts)[cut], counts[cut]
+    which, middle = _ranges(first, each), np.repeat((begin + end) / 2, each)
+    inside = np.where((entry[which] < middle) & (middle < leave[which]), polygon[which], nothing)
+    nearest = np.full(len(cut), nothing)
+    some = np.flatnonzero(each)
+    if len(some):
+        nearest[some] = np.minimum.reduceat(inside, (np.cumsum(each) - each)[some])
+    own = layer[cut]
+    bare = nearest == nothing
+    gain = glow[own] - np.append(glow, 0.0)[nearest]
+    seen = np.flatnonzero((begin < end) & (nearest > own) & (bare | (gain != 0)))
+    cut, begin, end, bare, gain = cut[seen], begin[seen], end[seen], bare[seen], gain[seen]
+    # Consecutive pieces with equal weights are joined.
+    joined = (cut[1:] == cut[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
+    begins, ends = np.ones(len(cut), np.bool_), np.ones(len(cut), np.bool_)
+    begins[1:], ends[:-1] = ~joined, ~joined
+    heads, tails = np.flatnonzero(begins), np.flatnonzero(ends)
+    cut = cut[heads]
+    origin, along = start.take(cut, axis=0), delta.take(cut, axis=0)
+    weights = np.stack([bare[heads], gain[heads]], axis=1)
+    return origin + along * begin[heads, None], origin + along * end[tails, None], weights, layer[cut]
+
+
+def _covered_spans(
+    start: Floats, stop: Floats, layer: Ints, count: int, layers: tuple[int, ...]
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """Return (edge, polygon, entry, leave) of edges that run through other polygons of their picture.
+
+    entry, leave  places 0..1 along the edge. The result is sorted by edge and polygon; only pairs with overlapping
+    bounding boxes are tested.
+    """
+    sides = np.bincount(layer, minlength=count)
+    first = np.cumsum(sides) - sides
+    low, high = np.minimum(start, stop), np.maximum(start, stop)
+    lows, highs = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+    picture = np.repeat(np.arange(len(layers)), layers)
+    meet = (lows[:, None, 0] <= highs[:, 0]) & (lows[:, None, 1] <= highs[:, 1])
+    meet &= meet.T & (picture[:, None] == picture)
+    np.fill_diagonal(meet, False)
+    mine, polygon = np.nonzero(meet)
+    edge, polygon = _ranges(first[mine], sides[mine]), np.repeat(polygon, sides[mine])
+    near = np.ones(len(edge), dtype=bool)
+    for axis in (0, 1):
+        near &= low[:, axis][edge] <= highs[:, axis][polygon]
+        near &= high[:, axis][edge] >= lows[:, axis][polygon]
+    edge, polygon = edge[near], polygon[near]
+    order = np.argsort(edge, kind="stable")
+    edge, polygon = edge[order], polygon[order]
+    if not len(edge):
+        return edge, polygon, np.zeros(0), np.zeros(0)
+
+    # Signed distances of an edge's ends from each line of the polygon.
+    lines = sides[polygon]
+    line, at = _ranges(first[polygon], lines), np.repeat(edge, lines)
+    delta = stop - start
+    across, down = -delta[:, 1], delta[:, 0]
+    level = across * start[:, 0] + down * start[:, 1]
+    across, down, level = across[line], down[line], level[line]
+    at_start = start[:, 0][at] * across + start[:, 1][at] * down - level
+    at_stop = stop[:, 0][at] * across + stop[:, 1][at] * down - level
+    begins_out, ends_out = at_start < 0, at_stop < 0
+    with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges do not use the crossing
+        crossing = at_start / (at_start - at_stop)
+    entering = np.where(begins_out, crossing, 0.0)
+    entering[begins_out & ends_out] = 2.0
+    begins = np.cumsum(lines) - lines
+    entry = np.maximum.reduceat(entering, begins)
+    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), begins)
+    through = entry < leave
+    return edge[through], polygon[through], entry[through], leave[through]
+
+
+def _ranges(first: Ints, counts: Ints) -> Ints:
+    """Return the concatenated ranges first .. first + counts - 1."""
+    ends = np.cumsum(counts)
+    return np.arange(counts.sum()) + np.repeat(first - ends + counts, counts)

@@ -1,4 +1,4 @@
-"""How the camera of one frame sees a scene."""
+"""The camera's pose in one frame."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from irsim.types import Box, Floats
 
 @dataclass(frozen=True, eq=False)
 class CameraPose:
-    """How the camera sees what stands about it, in one frame.
+    """Pose of the camera in one frame, relative to the first camera frame.
 
-    stage     of the scene: its geometry is that of the first, unmoved camera
-    lens      the geometry of this frame: the first one's, zoomed
-    rotation  (3, 3) first-camera vectors to the vectors of this frame's camera
-    place     (3,) m, first camera frame: where the camera is now
+    context   of the scene; its geometry is that of the first, unmoved camera
+    lens      geometry of this frame: the first one, zoomed
+    rotation  (3, 3) vectors of the first camera frame to vectors of this camera frame
+    place     (3,) m, camera position in the first camera frame
     time      s since frame 0
     """
 
@@ -31,34 +31,33 @@ class CameraPose:
 
     @classmethod
     def first(cls, context: SceneContext) -> CameraPose:
-        """What the unmoved camera sees at frame 0."""
+        """Return the pose of the unmoved camera at frame 0."""
         return cls(context, context.geometry, np.eye(3), np.zeros(3))
 
     @cached_property
     def zoomed(self) -> SceneContext:
-        """The stage with the geometry and the blur of this frame."""
+        """Scene context with the geometry and the blur of this frame."""
         return self.context if self.lens is self.context.geometry else self.context.zoomed(self.lens)
 
     @cached_property
     def carried(self) -> bool:
-        """Whether the camera is elsewhere than at first."""
+        """True if the camera has left its first position."""
         return any(self.place.tolist())
 
     @cached_property
     def climbed_m(self) -> float:
-        """How much higher the camera is than at first, m."""
+        """Height of the camera above its first position, m."""
         return -float(self.place @ self.context.geometry.down) if self.carried else 0.0
 
-    def away_m(self, first: Box, range_m: float) -> float:
-        """How far the camera is now, m, from the middle of what the unmoved camera sees in a box `first`, `range_m`
-        away."""
+    def distance_m(self, first: Box, range_m: float) -> float:
+        """Return the distance, m, from the camera to the middle of a box seen by the first camera at `range_m`."""
         if not self.carried:
             return range_m
         middle = self.context.geometry.place(np.array([first.cx, first.cy]), range_m)
         return float(np.linalg.norm(middle - self.place))
 
     def pixels(self, first: Floats, range_m: float) -> Floats:
-        """(..., 2) px in this frame of what the unmoved camera sees at px `first` (..., 2), `range_m` away."""
+        """Return (..., 2) px in this frame of points that the first camera sees at px `first` (..., 2), `range_m`."""
         points = self.context.geometry.directions(first)
         if self.carried:
             points = points * range_m - self.place

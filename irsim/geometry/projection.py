@@ -1,12 +1,12 @@
-"""Where things are seen: directions, pixels, and the camera's turning.
+"""Pinhole projection: directions, pixels, and the rotation of the camera.
 
 Frames of reference (right-handed, metres):
     camera   x right, y down, z along the optical axis
-    first    the camera frame at the first pointing, before any motion: paths in metres live here
-    world    x east (right of the first azimuth), y down, z level ahead at the first azimuth; it
-             differs from `first` by the first elevation only
-A pinhole: the pixel of a camera-frame point is principal + (x/z, y/z)/ifov, so IFOV holds at the
-axis; the principal point is the middle of the frame.
+    first    camera frame at the first pointing, before any motion; paths in metres are given in it
+    world    x east (right of the first azimuth), y down, z level ahead at the first azimuth; it differs from `first`
+             only by the first elevation
+The pixel of a camera-frame point is principal + (x/z, y/z)/ifov, so the IFOV holds at the axis. The principal point is
+the middle of the frame.
 """
 
 from __future__ import annotations
@@ -18,12 +18,32 @@ import numpy as np
 
 from irsim.types import Floats
 
+SINGLE_THREADED = 2**18
+"""Multiplications of one matrix product up to which OpenBLAS, numpy's library, stays on one thread
+(SMP_THRESHOLD_MIN times GEMM_MULTITHREAD_THRESHOLD in its interface/gemm.c). Where several processes share the cores,
+its threads wait milliseconds for each other."""
+
+MIN_ROWS = 8
+"""Least rows of a block: smaller blocks cost more than the threads."""
+
+
+def blocked_matmul(left: Floats, right: Floats) -> Floats:
+    """Return left (..., m, k) @ right (..., k, n), computed in blocks of rows that keep OpenBLAS on one thread."""
+    rows, step = left.shape[-2], max(SINGLE_THREADED // max(right.shape[-2] * right.shape[-1], 1), MIN_ROWS)
+    if rows <= step:
+        return np.asarray(left @ right)
+    stack = np.broadcast_shapes(left.shape[:-2], right.shape[:-2])
+    out = np.empty((*stack, rows, right.shape[-1]), np.result_type(left, right))
+    for begin in range(0, rows, step):
+        block = slice(begin, begin + step)
+        np.matmul(left[..., block, :], right, out=out[..., block, :])
+    return out
+
 
 def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Floats) -> Floats:
-    """(..., 3, 3): world vectors to camera vectors. Radians (...), right, up and clockwise positive.
+    """Return the rotation (..., 3, 3) from world to camera vectors; radians (...), right, up, clockwise positive.
 
-    Azimuth turns about the world's vertical, elevation about the level axis, roll about the
-    optical axis.
+    Azimuth turns about the world's vertical, elevation about the level axis, roll about the optical axis.
     """
     turn, lift, twist = np.zeros((3, *np.shape(azimuth), 3, 3))
     turn[..., 0, 0] = turn[..., 2, 2] = np.cos(azimuth)
@@ -39,7 +59,7 @@ def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Flo
 
 @lru_cache(maxsize=16)
 def _lifted(elevation: float) -> Floats:
-    """The gimbal of the first pointing, kept: every frame's rotation asks for it."""
+    """Return the rotation of the first pointing, cached since every frame needs it."""
     rotation = gimbal(0.0, elevation, 0.0)
     rotation.setflags(write=False)
     return rotation
@@ -47,10 +67,12 @@ def _lifted(elevation: float) -> Floats:
 
 @dataclass(frozen=True)
 class Geometry:
-    """What fixes where a direction falls in the picture.
+    """Pinhole projection of a camera.
 
-    size (columns, rows); ifov_rad, radians a pixel at the axis; elevation_rad of the first pointing;
-    shift_px (right, down) by which the optical axis falls beside the middle of the frame.
+    size           (columns, rows)
+    ifov_rad       radians a pixel at the axis
+    elevation_rad  of the first pointing
+    shift_px       (right, down) offset of the optical axis from the middle of the frame
     """
 
     size: tuple[int, int]
@@ -60,57 +82,58 @@ class Geometry:
 
     @property
     def principal(self) -> Floats:
-        """(2,) px: where the optical axis falls."""
+        """Principal point (2,) px."""
         return np.array(self.axis_px)
 
     @property
     def axis_px(self) -> tuple[float, float]:
-        """The same as numbers (x, y)."""
+        """Principal point (x, y) px as plain numbers."""
         return (self.size[0] - 1) / 2 + self.shift_px[0], (self.size[1] - 1) / 2 + self.shift_px[1]
 
     @property
     def down(self) -> Floats:
-        """(3,): the world's downward direction in the first camera frame."""
+        """Unit vector (3,) downwards in the first camera frame."""
         return np.asarray(gimbal(0.0, self.elevation_rad, 0.0) @ [0.0, 1.0, 0.0])
 
     def rotation(self, turn: Floats) -> Floats:
-        """(..., 3, 3): first-camera vectors to those of a camera turned by (..., 3) azimuth, elevation, roll, rad."""
+        """Return the rotation (..., 3, 3) from first to camera vectors for (azimuth, elevation, roll) (..., 3), rad."""
         return self.world_rotation(turn) @ _lifted(self.elevation_rad).T
 
     def world_rotation(self, turn: Floats) -> Floats:
-        """(..., 3, 3): world vectors to the vectors of the camera turned by (..., 3) rad."""
+        """Return the rotation (..., 3, 3) from world to camera vectors for turns (..., 3), rad."""
         return gimbal(turn[..., 0], self.elevation_rad + turn[..., 1], turn[..., 2])
 
     def project(self, points: Floats) -> Floats:
-        """(..., 3) camera-frame points to (..., 2) px; nan at or behind the camera's plane."""
+        """Return the pixels (..., 2) of camera-frame points (..., 3); nan at or behind the camera's plane."""
         points = np.asarray(points, dtype=np.float64)
         depth = np.where(points[..., 2:] > 0, points[..., 2:], np.nan)
         return self.principal + points[..., :2] / (depth * self.ifov_rad)
 
     def scale(self, position: Floats) -> float:
-        """Pixels a metre, of what lies across the line of sight at a camera-frame point (3,) before the camera.
+        """Return the scale, px a metre, across the line of sight at a camera-frame point (3,).
 
-        The square root of that of areas: t off the axis a pixel sees cos^3 t of the solid angle that it sees there.
+        It is the square root of the scale of areas: at an angle t off the axis a pixel spans cos^3 t of the solid
+        angle of a pixel at the axis.
         """
         range_m = float(np.linalg.norm(position))
         depth_m = float(position[2])
         return float((range_m / depth_m) ** 1.5 / (range_m * self.ifov_rad))
 
     def directions(self, pixels: Floats) -> Floats:
-        """(..., 2) px to (..., 3) unit vectors in the camera frame."""
+        """Return the unit vectors (..., 3) of pixels (..., 2), in the camera frame."""
         pixels = np.asarray(pixels, dtype=np.float64)
         plane = (pixels - self.principal) * self.ifov_rad
         rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
         return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
     def place(self, pixels: Floats, range_m: float | Floats) -> Floats:
-        """(..., 3) m: the points at that range in the directions of (..., 2) px."""
+        """Return the camera-frame points (..., 3) m of pixels (..., 2) at a range."""
         return np.asarray(self.directions(pixels) * np.asarray(range_m)[..., None])
 
     def zoomed(self, factor: float) -> Geometry:
-        """The same camera with a focal length `factor` times as long."""
+        """Return the geometry at `factor` times the focal length."""
         return self if factor == 1 else replace(self, ifov_rad=self.ifov_rad / factor)
 
     def inside(self, x: float, y: float) -> bool:
-        """Is (x, y) px within the frame's edges?"""
+        """Return True if (x, y) px lies within the frame's outer edges."""
         return -0.5 <= x <= self.size[0] - 0.5 and -0.5 <= y <= self.size[1] - 0.5

@@ -1,4 +1,4 @@
-"""Random fields: an anisotropic spectrum and a histogram."""
+"""Gaussian random fields with a power-law spectrum, isotropic or not, and with a given histogram."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Number
-from irsim.geometry.powerlaw import power_law
 from irsim.rng import Address, normals
 from irsim.types import Floats
 
 Slope = Annotated[float, Field(ge=0, le=6)]
-"""Slope of a power spectrum: beta of f^-beta."""
+"""Slope beta of a power spectrum f^-beta."""
 
 Betas = Annotated[tuple[Slope, Slope], Field(strict=False)]
 """Slopes of the 2-D power spectrum along x and along y."""
@@ -30,17 +29,34 @@ def _rises(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Histogram = Annotated[tuple[Number, ...], Field(strict=False), AfterValidator(_rises)]
-"""Values of a texture at evenly spaced shares of its pixels, least to greatest; empty: Gaussian."""
+"""Quantiles of a texture at evenly spaced probabilities, least to greatest; empty: Gaussian."""
+
+
+def power_law(
+    shape: tuple[int, int], beta: float, correlation_px: float, stretch: float, seed: int, *address: Address
+) -> Floats:
+    """Return a (rows, columns) float32 periodic Gaussian field of mean 0 and variance 1.
+
+    Its 2-D power spectrum falls as f^-beta above 1/correlation_px cycles a px and is flat below: white noise is
+    filtered by the amplitude (1/correlation_px^2 + f^2)^(-beta/4). A `stretch` above 1 elongates it along x.
+    """
+    fx = np.fft.rfftfreq(shape[1])[None, :] * stretch
+    fy = np.fft.fftfreq(shape[0])[:, None]
+    amplitude = (1 / correlation_px**2 + fx**2 + fy**2) ** (-beta / 4)
+    amplitude[0, 0] = 0.0  # mean 0
+    white = normals(shape, seed, *address)
+    field = np.fft.irfft2(np.fft.rfft2(white) * amplitude, s=shape)
+    return np.asarray(field / field.std(), dtype=np.float32)
 
 
 def amplitudes(
     fx: Floats, fy: Floats, beta: float, betas: Betas | None, correlation_px: float, stretch: float
 ) -> Floats:
-    """Amplitude filter at frequencies fx, fy (cycles a px); no constant part.
+    """Return the amplitude filter at frequencies fx, fy (cycles a px), 0 at zero frequency.
 
-    With `betas` the power is 1 / (1 + |stretch c fx|^beta_x + |c fy|^beta_y), c the correlation in
-    px: slopes differ along the axes, as in clouds (generalised scale invariance, Schertzer and
-    Lovejoy 1985). Else it falls alike in all directions, as `power_law` has it.
+    With `betas` the power is 1 / (1 + |stretch c fx|^beta_x + |c fy|^beta_y), c the correlation length in px: the
+    slopes differ along the axes, as in clouds (generalised scale invariance, Schertzer and Lovejoy 1985). Otherwise
+    it is isotropic, as in `power_law`.
     """
     if betas is None:
         amplitude = (1 / correlation_px**2 + (fx * stretch) ** 2 + fy**2) ** (-beta / 4)
@@ -60,7 +76,7 @@ def spectral(
     seed: int,
     *address: Address,
 ) -> Floats:
-    """(rows, columns) float32 periodic Gaussian field of mean 0 and variance 1 with the slopes asked for."""
+    """Return a (rows, columns) float32 periodic Gaussian field of mean 0 and variance 1; see `amplitudes`."""
     if betas is None:
         return power_law(shape, beta, correlation_px, stretch, seed, *address)
     frequencies = np.fft.rfftfreq(shape[1])[None, :], np.fft.fftfreq(shape[0])[:, None]
@@ -70,7 +86,7 @@ def spectral(
 
 
 def profile(length: int, beta: float, correlation_px: float, seed: int, *address: Address) -> Floats:
-    """(length,) float64: a cut through a field whose 2-D spectrum has the slope `beta`, mean 0 and variance 1."""
+    """Return a (length,) float64 line through a field whose 2-D spectrum has slope `beta`; mean 0, variance 1."""
     amplitude = (1 / correlation_px**2 + np.fft.rfftfreq(length) ** 2) ** (-(beta - 1) / 4)
     amplitude[0] = 0.0
     line = np.fft.irfft(np.fft.rfft(normals((length,), seed, *address)) * amplitude, n=length)
@@ -78,22 +94,23 @@ def profile(length: int, beta: float, correlation_px: float, seed: int, *address
 
 
 def shaped(field: Floats, histogram: tuple[float, ...]) -> Floats:
-    """A Gaussian field (mean 0, variance 1) with another histogram, again of mean 0 and variance 1.
+    """Return a Gaussian field (mean 0, variance 1) mapped to another histogram, again of mean 0 and variance 1.
 
-    histogram: values at evenly spaced shares of the pixels, from the least to the greatest, in any
-    unit ((0, 1): all values alike often; (0, .1, 1): a few stand out above many); empty leaves the
-    field as it is. Each value is replaced by the one of the same rank; the spectrum changes little.
+    histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) has few values
+               that stand out; empty returns the field unchanged
+
+    Each value is replaced by that of equal rank, which changes the spectrum little.
     """
     if not histogram:
         return field
-    marks, values = _ranks(histogram)
-    return np.interp(field, marks, values).astype(np.float32)
+    gaussian, values = _quantiles(histogram)
+    return np.interp(field, gaussian, values).astype(np.float32)
 
 
 @lru_cache
-def _ranks(histogram: tuple[float, ...]) -> tuple[Floats, Floats]:
-    """Values of a unit Gaussian, and those of the same rank in the standardised histogram."""
+def _quantiles(histogram: tuple[float, ...]) -> tuple[Floats, Floats]:
+    """Return quantiles of the unit Gaussian and of the standardised histogram at equal probabilities."""
     shares = (np.arange(4096) + 0.5) / 4096
-    marks = np.array([NormalDist().inv_cdf(share) for share in shares])
+    gaussian = np.array([NormalDist().inv_cdf(share) for share in shares])
     values = np.interp(shares, np.linspace(0, 1, len(histogram)), histogram)
-    return marks, (values - values.mean()) / values.std()
+    return gaussian, (values - values.mean()) / values.std()

@@ -1,4 +1,4 @@
-"""A thing drawn alone: the share of each pixel that it covers, and the light it puts there."""
+"""Sprites: one object drawn alone, its pixel coverage and light, and its mean over an exposure."""
 
 from __future__ import annotations
 
@@ -10,12 +10,18 @@ import numpy as np
 
 from irsim.types import Box, Floats, Slices
 
+AREA_ROUNDING = 1e-9
+"""Share of a sprite's area that rounding in sums of its pixels does not exceed."""
+
+FULL_PATCH = slice(None), slice(None)
+"""Slices of a whole patch."""
+
 
 @dataclass(frozen=True)
-class Wanted:
-    """A brightness that depends on what is behind: just one of contrast_k, K, and scr is given.
+class RequestedContrast:
+    """Contrast against the background that a target requests: exactly one of contrast_k, K, and scr is set.
 
-    gain  factor of the difference to what is behind
+    gain  factor applied to the resulting difference to the background
     """
 
     contrast_k: float | None = None
@@ -23,10 +29,10 @@ class Wanted:
     gain: float = 1.0
 
 
-class During(NamedTuple):
-    """What a thing is at each of the n instants of an exposure, evenly spread: (n, h, w) float64 each, as of a sprite.
+class ExposureSamples(NamedTuple):
+    """Sprite arrays at n evenly spaced instants of an exposure, (n, h, w) float64 each.
 
-    whole  whether all of it is there, in each of them
+    whole  True if the patch holds the whole object at every instant
     """
 
     cover: Floats
@@ -34,25 +40,27 @@ class During(NamedTuple):
     emission: Floats
     whole: bool
 
-    def shining(self, own: float | Floats, added: float | Floats) -> During:
-        """Of `own` times its light, and of light, W/m2/sr, that is `added` to its alpha: numbers or (h, w)."""
+    def relit(self, own: float | Floats, added: float | Floats) -> ExposureSamples:
+        """Return a copy with emission `own * emission + added * alpha`; `added` in W/m2/sr, numbers or (h, w)."""
         return self._replace(emission=own * self.emission + added * self.alpha)
 
 
 class Sprite(NamedTuple):
-    """A patch whose top-left pixel is (x0, y0); it may reach past the frame, and holds all of the thing
-    that the frame can see. Arrays are (h, w) float64.
+    """Patch with its top-left pixel at (x0, y0) that holds the visible part of one object; arrays (h, w) float64.
 
-    cover     share of the pixel's area that the thing covers, 0..1, before optics: truth uses it
-    alpha     share of the pixel's light that it replaces, after optics
-    emission  in-band radiance that it adds, after optics, W/m2/sr: L <- L (1 - alpha) + emission
-    center    (x, y) px, area centroid;  signal_center, centroid of `emission`
-    box       tight box of the geometry
-    area      px2 that the whole thing covers, what lies outside the patch too
-    wanted    where its brightness depends on what is behind: what it is to be
-    contrast  factor of its difference to what is behind it
-    during    where the exposure takes time: what it is meanwhile. cover, alpha, emission and area are the means of
-              that, all else is of its middle
+    cover      share of each pixel's area covered by the object, 0..1, before optics; used for ground truth
+    alpha      share of each pixel's light replaced by the object, after optics
+    emission   in-band radiance added after optics, W/m2/sr: L <- L (1 - alpha) + emission
+    center     (x, y) px, area centroid;  signal_center  centroid of `emission`
+    box        bounding box of the geometry, px
+    range_m    distance from the camera, m
+    area       px2 covered by the whole object, inside and outside the patch
+    requested  contrast that the object requests against its background
+    contrast   factor of the difference to the background
+    samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
+               all other fields belong to the middle of the exposure
+
+    The patch may reach past the frame.
     """
 
     x0: int
@@ -65,75 +73,77 @@ class Sprite(NamedTuple):
     box: Box
     range_m: float
     area: float
-    wanted: Wanted | None = None
+    requested: RequestedContrast | None = None
     contrast: float = 1.0
-    during: During | None = None
+    samples: ExposureSamples | None = None
 
     @property
     def whole(self) -> bool:
-        """Whether its patch holds all of it: only what can reach the picture is drawn of a body."""
-        if self.during is not None:
-            return self.during.whole
+        """True if the patch holds the whole object; bodies are drawn only as far as they can reach the frame."""
+        if self.samples is not None:
+            return self.samples.whole
         (left, top, right, bottom), (rows, columns) = self.box.edges, self.cover.shape
         x, y = self.x0 - 0.5, self.y0 - 0.5
         return x <= left and right <= x + columns and y <= top and bottom <= y + rows
 
     def within(self, shape: tuple[int, ...], corner: tuple[int, int] = (0, 0)) -> tuple[Slices, Slices] | None:
-        """Where its patch and a picture of that shape (rows, columns), or such a part of one from a corner (x, y) on,
-        meet: as slices of each; None where they do not."""
+        """Return the overlap with a picture of `shape` (rows, columns) whose first pixel is `corner` (x, y)."""
         return overlap((self.x0, self.y0), self.cover.shape, corner, shape)
 
     def meets(self, other: Sprite) -> tuple[Slices, Slices] | None:
-        """Where its patch and another one's meet, likewise."""
+        """Return the overlap with another sprite's patch."""
         return overlap((self.x0, self.y0), self.cover.shape, (other.x0, other.y0), other.cover.shape)
 
     @property
     def covers(self) -> Floats:
-        """Its cover (h, w); where the exposure takes time (n, h, w), at each of its instants."""
-        return self.cover if self.during is None else self.during.cover
+        """Coverage (h, w), or (n, h, w) at each instant of a finite exposure."""
+        return self.cover if self.samples is None else self.samples.cover
 
     @property
     def alphas(self) -> Floats:
-        """Its alpha, likewise."""
-        return self.alpha if self.during is None else self.during.alpha
+        """Alpha (h, w), or (n, h, w) at each instant of a finite exposure."""
+        return self.alpha if self.samples is None else self.samples.alpha
 
 
 def overlap(
     corner: tuple[int, int], shape: tuple[int, ...], other: tuple[int, int], size: tuple[int, ...]
 ) -> tuple[Slices, Slices] | None:
-    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
+    """Return the overlap of two patches as slices (rows, columns) of each, or None if they are disjoint.
 
-    A patch is its top-left pixel (x, y) and its shape (rows, columns).
+    A patch is given by its top-left pixel (x, y) and its shape (rows, columns).
     """
     (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
     if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
         return None
     left, top = max(x, other_x), max(y, other_y)
     right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
-    if left >= right or top >= bottom:  # one of them is empty
+    if left >= right or top >= bottom:  # one patch is empty
         return None
     within = slice(top - y, bottom - y), slice(left - x, right - x)
     return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
 
 
-def averaged(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:
-    """What a thing is over an exposure, by its middle and its instants, evenly spread: it is nowhere in those that are
-    None. Where its middle is, it is as at the first that is not."""
+def exposure_mean(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:
+    """Return the mean of a sprite over an exposure, with its samples; None if it is absent at every instant.
+
+    middle    sprite at the middle of the exposure; geometry fields come from it, or from the first sample
+    instants  sprites at evenly spaced instants; None where the object is absent
+    """
     parts = [part for part in instants if part is not None]
     if all(part is middle for part in instants) or not parts:
         return middle
     middle = middle or parts[0]
-    drawn = [middle, *parts]  # what turns may reach farthest in the middle
+    drawn = [middle, *parts]  # a turning object may reach farthest at the middle
     x0, y0 = min(each.x0 for each in drawn), min(each.y0 for each in drawn)
     right = max(each.x0 + each.alpha.shape[1] for each in drawn)
     bottom = max(each.y0 + each.alpha.shape[0] for each in drawn)
-    meanwhile = np.zeros((3, len(instants), bottom - y0, right - x0))
+    samples = np.zeros((3, len(instants), bottom - y0, right - x0))
     for number, part in enumerate(instants):
         if part is not None:
             rows, columns = part.alpha.shape
             place = slice(part.y0 - y0, part.y0 - y0 + rows), slice(part.x0 - x0, part.x0 - x0 + columns)
-            meanwhile[(slice(None), number, *place)] = part.cover, part.alpha, part.emission
-    cover, alpha, emission = meanwhile.mean(axis=1)
+            samples[(slice(None), number, *place)] = part.cover, part.alpha, part.emission
+    cover, alpha, emission = samples.mean(axis=1)
     whole = len(parts) == len(instants) and all(part.whole for part in parts)
     return middle._replace(
         x0=x0,
@@ -141,16 +151,52 @@ def averaged(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite
         cover=cover,
         alpha=alpha,
         emission=emission,
-        signal_center=_light_center(middle, parts),
+        signal_center=_light_centroid(middle, parts),
         area=sum(part.area for part in parts) / len(instants),
-        during=During(meanwhile[0], meanwhile[1], meanwhile[2], whole),
+        samples=ExposureSamples(samples[0], samples[1], samples[2], whole),
     )
 
 
-def _light_center(middle: Sprite, parts: Sequence[Sprite]) -> tuple[float, float]:
-    """Centroid of the light of all parts, each of an equal share of the exposure; the middle's where there is none."""
+def _light_centroid(middle: Sprite, parts: Sequence[Sprite]) -> tuple[float, float]:
+    """Return the centroid of the light of all parts, equally weighted in time; that of `middle` if all are dark."""
     lights = [float(part.emission.sum()) for part in parts]
     if sum(lights) <= 0:
         return middle.signal_center
     x, y = np.average([part.signal_center for part in parts], axis=0, weights=lights).tolist()
     return x, y
+
+
+class OccludedBlur(NamedTuple):
+    """Deviation of a moving object's light from its exposure mean, for occlusion within the exposure.
+
+    patch  slices of the picture
+    light  (n, h, w) W/m2/sr, light at each instant minus the mean over the instants
+
+    A moving occluder hides the object's light at each instant, which differs from hiding its mean. This holds for
+    targets and occluders; the texture of the background counts as its mean.
+    """
+
+    patch: Slices
+    light: Floats
+
+    @classmethod
+    def of(cls, samples: ExposureSamples, light: Floats, within: tuple[Slices, Slices]) -> OccludedBlur:
+        """Return the deviations of an object drawn over `light` (rows, cols)."""
+        inner, outer = within
+        alpha, emission = (each[(..., *inner)] for each in (samples.alpha, samples.emission))
+        added = emission - alpha * light[outer]
+        return cls(outer, added - added.mean(axis=0))
+
+    def hide(self, light: Floats, where: Slices, hidden: Floats) -> None:
+        """Correct `light` (rows, cols) in place for a nearer object already drawn over it.
+
+        where   pixels of the patch covered by the nearer object
+        hidden  share 0..1 of their light that it hides, (h, w) or (n, h, w) at each instant
+        """
+        own = self.light[(..., *where)]
+        lost = hidden * own
+        mean = lost.mean(axis=0)
+        own += mean - lost
+        rows, columns = self.patch
+        down, across = where
+        light[rows, columns][down, across] -= mean

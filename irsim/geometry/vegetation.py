@@ -1,4 +1,7 @@
-"""Trees and bushes: their wood, and how deep the leaves of a crown are and how they face the light, pixel by pixel."""
+"""Procedural trees and bushes: wood, and the depth and shading of the leaves of a crown, pixel by pixel.
+
+Numbers without a source were chosen by eye.
+"""
 
 from __future__ import annotations
 
@@ -8,44 +11,48 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.geometry.powerlaw import power_law
+from irsim.geometry.random_fields import power_law
 from irsim.types import Floats
 
 LIGHT = np.array([-0.5, -0.86])
-"""Where the warm side is: up and to the left, a unit vector of the picture."""
+"""Direction of the warm side, up and to the left: a unit vector of the picture."""
 
 LOBES = 11
-"""Boughs of a broadleaf crown that leaves are about."""
+"""Number of boughs that carry the leaves of a broadleaf crown."""
 
 SOFT = 7.0
-"""How sharply one bough is told from the next; their depths are joined by a soft maximum."""
+"""Sharpness of the soft maximum that joins the depths of boughs."""
 
 COARSE = 32
-"""Boughs are smooth: a crown's lesser side is worked out at about this many places, and filled in between."""
+"""Samples along a crown's shorter side at which the smooth boughs are computed; values between are interpolated."""
 
 RAGGED = 0.3
-"""How far clumps of leaves move the outline: about the standard deviation of depth."""
+"""Displacement of the outline by clumps of leaves: about the standard deviation of depth."""
 
 MOST = 1.7
-"""No clump moves it by more than so many times that."""
+"""Largest displacement in units of RAGGED."""
 
 LARGEST = 1024
-"""Side of the field of clumps, px: no crown is drawn larger."""
+"""Side of the field of clumps, px, and so the largest crown."""
 
 SHADED = 0.9
-"""How much the light on a crown's sides counts in the warmth of its leaves."""
+"""Weight of the shading of a crown's sides in the warmth of its leaves."""
 
 FORKS = 7
-"""Boughs of a broadleaf tree's wood."""
+"""Number of forks of a broadleaf tree's wood."""
 
 REACH = 0.8
-"""They end within an ellipse of this share of the crown's width and height."""
+"""Boughs end within an ellipse of this share of the crown's width and height."""
 
 
 @dataclass(frozen=True, eq=False)
 class Crown:
-    """depth (rows, cols): 0 at the outline before it is made ragged, 1 well inside, below 0 outside; shade
-    (rows, cols): from about -1 on the side away from the light to 1; middle: the column over the foot."""
+    """Smooth shape of a crown.
+
+    depth   (rows, cols) 0 at the outline before clumps make it ragged, 1 well inside, below 0 outside
+    shade   (rows, cols) from about -1 on the side away from the light to 1
+    middle  column above the foot
+    """
 
     depth: Floats
     shade: Floats
@@ -53,13 +60,13 @@ class Crown:
 
 
 def broadleaf(high: float, wide: float, draw: np.random.Generator) -> Crown:
-    """Boughs that bulge out of one another; `high` and `wide` in px of the crown, met by its last row."""
+    """Return a crown of bulging boughs, `high` and `wide` in px; the last row is its foot."""
     step = max(1, int(min(high, wide) / COARSE))
     x, y, middle = _grid(high, wide, step)
     angle, out = draw.uniform(0, 2 * np.pi, LOBES), np.sqrt(draw.random(LOBES))
     least = min(high, wide) / 2
     radius = np.tile(least * draw.uniform(0.3, 0.55, LOBES), (2, 1))
-    radius[:, 0], out[0] = (0.375 * wide, 0.375 * high), 0.2  # the middle one joins the others
+    radius[:, 0], out[0] = (0.375 * wide, 0.375 * high), 0.2  # the middle bough joins the others
     across = (wide / 2 - 0.45 * least) * out * np.cos(angle)
     down = np.minimum(-high / 2 + (high / 2 - 0.45 * least) * out * np.sin(angle), -1.1 * radius[1])
     dx, dy = (
@@ -75,14 +82,14 @@ def broadleaf(high: float, wide: float, draw: np.random.Generator) -> Crown:
 
 
 def bush(high: float, wide: float, draw: np.random.Generator) -> Crown:
-    """Leaves down to the ground: a crown whose lowest part is left out."""
+    """Return a bush: a broadleaf crown without its lowest part, leafy down to the ground."""
     whole = broadleaf(1.5 * high, wide, draw)
     rows = len(whole.depth) - round(0.5 * high)
     return Crown(whole.depth[:rows], whole.shade[:rows], whole.middle)
 
 
 def conifer(high: float, wide: float, draw: np.random.Generator) -> Crown:
-    """A cone of tiers of drooping branches."""
+    """Return a conifer: a cone of tiers of drooping branches."""
     x, y, middle = _grid(high, wide)
     below = np.clip(1 + y / high, 0, 1.2)  # 0 at the top, 1 at the foot
     out = np.abs(x) / (wide / 2)
@@ -94,14 +101,15 @@ def conifer(high: float, wide: float, draw: np.random.Generator) -> Crown:
 
 
 def wood(high: float, wide: float, thick: float, draw: np.random.Generator) -> list[Floats]:
-    """Trunk and boughs of a broadleaf crown: tapering quadrilaterals (4, 2), px right of and below the crown's foot.
+    """Return trunk and boughs of a broadleaf crown as tapering quadrilaterals (4, 2), px from the crown's foot.
 
-    high, wide  of the crown, px;  thick  of the trunk at its foot, px
+    high, wide  of the crown, px
+    thick       of the trunk at its foot, px
     """
     middle, halves = np.array([0.0, -high / 2]), np.array([wide, high]) / 2
 
     def within(tip: Floats) -> Floats:
-        """The tip, or where it would leave the crown."""
+        """Return the tip, moved to the edge of the crown if it lies outside."""
         off = (tip - middle) / halves
         return np.asarray(middle + halves * off * min(1.0, REACH / float(np.linalg.norm(off))))
 
@@ -125,9 +133,9 @@ def _limb(begin: Floats, end: Floats, thick: float, thin: float) -> Floats:
 
 
 def _grid(high: float, wide: float, step: int = 1) -> tuple[Floats, Floats, float]:
-    """x (1, cols) from the middle and y (rows, 1) below the foot, px, with room for what sticks out; the middle.
+    """Return x (1, cols) from the middle and y (rows, 1) below the foot, px, with a margin, and the middle column.
 
-    The middles of cells of `step` px; the last px stands on the foot.
+    Coordinates are those of the middles of cells of `step` px; the last row lies on the foot.
     """
     cols, rows = (int(np.ceil(side / step)) + 1 for side in (1.3 * wide, 1.15 * high))
     x, y = ((np.arange(count) + 0.5) * step - 0.5 for count in (cols, rows))
@@ -136,20 +144,20 @@ def _grid(high: float, wide: float, step: int = 1) -> tuple[Floats, Floats, floa
 
 
 class Foliage:
-    """Clumps of leaves at several scales, the same for a whole row of trees; each crown shows another part."""
+    """Clumps of leaves at several scales, shared by a row of trees; each crown shows another part of the field."""
 
     def __init__(self, size_px: float, leaves: float, seed: int, name: str) -> None:
         self._leaves = leaves
         self._clumps = power_law((LARGEST, LARGEST), 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
         self._bulge = RAGGED * MOST * np.tanh(self._clumps / MOST)
-        step = min(max(round(size_px / 40), 1), LARGEST // 4)  # by whole fields it would meet itself
+        step = min(max(round(size_px / 40), 1), LARGEST // 4)  # a whole field would shift it onto itself
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
-        self._relief = (after - before) / (after - before).std()  # what rises to the right and down faces the light
+        self._relief = (after - before) / (after - before).std()  # slopes that rise right and down face the light
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
-        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # the normal distribution's shares within 0.01
+        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # normal distribution within 0.01
 
     def grown(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
-        """(rows, cols) each: where its leaves hide what is behind, bool, and their warmth, about -1 to 1."""
+        """Return (rows, cols) each: the opaque leaves of a crown, bool, and their warmth, about -1 to 1."""
         begins = draw.integers(LARGEST), draw.integers(LARGEST)
         part = np.ix_(
             *(np.mod(begin + np.arange(size), LARGEST) for begin, size in zip(begins, crown.depth.shape, strict=True))

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from irsim.lint.registry import DOUBTS, doubts, unheeded
+from irsim.lint.registry import DOUBTS, doubts, ineffective
 
-__all__ = ["DOUBTS", "doubts", "unheeded"]
+__all__ = ["DOUBTS", "doubts", "ineffective"]

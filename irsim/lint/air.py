@@ -53,7 +53,7 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
         rises = -pose @ context.geometry.down
         for k in (end for of in (ranges, rises, climbs) for end in (of.argmin(), of.argmax())):
             elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
-            why = context.air.beyond(context.band, float(ranges[k]), elevation, float(climbs[k]))
+            why = context.air.beyond_fit(context.band, float(ranges[k]), elevation, float(climbs[k]))
             if why is not None:
                 same = np.ptp(ranges) <= SAME * ranges.max() and not FIT_KM[0] <= ranges[k] * 1e-3 <= FIT_KM[1]
                 written = same and isinstance(target.path, PixelPath) and target.path.ground_m is None
@@ -67,10 +67,10 @@ def long_views(scenario: Scenario) -> Iterator[Notice]:
     context = scenario.context
     things: list[tuple[KeyPath, float]] = [
         *((("occluders", index), occluder.range_m) for index, occluder in enumerate(scenario.occluders)),
-        *((("background", *place), shell.range_m) for _, place, shell in scenario.background.shells()),
+        *((("background", *place), shell.range_m) for _, place, shell in scenario.background.parallax_surfaces()),
     ]
     for place, range_m in things:
-        why = context.air.beyond(context.band, range_m, context.geometry.elevation_rad)
+        why = context.air.beyond_fit(context.band, range_m, context.geometry.elevation_rad)
         if why is not None:
             yield Notice((*place, "range_m"), why)
 
@@ -109,7 +109,7 @@ def far_ground(scenario: Scenario) -> Iterator[Notice]:
     if depth_m is None or depression <= 0:
         return
     range_m = depth_m / math.sin(depression)
-    why = context.air.beyond(context.band, range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
+    why = context.air.beyond_fit(context.band, range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
     if why is not None:
         yield Notice(("background", "kind"), f"in the middle of the picture: {why}")
 

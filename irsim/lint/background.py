@@ -12,7 +12,7 @@ from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Detector
+from irsim.camera.sensor import Sensor
 from irsim.config.quantities import SCALE_K
 from irsim.errors import Notice
 from irsim.lint.bare import bare
@@ -53,17 +53,17 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
                 )
 
 
-def _scale(detector: Detector) -> tuple[str, ...]:
+def _scale(detector: Sensor) -> tuple[str, ...]:
     """The camera's key that decides which light its counts can tell."""
-    if "range_k" in detector.heeds:
+    if "range_k" in detector.camera_keys:
         return ("range_k",)
-    return ("detector",) if detector.timed_by is None else ("detector", detector.timed_by)
+    return ("detector",) if detector.integration_key is None else ("detector", detector.integration_key)
 
 
 def _held(camera: Camera, least: float, most: float, above: bool) -> str:
     """What would hold temperatures from the least to the most, K, in words; none where nothing is known to."""
-    if "range_k" not in camera.detector.heeds:
-        return f"; try a shorter {camera.detector.timed_by}" if above and camera.detector.timed_by else ""
+    if "range_k" not in camera.detector.camera_keys:
+        return f"; try a shorter {camera.detector.integration_key}" if above and camera.detector.integration_key else ""
     (low, high), (lowest, highest) = camera.range_k, SCALE_K
     low = min(low, max(math.floor((least - 1) / ROUND_K) * ROUND_K, lowest))
     high = max(high, math.ceil((most + 1) / ROUND_K) * ROUND_K)
@@ -125,7 +125,7 @@ def large_features(scenario: Scenario) -> Iterator[Notice]:
 def folded(scenario: Scenario) -> Iterator[Notice]:
     """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
     context, camera = scenario.context, scenario.camera
-    if not scenario.background.folds:
+    if not scenario.background.has_poles:
         return
     frames = watched(scenario.frames)
     mount = CameraTrajectory.of(scenario.motions, frames, context)

@@ -12,7 +12,7 @@ import numpy as np
 from irsim.backgrounds import Background
 from irsim.geometry.context import SceneContext
 from irsim.lint.looked import watched
-from irsim.render.instant import Instant
+from irsim.render.exposure import Instant
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
@@ -77,7 +77,7 @@ class _Outlook:
 @lru_cache(maxsize=1)
 def _below(outlook: _Outlook) -> Floats:
     """Light of the pixels below the horizon: worked out once for all warnings, and for severities that are alike."""
-    light = outlook.background.land(outlook.context)
+    light = outlook.background.ground_radiance(outlook.context)
     if light is None:
         return np.zeros(0)
     frames = watched(outlook.frames, LOOKED).astype(int).tolist()

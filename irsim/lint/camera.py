@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.backgrounds import Recorded
-from irsim.camera.detectors import NETD_K, Noise
-from irsim.camera.motion_blur import MOST_STEPS
-from irsim.camera.variance import Variance
+from irsim.camera.motion_blur import MAX_STEPS
+from irsim.camera.noise_base import Noise, NoiseVariance
+from irsim.camera.sensor import NETD_K
 from irsim.errors import Notice
 from irsim.lint.looked import watched
 from irsim.motion import CameraTrajectory, Tracks
@@ -35,7 +35,7 @@ def noisy(scenario: Scenario) -> Iterator[Notice]:
     """A NETD written in other units, say; not one that severities or ranges raise on purpose."""
     camera, key = scenario.camera, "netd_mk"
     meant = {"camera", f"camera.{key}"} & {*scenario.severities, *scenario.vary}
-    if camera.netd_mk > NOISIEST_MK and key in camera.detector.heeds and not meant:
+    if camera.netd_mk > NOISIEST_MK and key in camera.detector.camera_keys and not meant:
         yield Notice(
             ("camera", key),
             f"{camera.netd_mk:g} mK is allowed but hardly meant: {camera.netd_mk / 1000:g} K; "
@@ -57,10 +57,12 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
     camera = scenario.camera
     if isinstance(scenario.background, Recorded):
         return
-    sensor = camera.sensor(scenario.seed, scenario.is_on)
+    sensor = camera.signal_chain(scenario.seed, scenario.is_on)
     moment, response = sensor.frame_context(0, (1, 1)), sensor.response
     signal = response.at(float(radiance(camera.band, NETD_K)))
-    variance = Variance.together(noise.share(moment, False) for noise in sensor.noises).whole(signal, response)
+    variance = NoiseVariance.total(noise.variance_terms(moment, False) for noise in sensor.noises).overall(
+        signal, response
+    )
     counts = math.sqrt(variance) / response.gain
     if NO_NOISE < counts < FINEST:
         yield Notice(
@@ -75,8 +77,8 @@ def uncounted(scenario: Scenario) -> Iterator[Notice]:
     where white noise stands for theirs, no noise at all is wanted, or footage has it."""
     camera = scenario.camera
     wanted = camera.detector.counts_electrons and camera.noise and not isinstance(scenario.background, Recorded)
-    drawn = Noise.count, Noise.grain
-    if wanted and all((type(noise).count, type(noise).grain) == drawn for noise in camera.noise):
+    drawn = Noise.draw_electrons, Noise.temporal_sigma
+    if wanted and all((type(noise).draw_electrons, type(noise).temporal_sigma) == drawn for noise in camera.noise):
         yield Notice(
             ("camera", "noise"),
             "electrons are read without shot and read noise: a list of noises takes the place of the detector's own; "
@@ -121,10 +123,10 @@ def beads(scenario: Scenario) -> Iterator[Notice]:
     """Of a smear with too few steps: who moves most while a frame is exposed, by what it does from frame to frame."""
     camera = scenario.camera
     smear = camera.smear if scenario.is_on("smear") else None
-    if smear is None or camera.smeared_ms == 0 or smear.steps == 1 or scenario.frames == 1:
+    if smear is None or camera.exposure_ms == 0 or smear.steps == 1 or scenario.frames == 1:
         return
     watch = Watch(scenario)
-    share = camera.smeared_ms * 1e-3 * camera.rate_hz / smear.steps
+    share = camera.exposure_ms * 1e-3 * camera.rate_hz / smear.steps
     moves = [(_turning(watch.mount), "the background")]
     for name, course in watch.courses.items():
         pixels = watch.mount.seen(course.positions)
@@ -137,7 +139,7 @@ def beads(scenario: Scenario) -> Iterator[Notice]:
         yield Notice(
             ("camera", "smear", "steps"),
             f"at frame {frame} {name} moves by {most:.1f} px from step to step, which leaves beads; "
-            f"a streak takes steps: {enough}" + (", more than there may be" if enough > MOST_STEPS else ""),
+            f"a streak takes steps: {enough}" + (", more than there may be" if enough > MAX_STEPS else ""),
         )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from irsim.backgrounds import Ground, Landscape
-from irsim.backgrounds.buildings import WINDOW_SHARES
-from irsim.backgrounds.hours import typical
+from irsim.backgrounds.ground_cover import typical
+from irsim.backgrounds.structures import WINDOW_SHARES
 from irsim.config.base import KeyPath
 from irsim.errors import Notice
 from irsim.scenario.model import Scenario

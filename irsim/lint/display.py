@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.camera.agc_local import Around
-from irsim.camera.displays import Agc, Clahe
+from irsim.camera.agc import Agc
+from irsim.camera.agc_local import Clahe, NestedAgc
 from irsim.errors import Notice
 from irsim.lint.bare import bare
 from irsim.scenario.model import Scenario
@@ -17,7 +17,7 @@ from irsim.scenario.model import Scenario
 def odd_greys(scenario: Scenario) -> Iterator[Notice]:
     """Given counts for black and white that the camera does not give, or that show nothing of the background."""
     camera = scenario.camera
-    ends, full = camera.agc.ends(camera.bits), 2**camera.bits - 1
+    ends, full = camera.agc.fixed_range(camera.bits), 2**camera.bits - 1
     if ends is None:
         return
     black, white = ends
@@ -55,7 +55,7 @@ def tiny_tiles(scenario: Scenario) -> Iterator[Notice]:
     camera = scenario.camera
     agc: Agc = camera.agc
     at: tuple[str, ...] = ("camera", "agc")
-    while isinstance(agc, Around) and not isinstance(agc, Clahe):
+    while isinstance(agc, NestedAgc) and not isinstance(agc, Clahe):
         agc, at = agc.inner, (*at, "base")
     if not isinstance(agc, Clahe) or agc.clip_limit == 0:
         return

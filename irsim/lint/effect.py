@@ -35,7 +35,7 @@ def without_effect(scenario: Scenario) -> Iterator[Notice]:
     camera, air = scenario.camera, scenario.atmosphere
     detector = camera.detector
     for key in ("netd_mk", "range_k"):
-        if key not in detector.heeds and _is_written(camera, key):
+        if key not in detector.camera_keys and _is_written(camera, key):
             what = f"does not count for a detector of kind {detector.kind}: its own keys decide"
             yield Notice(("camera", key), what)
     if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
@@ -62,9 +62,9 @@ def _is_written(camera: Camera, key: str) -> bool:
 def two_exposures(scenario: Scenario) -> Iterator[Notice]:
     """Motion that blurs for another time than the detector looks."""
     camera = scenario.camera
-    exposure_ms = camera.detector.exposure_ms
-    if exposure_ms is not None and camera.smeared_ms not in (0, exposure_ms):
+    exposure_ms = camera.detector.integration_time_ms
+    if exposure_ms is not None and camera.exposure_ms not in (0, exposure_ms):
         yield Notice(
             ("camera", "smear", "time_ms"),
-            f"{camera.smeared_ms:g} ms are smeared, but the detector integrates for {exposure_ms:g} ms",
+            f"{camera.exposure_ms:g} ms are smeared, but the detector integrates for {exposure_ms:g} ms",
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.backgrounds.ground_texture import LEAST
+from irsim.backgrounds.ground_texture import LEAST_SINE
 from irsim.errors import Notice
 from irsim.lint.looked import watched
 from irsim.motion import CameraTrajectory
@@ -49,13 +49,13 @@ def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
     frames = watched(scenario.frames)
     sines = _sines(scenario, frames)
     highest = sines.min(axis=1)
-    if sines.max(axis=1).min() >= 0 and highest.min() < LEAST:
+    if sines.max(axis=1).min() >= 0 and highest.min() < LEAST_SINE:
         frame, above = frames[highest.argmin()], np.degrees(np.arcsin(-highest.min()))
         where = f"{above:.1f} degrees above the horizon" if above > 0 else f"{-above:.1f} degrees below the horizon"
         yield Notice(
             ("background", "height_m"),
-            f"at frame {frame:.0f} the picture reaches up to {where}; from {math.degrees(math.asin(LEAST)):.1f} below "
-            "it on the ground is drawn as if it rose; try a landscape",
+            f"at frame {frame:.0f} the picture reaches up to {where}; from {math.degrees(math.asin(LEAST_SINE)):.1f} "
+            "below it on the ground is drawn as if it rose; try a landscape",
         )
 
 
@@ -83,7 +83,7 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
 def left_behind(scenario: Scenario) -> Iterator[Notice]:
     """Clouds and rows of trees or buildings that a camera goes through, or half as far: they are around its first
     place, painted as it is seen from there, and not drawn from without."""
-    context, cast, shells = scenario.context, scenario.context.cast, list(scenario.background.shells())
+    context, cast, shells = scenario.context, scenario.context.cast, list(scenario.background.parallax_surfaces())
     if not shells or cast is None:
         return
     frames = watched(scenario.frames)
@@ -91,7 +91,7 @@ def left_behind(scenario: Scenario) -> Iterator[Notice]:
     places = (cast.standpoints(frames, context) @ level).tolist()
     for name, at, shell in shells:
         for share, what in ((1.0, GONE), (FAR_ACROSS, ASLANT)):
-            beyond = [not shell.holds((x / share, y / share, z / share)) for x, y, z in places]
+            beyond = [not shell.contains((x / share, y / share, z / share)) for x, y, z in places]
             if any(beyond):
                 yield Notice(
                     ("background", *at, "range_m"),

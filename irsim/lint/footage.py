@@ -78,7 +78,7 @@ def unlike_recording(scenario: Scenario) -> Iterator[Notice]:
 def untouched(scenario: Scenario) -> Iterator[Notice]:
     """Keys of the camera that do nothing to frames that a camera has taken already."""
     camera, background = scenario.camera, scenario.background
-    if not background.noisy:
+    if not background.has_noise:
         return
     moved = [index for index, motion in enumerate(camera.motion) if scenario.is_on(motion.name)]
     if moved and not background.mapped:

@@ -1,8 +1,7 @@
-"""Lenses that parts of the camera are told of apart from each other."""
+"""The aperture of turbulence beside that of the camera."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from irsim.errors import Notice
@@ -10,21 +9,6 @@ from irsim.scenario.model import Scenario
 
 ALIKE = 1.25
 """Diameters that differ by no more than this factor are of one lens: tilt goes with their power -1/6."""
-
-
-def two_lenses(scenario: Scenario) -> Iterator[Notice]:
-    """F-number and pixels' pitch of the lens that blurs, unlike those of the detector's light."""
-    camera = scenario.camera
-    lens, other = camera.optics if scenario.is_on("optics") else None, camera.detector.optics
-    if lens is None or other is None:
-        return
-    for key, here, there in zip(("f_number", "pitch_um"), (lens.f_number, lens.pitch_um), other, strict=True):
-        if not math.isclose(here, there, rel_tol=1e-6):
-            yield Notice(
-                ("camera", "optics", key),
-                f"it blurs with {key} {here:g}, but the detector's light is that of {key} {there:g}; "
-                "a camera has one lens: try the same in both",
-            )
 
 
 def unlike_pupils(scenario: Scenario) -> Iterator[Notice]:

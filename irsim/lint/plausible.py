@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from irsim.config.field_annotations import Plausible
+from irsim.config.base import KeyPath
+from irsim.config.fields import Plausible
 from irsim.config.schema import Slot
-from irsim.config.yaml_file import KeyPath
 from irsim.errors import Notice
 
 

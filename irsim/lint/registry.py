@@ -15,7 +15,7 @@ from irsim.lint.effect import overruled, two_exposures, without_effect
 from irsim.lint.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.lint.footage import unknown_scale, unlike_recording, untouched
 from irsim.lint.horizon import beyond_horizon
-from irsim.lint.lens import two_lenses, unlike_pupils
+from irsim.lint.lens import unlike_pupils
 from irsim.lint.many import built_up, crowded
 from irsim.lint.paths import pulls, through_camera
 from irsim.lint.speeds import too_fast
@@ -26,14 +26,14 @@ from irsim.lint.unseen import mostly_hidden
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement_all import overdone
 
-UNHEEDED = (overruled, without_effect)
-"""Those that say of a key that it counts for nothing."""
+INEFFECTIVE = (overruled, without_effect)
+"""Checks for keys without effect beside others."""
 
 DOUBTS = (
-    *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
+    *(beyond_fit, *INEFFECTIVE, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
     *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(crowded, built_up),
-    *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
+    *(unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, tiny_tiles, through_camera, pulls, too_fast, misses, turned),
     *(
@@ -72,9 +72,9 @@ def doubts(scenario: Scenario, looked: Callable[[], None] | None = None) -> Iter
             looked()
 
 
-def unheeded(scenario: Scenario) -> Iterator[Notice]:
-    """Those of the warnings that say of a key that it counts for nothing beside others."""
-    yield from _of_what_is_on(scenario, UNHEEDED)
+def ineffective(scenario: Scenario) -> Iterator[Notice]:
+    """Yield the warnings of keys without effect beside others."""
+    yield from _of_what_is_on(scenario, INEFFECTIVE)
 
 
 def _of_what_is_on(scenario: Scenario, kinds: Iterable[Callable[[Scenario], Iterator[Notice]]]) -> Iterator[Notice]:

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.errors import Notice
+from irsim.errors import Notice, decimal_text
 from irsim.lint.looked import existing
 from irsim.lint.standing import FARTHER
 from irsim.motion import CrossesM, MetrePath
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import LOOKED
-from irsim.wording import plain
 
 
 def too_fast(scenario: Scenario) -> Iterator[Notice]:
@@ -21,7 +20,7 @@ def too_fast(scenario: Scenario) -> Iterator[Notice]:
     rate_hz = scenario.camera.rate_hz
     first_ones = np.arange(float(min(scenario.frames, LOOKED)))
     for index, target in enumerate(scenario.targets):
-        fastest_m_s, frames = target.shape.fastest_m_s, existing(target, first_ones)
+        fastest_m_s, frames = target.shape.max_speed_m_s, existing(target, first_ones)
         if fastest_m_s is None or len(frames) < 2:
             continue
         in_metres = isinstance(target.path, MetrePath | CrossesM)
@@ -31,7 +30,7 @@ def too_fast(scenario: Scenario) -> Iterator[Notice]:
         speeds_m_s = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(frames) * rate_hz
         if speeds_m_s.max() > allowed_m_s:
             first = int(np.argmax(speeds_m_s > allowed_m_s))
-            most = plain(float(speeds_m_s.max()), 4)
+            most = decimal_text(float(speeds_m_s.max()), 4)
             instead = "a lower speed" if in_metres else "a lower speed, or nearer to the camera"
             yield Notice(
                 ("targets", index, "path"),

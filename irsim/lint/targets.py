@@ -18,8 +18,8 @@ MOST = 0.5
 
 def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
-        if target.shape.doubt is not None:
-            key, why = target.shape.doubt
+        if target.shape.warning is not None:
+            key, why = target.shape.warning
             yield Notice(("targets", index, "shape", key), why)
 
 
@@ -27,7 +27,7 @@ def standing_still(scenario: Scenario) -> Iterator[Notice]:
     """Parts that turn so fast that each frame finds them where they look the same, as a real camera would."""
     rate_hz = scenario.camera.rate_hz
     for index, target in enumerate(scenario.targets):
-        for key, places in target.shape.alike.items():
+        for key, places in target.shape.rotational_symmetry.items():
             hz = getattr(target.shape, key)
             passed = hz * places / rate_hz
             whole, later = round(passed), scenario.frames - 1

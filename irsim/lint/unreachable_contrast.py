@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from irsim.errors import Notice
-from irsim.render.composite import Piece, compose, contrast_k
-from irsim.render.contrast import scr, stands_out
+from irsim.render.composite import NamedSprite, compose, contrast_k
+from irsim.render.contrast import ring_contrast, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
@@ -71,28 +71,30 @@ class _Scene:
             return None
         if wanted < 0 and found > ENOUGH * wanted:
             return f"{found:.3g} is the most, as darker than without any light it cannot be"
-        return None if self.scenario.background.noisy else self._cut_off(light, sprite.box, frame)
+        return None if self.scenario.background.has_noise else self._cut_off(light, sprite.box, frame)
 
     def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
         """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""
         sensor = self.renderer.sensor
         response = sensor.response
-        whole = stands_out(response.signal(light if sensor.falloff is None else light * sensor.falloff(frame)), box)
-        full = np.minimum(sensor.held(light, frame), np.float32(response.top))
+        whole = ring_contrast(
+            response.signal(light if sensor.vignetting is None else light * sensor.vignetting(frame)), box
+        )
+        full = np.minimum(sensor.pixel_signal(light, frame), np.float32(response.top))
         ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
         for what, held in ends.items():
-            left = stands_out(held, box)
+            left = ring_contrast(held, box)
             if abs(whole) > 0 and left / whole < ENOUGH:
                 return f"{max(left / whole, 0):.0%} of that is left, as pixels are {what}"
         return None
 
-    def _piece(self, name: str, frame: int) -> Piece | None:
+    def _piece(self, name: str, frame: int) -> NamedSprite | None:
         course = next(course for course in self.renderer.courses if course.target.id == name)
         if not course.target.exists(frame):
             return None
         pose = self.renderer.pose(frame)
         sprite = course.target.shape.draw(course.view(frame, pose))
-        if sprite is None or sprite.wanted is None:
+        if sprite is None or sprite.requested is None:
             return None
-        steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
-        return Piece(name, steady, True, course.first_m(frame, pose))
+        steady = sprite._replace(requested=replace(sprite.requested, gain=1.0))
+        return NamedSprite(name, steady, True, course.first_m(frame, pose))

@@ -60,5 +60,5 @@ def _nearer(scenario: Scenario, name: str, frames: list[int]) -> set[str]:
     places = target.path.positions(np.asarray(frames, dtype=np.float64), scenario.context, name)
     farthest_m = float(np.linalg.norm(places, axis=1).max())
     occluders = ((occluder.name, occluder.range_m) for occluder in scenario.occluders)
-    shells = ((part, shell.range_m) for part, _, shell in scenario.background.shells())
+    shells = ((part, shell.range_m) for part, _, shell in scenario.background.parallax_surfaces())
     return {part for part, range_m in (*occluders, *shells) if range_m < farthest_m and scenario.is_on(part)}

@@ -1,4 +1,4 @@
-"""What an occluder is, and how the camera sees it."""
+"""Base classes of occluders: placement keys, intent, and drawing of flat facets."""
 
 from __future__ import annotations
 
@@ -12,48 +12,52 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Name, NamedKind
-from irsim.config.quantities import Fraction, Kelvin, Range, Stretch
+from irsim.config.quantities import Fraction, Kelvin, Positive, Range, Stretch
 from irsim.geometry.context import SceneContext
-from irsim.geometry.polygon import outline
+from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
-from irsim.geometry.silhouette import Outline, sprite, within_sight
+from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import Sprite
 from irsim.types import Box, Floats, arrays_frozen
 
 T = TypeVar("T")
 AnyOccluder = TypeVar("AnyOccluder", bound="Occluder")
 
+Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
+"""[width, height]."""
+
 
 class Occluder(NamedKind):
-    """Something between the camera and the targets behind it; it stands still in space, but smoke drifts.
+    """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    It has a place, or an intent: whom it hides, and when. irsim.scenario.placement_all finds the place for that.
+    It has either a place or an intent: the target to hide, and when. `irsim.scenario.placement_all` turns an intent
+    into a place.
     """
 
-    placing: ClassVar[tuple[str, ...]] = ()
-    """The keys that give its place."""
-    thins: ClassVar[bool] = False
-    """Does it hide less by being thinner? Otherwise by being smaller."""
+    placement_keys: ClassVar[tuple[str, ...]] = ()
+    """The keys that define its place."""
+    translucent: ClassVar[bool] = False
+    """True if it hides a smaller fraction by a lower density; otherwise by a smaller size."""
     slender: ClassVar[bool] = False
-    """Is it odd for it to be wide? It is warned of where a carried camera makes it so."""
+    """True if a wide one is implausible: `irsim check` warns if a moving camera makes it wide."""
 
     range_m: Range
-    """Metres from where the camera first stands; it hides what is farther."""
+    """Metres from the first camera position; it hides farther objects."""
     hides: Name | None = None
-    """Id of a target that it shall hide: given instead of its place."""
+    """Id of a target to hide, in place of its own place."""
     frames: Stretch | None = None
-    """[first, last] frame, both counted, in which it shall hide it."""
+    """[first, last] frame, both counted, in which to hide it."""
     fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """How much of what is in the picture of the target it shall hide in those frames, at least (to 0.001; but for a
-    trace of all of it). 0.2 more is warned of."""
+    """Least fraction to hide, in those frames, of the part of the target inside the picture (to 0.001; of 1 all but a
+    trace). 0.2 more raises a warning."""
 
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:
-        given = [key for key in self.placing if getattr(self, key) is not None]
-        needed = " and ".join(self.placing)
+        given = [key for key in self.placement_keys if getattr(self, key) is not None]
+        needed = " and ".join(self.placement_keys)
         if self.hides is None:
-            missing = [key for key in self.placing if key not in given]
+            missing = [key for key in self.placement_keys if key not in given]
             if missing:
                 raise PydanticCustomError(
                     "no_place", "it is missing; allowed: {needed}, or 'hides' and 'frames'",
@@ -61,73 +65,72 @@ class Occluder(NamedKind):
                 )  # fmt: skip
             if self.frames is not None:
                 raise PydanticCustomError(
-                    "intent", "'frames' says when it hides whom; allowed: with 'hides'", {"at": ("frames",)}
+                    "intent", "'frames' needs a target to hide; allowed: with 'hides'", {"at": ("frames",)}
                 )
             return self
         if given:
             raise PydanticCustomError(
-                "two_places", "its place follows from whom it hides; allowed: {needed}, or 'hides'",
+                "two_places", "its place follows from 'hides'; allowed: {needed}, or 'hides'",
                 {"needed": needed, "at": (given[0],)},
             )  # fmt: skip
-        if self.frames is not None and self.frames[1] < self.frames[0]:
-            raise PydanticCustomError(
-                "intent", "its last frame is before its first; allowed: [first, last] frame", {"at": ("frames",)}
-            )
         if self.frames is None:
             raise PydanticCustomError(
-                "intent", "it says whom it hides, but not when; allowed: [first, last] frame", {"at": ("frames",)}
+                "intent", "'hides' needs the frames to hide it in; allowed: [first, last] frame", {"at": ("frames",)}
+            )
+        if self.frames[1] < self.frames[0]:
+            raise PydanticCustomError(
+                "intent", "its last frame is before its first; allowed: [first, last] frame", {"at": ("frames",)}
             )
         return self
 
     @abstractmethod
     def draw(self, pose: CameraPose) -> Sprite | None:
-        """The occluder as the camera sees it, as far as its middle is from there (`sight.away_m`); None where it cannot
-        be seen."""
+        """Return the sprite for a camera pose, None if it is out of view.
+
+        Its `range_m` is the distance of its middle from the camera (`CameraPose.distance_m`).
+        """
 
     def extent(self, context: SceneContext) -> Box | None:
-        """What holds all of it, px of the unmoved camera, in any frame; None where that is not known."""
+        """Return a box around it in all frames, px of the first camera; None if unknown."""
         return None
 
-    def over(self, window: Box, share: float, context: SceneContext) -> Self:
-        """The same with a place that covers `window`, px of the unmoved camera, and no intent.
+    def covering(self, window: Box, density: float, context: SceneContext) -> Self:
+        """Return a copy placed to cover `window`, px of the first camera, without intent.
 
-        share: how dense it is, 0..1, where `thins`. ValueError where it cannot be placed by intent.
+        density  opacity 0..1 of a `translucent` kind
+        Raises ValueError if this kind cannot be placed by intent.
         """
-        raise ValueError(f"a {self.kind} cannot be placed by whom it hides; allowed: its place")
+        raise ValueError(f"a {self.kind} cannot be placed by 'hides'; allowed: its place")
 
-    def rooted(self, y: float) -> Self:
-        """The same, placed, that stands no lower than at `y` px of the unmoved camera, where its shape permits."""
+    def standing_at(self, y: float) -> Self:
+        """Return a copy whose foot is no lower than `y` px of the first camera, if its shape permits."""
         return self
 
-    def short(self, placed: Occluder) -> tuple[str, str] | None:
-        """A key of which it has less where its intent placed it than it says, and why; None where it has all."""
+    def shortfall(self, placed: Occluder) -> tuple[str, str] | None:
+        """Return a key whose value the intent's placement could not honour, and a reason; None if it honoured all."""
         return None
 
-    def at(self, **place: object) -> Self:
-        """The same with a place and no intent."""
+    def placed(self, **place: object) -> Self:
+        """Return a copy with a place and without intent."""
         return self.model_copy(update={"hides": None, "frames": None, **place})
 
 
-def given(value: T | None) -> T:
-    """A key of the place; ValueError where there is an intent instead, whose place has yet to be found."""
+def required(value: T | None) -> T:
+    """Return the value of a placement key; ValueError if it is unset since an intent is not yet placed."""
     if value is None:
         raise ValueError("the occluder has no place yet: irsim.scenario.placement_all finds it")
     return value
 
 
-def bounds(points: Floats) -> Box:
-    """The box that holds points (n, 2) px."""
+def bounding_box(points: Floats) -> Box:
+    """Return the bounding box of points (n, 2) px."""
     return Box.from_edges(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
 
 
-Facet = tuple[Floats, float]
-"""A convex outline (n, 2), px of the unmoved camera, and its temperature, K."""
-
-
-def kept(
+def cached_by_pose(
     draw: Callable[[AnyOccluder, CameraPose], Sprite | None],
 ) -> Callable[[AnyOccluder, CameraPose], Sprite | None]:
-    """A drawing that heeds no time, kept for a camera that stands still."""
+    """Decorate a time-independent drawing function: the sprites of a static camera are reused."""
 
     @lru_cache(maxsize=32)
     def drawn(
@@ -140,40 +143,44 @@ def kept(
     )
 
 
+Facet = tuple[Floats, float]
+"""A convex polygon (n, 2), px of the first camera, and its temperature, K."""
+
+
 class Opaque(Occluder):
-    """An occluder of flat, convex facets that hide what is behind them altogether."""
+    """An opaque occluder made of flat convex facets."""
 
     temperature_k: Kelvin = 290.0
-    """Kelvin."""
+    """Temperature, kelvin."""
     emissivity: Fraction = 0.95
 
     @abstractmethod
     def facets(self, context: SceneContext) -> Sequence[Facet]:
-        """Its facets, the nearest first, as the unmoved camera sees them."""
+        """Return its facets, the nearest first, in px of the first camera."""
 
     def extent(self, context: SceneContext) -> Box | None:
-        return bounds(np.concatenate([points for points, _ in self.facets(context)]))
+        return bounding_box(np.concatenate([points for points, _ in self.facets(context)]))
 
     def draw(self, pose: CameraPose) -> Sprite | None:
-        return _drawn(self, pose)
+        return _draw_facets(self, pose)
 
 
-@kept
-def _drawn(occluder: Opaque, pose: CameraPose) -> Sprite | None:
-    """Facets drawn."""
+@cached_by_pose
+def _draw_facets(occluder: Opaque, pose: CameraPose) -> Sprite | None:
     context = pose.context
     facets = occluder.facets(context)
-    outlines = [pose.pixels(points, occluder.range_m) for points, _ in facets]
-    corners = np.concatenate(outlines)
+    polygons = [pose.pixels(points, occluder.range_m) for points, _ in facets]
+    corners = np.concatenate(polygons)
     if not np.isfinite(corners).all():
         return None
-    box = bounds(corners)
-    window = within_sight(box, pose.zoomed)
+    box = bounding_box(corners)
+    window = clip_to_view(box, pose.zoomed)
     if window is None:
         return None
-    edges = [outline(points) for points in outlines]
+    edges = [polygon_edges(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
-    layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
+    layer = np.repeat(np.arange(len(facets)), [len(points) for points in polygons])
     glow = context.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    away_m = pose.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
-    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, pose.zoomed.psf, away_m)))
+    distance_m = pose.distance_m(bounding_box(np.concatenate([points for points, _ in facets])), occluder.range_m)
+    layers = LayeredPolygons((start, stop, layer), glow, box, window, pose.zoomed.psf, distance_m)
+    return arrays_frozen(draw_sprite(layers))

@@ -1,4 +1,7 @@
-"""A crown of a tree that hides targets: its leaves and boughs without a size, and where it has no gaps."""
+"""The crown of an occluding tree: a normalised leaf mask, its largest gapless window, and its textured billboard.
+
+Numbers without a source were chosen by eye.
+"""
 
 from __future__ import annotations
 
@@ -10,42 +13,46 @@ import cv2
 import numpy as np
 
 from irsim.geometry.context import SceneContext
+from irsim.geometry.silhouette import Grid
 from irsim.geometry.vegetation import LIGHT, SHADED, Crown, Foliage, broadleaf, wood
-from irsim.occluders.billboard import Billboard
 from irsim.rng import stream
 from irsim.types import Bools, Floats, arrays_frozen
 
 CELLS = 512
-"""A crown is drawn on so many cells on its longer side, and scaled to where it is seen."""
+"""Cells along the longer side of a crown's texture."""
 PROPORTIONS = 4
-"""Crowns are drawn in so many proportions, height to width, for each factor of two, and stretched to those between."""
+"""Proportions, height to width, for which textures exist, per factor of two; those between are stretched."""
 SLIMMEST = 3.0
-"""Factors of two between height and width beyond which crowns are drawn no slimmer, and only stretched."""
+"""Largest log2 of height to width for which textures exist; slimmer crowns are stretched."""
 CORE = 0.6
-"""The crown has no gaps within an ellipse of this share of its width and height."""
+"""Extent of the gapless elliptic core, as a share of the crown's width and height."""
 FADING = 0.2
-"""Over such a share of its width and height it then becomes as it would be without."""
+"""Width of the transition around the core, in the same units."""
 CENTRE = np.array([0.0, -0.5])
-"""The crown's middle, in widths and heights of it from its foot."""
+"""Middle of the crown, in widths and heights of it from its foot."""
 RIM = 1
-"""Cells around what a crown is placed over that have no gap either: it is drawn between its cells."""
+"""Gapless margin around a covered window, cells: drawing interpolates between cells."""
 HALVINGS = 10
-"""Of the step in which the least crown is sought: to a thousandth of its size."""
+"""Bisection steps of the search for the smallest crown: to a thousandth of its size."""
 THICK = 0.065
-"""The trunk's width at the crown, as a share of the crown's width."""
+"""Width of the trunk at the crown, as a share of the crown's width."""
 BARK = 0.8
-"""How much warmer wood is on its lit side, and cooler on the other, in standard deviations of the leaves'."""
+"""Temperature excess of wood on its lit side, and deficit on the other, in standard deviations of the leaves'."""
+SAMPLES = 2
+"""Texture samples on each axis of a grid cell, at the middles of its quarters."""
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
-    """A crown without a size: arrays (rows, cols).
+class CrownTexture:
+    """Normalised crown; arrays (rows, cols).
 
-    leaves  where they hide what is behind;  warmth  of mean 0 and variance 1 over them
-    joined  their warmth where it is one of several crowns: of clumps, and of the sides of the tree alone, so that
-            no crown's dark lower edge lies on the lit top of the next
-    wood    where boughs are, behind the leaves;  side  how far, -1 to 1, they face the light
-    reach   (2, 2): left, top and right, bottom of the arrays from the crown's foot, in widths and heights of it
+    leaves  mask of opaque leaves
+    warmth  of a lone crown, mean 0 and variance 1 over the leaves
+    joined  warmth of one of several crowns: of clumps and of the sides of the tree alone, so that no crown's dark lower
+            edge lies on the lit top of the next
+    wood    mask of boughs behind the leaves
+    side    illumination of the boughs, -1 to 1
+    reach   (2, 2) left, top and right, bottom of the arrays from the crown's foot, in widths and heights of the crown
     """
 
     leaves: Bools
@@ -56,60 +63,62 @@ class Form:
     reach: Floats
 
 
-def form_of(slim: float, leaves: float, context: SceneContext, name: str) -> Form:
-    """A crown so many times as high as wide."""
+def crown_texture(slim: float, leaves: float, context: SceneContext, name: str) -> CrownTexture:
+    """Return the texture of a crown whose height is `slim` times its width."""
     proportion = round(PROPORTIONS * min(max(math.log2(slim), -SLIMMEST), SLIMMEST)) / PROPORTIONS
-    return _form(proportion, leaves, context.seed, name)
+    return _texture(proportion, leaves, context.seed, name)
 
 
 @lru_cache(maxsize=32)
-def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
-    """A crown whose height to width is 2 ** proportion."""
+def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTexture:
+    """Return the texture of a crown whose height to width is 2 ** proportion."""
     draw = stream(seed, name, "crown")
     high, wide = CELLS * min(1.0, 2**proportion), CELLS * min(1.0, 2**-proportion)
     crown = broadleaf(high, wide, draw)
     rows, columns = crown.depth.shape
     x, y = np.arange(columns) - crown.middle, np.arange(rows) - (rows - 1)
-    off = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
-    dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - off) / FADING, 1))
-    hides, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
+    radius = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
+    dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - radius) / FADING, 1))
+    opaque, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
     boughs = np.zeros((rows, columns), np.uint8)
     for limb in wood(high, wide, THICK * wide, draw):
         cv2.fillConvexPoly(
             boughs, np.rint((limb + np.array([crown.middle, rows - 1])) * 16).astype(np.int32), 1, shift=4
         )
-    # A trunk is lit on its left and not on its right, all the way round; a thinner bough shows less of both.
+    # A round trunk is lit on its left and dark on its right; a thinner bough shows less of both.
     half = max(round(THICK * wide / 2), 1)
     near = cv2.blur(boughs.astype(np.float32), (2 * half + 1, 1), borderType=cv2.BORDER_CONSTANT)
     lit_side = np.roll(near, -half, axis=1) - np.roll(near, half, axis=1)
-    filled = hides | (boughs > 0)
+    filled = opaque | (boughs > 0)
     top, bottom, left, right = (ends for axis in (1, 0) for ends in np.flatnonzero(filled.any(axis=axis))[[0, -1]])
     part = slice(top, bottom + 1), slice(left, right + 1)
     reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
     side = np.clip(3 * LIGHT[0] * x[None, :] / wide, -1, 1)
-    even, joined = (
-        ((each - each[hides].mean()) / each[hides].std())[part].astype(np.float32)
+    lone, joined = (
+        ((each - each[opaque].mean()) / each[opaque].std())[part].astype(np.float32)
         for each in (warmth, warmth + SHADED * (side - crown.shade))
     )
-    return arrays_frozen(Form(hides[part], even, joined, boughs[part] > 0, lit_side[part], reach / [wide, high]))
+    return arrays_frozen(
+        CrownTexture(opaque[part], lone, joined, boughs[part] > 0, lit_side[part], reach / [wide, high])
+    )
 
 
-def gapless(form: Form, wide: float, tall: float) -> tuple[float, Floats]:
-    """How many times larger a rectangle may be that lies where a crown has no gaps, and (2,) its middle then.
+def largest_gapless(texture: CrownTexture, wide: float, tall: float) -> tuple[float, Floats]:
+    """Return the largest factor by which a rectangle still fits without gaps into a crown, and its middle (2,) there.
 
-    wide, tall: of the rectangle, in widths and heights of the crown, as the middle is, from the crown's foot; so
-    large it fits into the core about the crown's middle.
+    wide, tall  of the rectangle, in widths and heights of the crown, as is the middle, measured from the crown's foot;
+                at factor 1 it fits into the core around the crown's middle
     """
-    sums = cv2.integral((form.leaves | form.wood).astype(np.uint8))
-    cells = np.array(form.leaves.shape[::-1]) / (form.reach[1] - form.reach[0])
+    sums = cv2.integral((texture.leaves | texture.wood).astype(np.uint8))
+    cells = np.array(texture.leaves.shape[::-1]) / (texture.reach[1] - texture.reach[0])
     fits, middle, too_large = 1.0, CENTRE, 1 / CORE**2
     for _ in range(HALVINGS):
         times = (fits + too_large) / 2
         columns, rows = np.ceil(times * np.array([wide, tall]) * cells).astype(int) + 2 * RIM
-        whole = sums[rows:, columns:] - sums[:-rows, columns:] - sums[rows:, :-columns] + sums[:-rows, :-columns]
-        corners = np.argwhere(whole == rows * columns)[:, ::-1]
+        covered = sums[rows:, columns:] - sums[:-rows, columns:] - sums[rows:, :-columns] + sums[:-rows, :-columns]
+        corners = np.argwhere(covered == rows * columns)[:, ::-1]
         if len(corners):
-            middles = (corners + np.array([columns, rows]) / 2) / cells + form.reach[0]
+            middles = (corners + np.array([columns, rows]) / 2) / cells + texture.reach[0]
             fits, middle = times, middles[np.argmin(np.hypot(*(middles - CENTRE).T))]
         else:
             too_large = times
@@ -117,8 +126,8 @@ def gapless(form: Form, wide: float, tall: float) -> tuple[float, Floats]:
 
 
 @dataclass(frozen=True)
-class Heat:
-    """Temperatures of a tree's leaves and wood, K, how they spread, and its emissivity."""
+class TreeTemperatures:
+    """Mean temperatures of leaves and wood, K, their standard deviation, K, and the emissivity of the tree."""
 
     leaves_k: float
     wood_k: float
@@ -126,13 +135,57 @@ class Heat:
     emissivity: float
 
 
+@dataclass(frozen=True, eq=False)
+class Billboard:
+    """Flat picture standing in space.
+
+    light  (rows, cols, 2) float32, the covered share of each cell and that share times its radiance
+    """
+
+    light: Floats
+
+    def fields(self, corners: Floats, grid: Grid) -> Floats:
+        """Return area, y moment and x moment of (cover, light) in the cells of a grid, (3, 2, rows, columns).
+
+        corners  (4, 2) px, projected outer corners of the picture, clockwise from the top left one
+
+        The picture is averaged to the size of the samples, then sampled at the quarters of each cell: it keeps its
+        area, blurred by half a cell.
+        """
+        rows, columns, _ = self.light.shape
+        own = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], np.float32)
+        places = (corners - grid.corner) * grid.fine * SAMPLES
+        to_places = cv2.getPerspectiveTransform(own, places.astype(np.float32))
+        size = SAMPLES * grid.cells[1], SAMPLES * grid.cells[0]
+        edge = np.linalg.norm(places - np.roll(places, 1, axis=0), axis=1)
+        fewer = [max(1, min(length, round(float(seen)))) for length, seen in ((columns, edge[1]), (rows, edge[2]))]
+        averaged = cv2.resize(self.light, fewer, interpolation=cv2.INTER_AREA)
+        shrink = np.diag([columns / fewer[0], rows / fewer[1], 1.0])
+        middles = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+        matrix = np.linalg.inv(middles) @ to_places @ shrink @ middles
+        seen = cv2.warpPerspective(averaged, matrix, size, flags=cv2.INTER_LINEAR)
+        quarters = seen.reshape(grid.cells[0], SAMPLES, grid.cells[1], SAMPLES, 2)
+        upper, lower = quarters[:, 0], quarters[:, 1]
+        whole, change = upper + lower, lower - upper
+        # The middle of a quarter lies a quarter of the cell from the cell's middle.
+        area = (whole[:, :, 0] + whole[:, :, 1]) / 4
+        down, right = (change[:, :, 0] + change[:, :, 1]) / 16, (whole[:, :, 1] - whole[:, :, 0]) / 16
+        return np.moveaxis(np.stack([area, down, right]).astype(np.float64), -1, 1)
+
+
 @lru_cache(maxsize=32)
-def lit(form: Form, heat: Heat, lowest: bool, several: bool, context: SceneContext) -> Billboard:
-    """The light of a crown of a tree; of several, those above the lowest show no wood, since leaves of the next are
-    behind its gaps."""
-    kelvin = heat.leaves_k + heat.spread_k * (form.joined if several else form.warmth)
+def crown_billboard(
+    texture: CrownTexture, temperatures: TreeTemperatures, lowest: bool, several: bool, context: SceneContext
+) -> Billboard:
+    """Return the billboard of a crown.
+
+    Of several crowns only the lowest shows wood: behind the gaps of the others lie leaves of the next.
+    """
+    warmth = texture.joined if several else texture.warmth
+    kelvin = temperatures.leaves_k + temperatures.spread_k * warmth
     if lowest:
-        kelvin = np.where(form.leaves, kelvin, heat.wood_k + heat.spread_k * BARK * form.side)
-    cover = (form.leaves | form.wood).astype(np.float32)
-    glow = context.glow(np.maximum(kelvin, 1.0), heat.emissivity).astype(np.float32)
+        wood_k = temperatures.wood_k + temperatures.spread_k * BARK * texture.side
+        kelvin = np.where(texture.leaves, kelvin, wood_k)
+    cover = (texture.leaves | texture.wood).astype(np.float32)
+    glow = context.glow(np.maximum(kelvin, 1.0), temperatures.emissivity).astype(np.float32)
     return arrays_frozen(Billboard(np.stack([cover, cover * glow], axis=-1)))

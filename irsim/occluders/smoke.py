@@ -1,4 +1,8 @@
-"""A cloud of smoke: partly transparent, growing, drifting, and gone in the end."""
+"""An occluding cloud of smoke: partly transparent, growing, drifting, fading.
+
+Its optical depth is a smooth profile with puffs; billows displace its edge, modulate its depth and its temperature.
+Numbers without a source were chosen by eye.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
+import cv2
 import numpy as np
 from pydantic import Field
 
@@ -14,30 +19,50 @@ from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.silhouette import within_sight
+from irsim.geometry.random_fields import power_law
+from irsim.geometry.silhouette import clip_to_view
 from irsim.geometry.sprite import Sprite
-from irsim.occluders.bar import Size
-from irsim.occluders.base import Occluder, given
-from irsim.occluders.billows import OUTERMOST, lumps, thickened, torn
+from irsim.occluders.base import Occluder, Size, required
 from irsim.rng import stream
 from irsim.types import Box, Floats
 
 _PUFFS = 24
+"""Number of puffs around the edge."""
 _REACH = 2.2
-"""How far out, in halves of its size, it is drawn: what is beyond is thinner than a thousandth."""
+"""Extent of the drawing in half sizes; the optical depth beyond is below a thousandth."""
 _YOUNG = 0.35
-"""Size at its beginning, as a share of the full one."""
+"""Initial size as a share of the full size."""
 _DENSEST = 0.999
-"""Opacity at most: what kept back all light would have no end of optical depth."""
+"""Largest opacity: opacity 1 would need an infinite optical depth."""
 _RISES = 0.5
-"""Placed by whom it hides, smoke that billows is so much as high as wide at least: by eye."""
+"""Least height to width of billowing smoke placed by intent."""
+_SIDE = 256
+"""Side of the periodic fields of billows, texels."""
+_TEXELS = 40.0
+"""Texels per half of the smoke's lesser side, which is also the size of the largest billows."""
+_DEPTH_SLOPE = 11 / 3
+"""Spectral slope of depth and warmth: that of a scalar mixed by turbulence (Obukhov 1949)."""
+_EDGE_SLOPE = 5.5
+"""Spectral slope of the edge's displacement: steeper, so that billows are round."""
+_ROLLING = 0.35
+"""Speed of the two counter-moving fields, halves of the lesser side a second; vertically six tenths of it."""
+_DISPLACEMENT = 0.32
+"""Standard deviation of the edge's displacement, half sizes."""
+_MOST = 1.5
+"""Largest displacement in units of _DISPLACEMENT."""
+_INNER = 0.9
+"""Radius, in half sizes, within which billows displace nothing: there the smoke hides as much as without them."""
+_OUTER = 1.4
+"""Radius from which on billows displace in full."""
+_MODULATION = 0.5
+"""Standard deviation of the logarithm of optical depth outside the dense part."""
 
 
 class Smoke(Occluder):
-    """Smoke that hides by its optical depth: dense in the middle, in rolling puffs at its edge."""
+    """A cloud of smoke: dense in the middle, with rolling puffs at its edge; it hides by its optical depth."""
 
-    placing: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
-    thins: ClassVar[bool] = True
+    placement_keys: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
+    translucent: ClassVar[bool] = True
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"hides": ("opacity", "begins_frame", "lasts_frames")}
 
     switches: ClassVar[Switches] = {
@@ -47,29 +72,28 @@ class Smoke(Occluder):
     }
 
     center_px: Pair | None = None
-    """[x, y] of its middle when it is full grown, px of the unmoved camera."""
+    """[x, y] of its middle at full size, px of the first camera."""
     size_px: Size | None = None
-    """[width, height] of its dense part when it is full grown, px."""
+    """[width, height] of its dense part at full size, px."""
     opacity: Annotated[float, Field(ge=0, le=_DENSEST)] = 0.9
-    """Share of the light behind it that its dense part keeps back, when it is full grown; of smoke that
-    `hides` somebody, `fraction` says it."""
+    """Share of the background's light absorbed by its dense part at full size; smoke with `hides` uses `fraction`."""
     temperature_k: Kelvin = 288.0
-    """Kelvin: it emits as much as it keeps back."""
+    """Temperature, kelvin: it emits as much as it absorbs."""
     billows: Fraction = 1.0
-    """How far billows tear its edge and make it uneven: 0 is a smooth cloud. Placed by whom it hides it rises above
-    it, about half as high as wide at least."""
+    """Strength of billows, which displace its edge and vary its depth: 0 is a smooth cloud. Placed by `hides`,
+    billowing smoke rises above the target and is at least half as high as wide."""
     spread_k: KelvinSpread = 0.5
-    """Standard deviation of its temperature from billow to billow, kelvin."""
+    """Standard deviation of its temperature between billows, kelvin."""
     begins_frame: Number | None = None
-    """Frame at which it begins to grow; it is there from the first where not given."""
+    """Frame at which it begins to grow; default: present from the start."""
     grow_frames: NotNegative = 15.0
-    """Time it takes to grow, frames."""
+    """Duration of its growth, frames."""
     lasts_frames: NotNegative | None = None
-    """Time from full grown until it begins to fade, frames; it never does where not given."""
+    """Time from full size until it begins to fade, frames; default: it never fades."""
     fade_frames: NotNegative = 30.0
-    """Time it takes to fade, frames."""
+    """Duration of its fading, frames."""
     drift_px_s: Pair = (0.0, 0.0)
-    """[right, down] wind, px a second of the unmoved camera."""
+    """[right, down] wind, px a second of the first camera."""
 
     def draw(self, pose: CameraPose) -> Sprite | None:
         context = pose.context
@@ -85,9 +109,9 @@ class Smoke(Occluder):
             return None
         since = frame if self.begins_frame is None else age - self.grow_frames
         drift = np.asarray(self.drift_px_s) * since / context.rate_hz
-        (x, y), (wide, tall) = given(self.center_px) + drift, given(self.size_px)
+        (x, y), (wide, tall) = required(self.center_px) + drift, required(self.size_px)
         scale = _YOUNG + (1 - _YOUNG) * grown + 0.3 * (1 - left)
-        # A window's two axes, as this frame sees them: enough for something without edges.
+        # The local axes as this frame sees them: accurate enough for an object without sharp edges.
         around = np.array([[x, y], [x + 1, y], [x, y + 1]])
         middle, right, down = pose.pixels(around, self.range_m)
         zoom = np.array([np.hypot(*(right - middle)), np.hypot(*(down - middle))])
@@ -95,9 +119,9 @@ class Smoke(Occluder):
             return None
         halves = zoom * np.array([wide, tall]) / 2 * scale
         blurred = np.hypot(halves, pose.zoomed.psf_px)
-        reach = (_REACH + self.billows * OUTERMOST) * blurred
+        reach = (_REACH + self.billows * _DISPLACEMENT * _MOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
-        window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), context)
+        window = clip_to_view(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), context)
         if window is None:
             return None
         x0, y0 = round(window.left), round(window.top)
@@ -108,37 +132,37 @@ class Smoke(Occluder):
         alpha = -np.expm1(-depth * profile)
         emission = alpha * context.glow(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
-        away_m = pose.away_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
-        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, away_m, float(alpha.sum()))
+        distance_m = pose.distance_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
+        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, distance_m, float(alpha.sum()))
 
     def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:
-        """Optical depth, in that of its dense part, and temperature, K, at places in `halves` of its size, px."""
+        """Return optical depth, relative to the dense part, and temperature, K, at (u, v) in `halves`, px."""
         if self.billows == 0 and self.spread_k == 0:
             return _profile(u[None, :], v[:, None], seed, self.name, time), self.temperature_k
         across, down = halves / halves.min()
-        pushed, thick, warm = np.moveaxis(lumps(u * across, v * down, time, seed, self.name), -1, 0)
-        kelvin = np.maximum(self.temperature_k + self.spread_k * warm, 1.0)
+        displacement, depth, warmth = np.moveaxis(_billow_fields(u * across, v * down, time, seed, self.name), -1, 0)
+        kelvin = np.maximum(self.temperature_k + self.spread_k * warmth, 1.0)
         if self.billows == 0:
             return _profile(u[None, :], v[:, None], seed, self.name, time), kelvin
-        profile = _profile(*torn(u, v, pushed, self.billows), seed, self.name, time)
-        return profile * thickened(u, v, thick, self.billows), kelvin
+        profile = _profile(*_displaced(u, v, displacement, self.billows), seed, self.name, time)
+        return profile * _modulated(u, v, depth, self.billows), kelvin
 
-    def over(self, window: Box, share: float, context: SceneContext) -> Smoke:
-        first, last = given(self.frames)
+    def covering(self, window: Box, density: float, context: SceneContext) -> Smoke:
+        first, last = required(self.frames)
         drift = np.asarray(self.drift_px_s) * (last - first) / 2 / context.rate_hz
-        # The dense part is an ellipse through the window's corners, with room for its way on the wind.
+        # The dense part is an ellipse through the window's corners, with room for its drift.
         size = (math.sqrt(2) * (window.w + 2 * abs(drift[0])), math.sqrt(2) * (window.h + 2 * abs(drift[1])))
-        # One that billows rises: higher, it still goes through the window's lower corners.
+        # Billowing smoke is higher, and still passes through the window's lower corners.
         high = max(size[1], _RISES * size[0] if self.billows else 0.0)
         center = (window.cx - drift[0], window.cy - drift[1] - (high - size[1]) / math.sqrt(8))
-        return self.at(
-            center_px=center, size_px=(size[0], high), opacity=_DENSEST * share,
+        return self.placed(
+            center_px=center, size_px=(size[0], high), opacity=_DENSEST * density,
             begins_frame=first - self.grow_frames, lasts_frames=float(last - first),
         )  # fmt: skip
 
 
 def _ease(age: float, span: float) -> float:
-    """0 before, 1 after `span`, smoothly between."""
+    """Return the smoothstep of an age: 0 before 0, 1 after `span`."""
     if span <= 0 or age >= span:
         return float(age >= 0)
     part = max(age / span, 0.0)
@@ -146,9 +170,9 @@ def _ease(age: float, span: float) -> float:
 
 
 def _profile(u: Floats, v: Floats, seed: int, name: str, time: float) -> Floats:
-    """(rows, columns) optical depth: 1 or more within the unit circle of (u, v), uneven about its edge.
+    """Return the optical depth (rows, columns): at least 1 within the unit circle of (u, v), uneven around its edge.
 
-    u, v: (1, columns) and (rows, 1), or (rows, columns) each.
+    u, v  (1, columns) and (rows, 1), or (rows, columns) each
     """
     places, sizes, spins = _puffs(seed, name)
     total = 1.5 * np.exp(-(((v**2 + u**2) / 1.6) ** 2))
@@ -161,10 +185,51 @@ def _profile(u: Floats, v: Floats, seed: int, name: str, time: float) -> Floats:
 
 @lru_cache(maxsize=64)
 def _puffs(seed: int, name: str) -> tuple[Floats, Floats, Floats]:
-    """Places (n, 2) and sizes (n,) of puffs in halves of the cloud, and how fast they roll (n,), rad/s."""
+    """Return places (n, 2) and sizes (n,) of puffs, half sizes of the cloud, and their angular rates (n,), rad/s."""
     rng = stream(seed, name, "puffs")
     angles = 2 * np.pi * (np.arange(_PUFFS) + rng.uniform(-0.4, 0.4, _PUFFS)) / _PUFFS
     sizes = rng.uniform(0.15, 0.4, _PUFFS)
     reach = rng.uniform(0.6, 1.35, _PUFFS)
     places = reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return places, sizes, rng.uniform(0.5, 1.5, _PUFFS) * rng.choice([-1, 1], _PUFFS)
+
+
+def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> Floats:
+    """Return displacement of the edge, depth and warmth (rows, cols, 3), of mean 0 and variance 1 each.
+
+    x (cols,), y (rows,)  places from its middle, in halves of its lesser side
+    time                  s
+    """
+    field = _periodic_fields(seed, name)
+    total = np.zeros((len(y), len(x), 3), np.float32)
+    for way, begin in ((1.0, 0.0), (-1.0, _SIDE / 2)):
+        rolled = way * _ROLLING * time
+        columns, rows = (
+            np.mod(part * _TEXELS + begin, _SIDE).astype(np.float32)
+            for part in np.broadcast_arrays(x + rolled, y[:, None] + 0.6 * rolled)
+        )
+        total += cv2.remap(field, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    return np.asarray(total / np.sqrt(2))
+
+
+def _displaced(u: Floats, v: Floats, displacement: Floats, billows: float) -> tuple[Floats, Floats]:
+    """Return the places (rows, cols) each in smooth smoke shown at u (cols,), v (rows,), in half sizes."""
+    radius = np.hypot(u, v[:, None])
+    share = np.clip((radius - _INNER) / (_OUTER - _INNER), 0, 1)
+    out = billows * _DISPLACEMENT * _MOST * np.tanh(displacement / _MOST) * share
+    times = 1 - out / np.maximum(radius, _INNER)
+    return u * times, v[:, None] * times
+
+
+def _modulated(u: Floats, v: Floats, depth: Floats, billows: float) -> Floats:
+    """Return the factor (rows, cols) of optical depth due to billows, at least 1 within the dense part."""
+    outside = np.clip((np.hypot(u, v[:, None]) - 1) / (_OUTER - 1), 0, 1)
+    return np.exp(billows * _MODULATION * (np.maximum(depth, 0) + outside * np.minimum(depth, 0)))
+
+
+@lru_cache(maxsize=8)
+def _periodic_fields(seed: int, name: str) -> Floats:
+    """Return periodic fields (side, side, 3) of mean 0 and variance 1."""
+    slopes = {"pushed": _EDGE_SLOPE, "thick": _DEPTH_SLOPE, "warm": _DEPTH_SLOPE}
+    parts = (power_law((_SIDE, _SIDE), slope, _TEXELS, 1.0, seed, name, field) for field, slope in slopes.items())
+    return np.stack(list(parts), axis=-1)

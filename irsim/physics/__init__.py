@@ -1,1 +1,1 @@
-"""Radiometry, atmosphere, turbulence and the point spread function."""
+"""Radiometry, atmosphere, turbulence and point spread functions."""

@@ -1,15 +1,14 @@
-"""The air between the camera and what it sees: transmittance, its own light, and the clear sky.
+"""Atmosphere: transmittance, path radiance and the clear sky.
 
-Transmittance over a band is no Beer's law: strong lines are soon opaque, what is left is clearer. So
+In-band transmittance does not follow Beer's law, as strong lines saturate. It is modelled as
 
     tau(R) = exp(-a R^b),  R in km,
 
-fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other
-paths are cut into layers: water, air and haze thin out with height, and a path counts as the level one
-that holds as much of what absorbs; ozone, high above that one, is added (`irsim.physics.climate`). Each step of a
-path shines as a black body by the share that it absorbs (Kirchhoff), at a temperature that goes from that of
-the air where it begins to that where it ends. So path light and transmittance always belong together: behind
-an opaque path everything has the temperature of the air.
+fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other paths are cut
+into layers: water, air and haze thin out with height, and a path counts as the level path with the same column of
+absorbers. Ozone, high above that path, is added (`irsim.physics.climate`). Each step of a path emits as a black body
+in proportion to its absorption (Kirchhoff's law), at a temperature that goes from that of the air at its start to that
+at its end. So behind an opaque path everything has the temperature of the air.
 """
 
 from __future__ import annotations
@@ -35,133 +34,143 @@ from irsim.physics.climate import (
     OZONE,
     Climate,
     ClimateName,
+    band_mismatch,
     fitted_band,
     ozone,
-    unshared,
 )
-from irsim.physics.path_integral import amount, below, crossings, path_light, shares
+from irsim.physics.path_integral import (
+    equivalent_path,
+    length_below,
+    path_radiance,
+    relative_stations,
+    sphere_crossings,
+)
 from irsim.physics.radiometry import hemisphere, limits, radiance
 from irsim.physics.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
 
 KOSCHMIEDER = 3.912
-"""Extinction at 0.55 um times visibility: -ln 0.02 (Koschmieder 1924: a contrast of 2 % is just seen)."""
+"""Extinction at 0.55 um times visibility: -ln 0.02 (Koschmieder 1924: 2 % is the contrast threshold)."""
 
 AEROSOL_KM = 1.2
 """Scale height of haze, km (Penndorf 1954; McClatchey et al., AFCRL-72-0497, 1972, for the lowest 5 km)."""
 
 RAIN_TOP_KM = 3.0
-"""Height from which rain falls, km (ITU-R P.839: the 0-degree isotherm, 2 to 5 km in mid latitudes)."""
+"""Top of rain, km (ITU-R P.839: the 0-degree isotherm, 2 to 5 km in mid latitudes)."""
 FOG_TOP_KM = 0.2
-"""Height of fog above the sea, km: radiation and advection fog are some 50 to 300 m deep."""
+"""Top of fog above the sea, km: radiation and advection fog are some 50 to 300 m deep."""
 
 EARTH_KM = 6371.0
 """Mean radius of the Earth, km (Moritz, Geodetic Reference System 1980, J. Geodesy 74 (2000) 128: R1 = 6371.0088)."""
 _TOP_KM = 40.0
-"""Above this there is no air that counts."""
+"""Top of the atmosphere, km; the air above is negligible."""
 HIGHEST_M = 20_000
-"""How high above the sea a camera may be, m."""
+"""Greatest height of the camera above the sea, m."""
+GAS_TOLERANCE = 0.1
+"""Relative difference of a path's gas from that of the fitted level path above which `beyond_fit` reports it."""
 _STEPS = 40
 _SKY_STEPS = 120
-"""Steps of a path from each of its ends: with them black bodies look within 0.05 K as with 4000, from cameras up to
-12 km high, and within 0.09 K from higher ones."""
+"""Steps of a path from each of its ends. Apparent temperatures of black bodies are within 0.05 K of those with 4000
+steps for cameras up to 12 km high, and within 0.09 K above."""
 
 
 class Atmosphere(Part):
-    """The air. As it stands by default there is none: everything is seen as it is."""
+    """Atmosphere. By default there is none: no attenuation and no path radiance."""
 
     switches: ClassVar[Switches] = {
         "haze": ("visibility_km", math.inf),
         "rain": ("rain_mm_h", 0.0),
         "fog": ("fog_visibility_km", None),
-        "surroundings": ("surroundings_k", 1.0),  # nothing that cold shines
+        "surroundings": ("surroundings_k", 1.0),  # its radiance is negligible
     }
 
     preset: ClimateName | Literal["none"] = "none"
     """Model atmosphere: its absorption and its temperatures."""
     visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
-    """Visibility, km: haze. Fitted at 5 and 23; extinction goes with its inverse between and beyond."""
+    """Visibility, km, for haze. Fitted at 5 and 23; extinction goes with its inverse elsewhere."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
-    """Height of the camera above the sea, m; no less than that above the background's ground, and before a `sea` just
-    that above it."""
+    """Height of the camera above the sea, m; at least its height above the background's ground, and exactly that above
+    a `sea`."""
     temperature_k: AirKelvin | None = None
-    """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
+    """Air temperature at sea level, kelvin; all heights shift with it. By default that of the preset."""
     surroundings_k: Kelvin | None = None
-    """Temperature of what targets and occluders reflect, kelvin. Where not given: the mean of the clear sky
+    """Temperature of the surroundings that targets and occluders reflect, kelvin. By default the mean of the clear sky
     and of ground as warm as the air; without a preset that of the background's own sky and ground."""
     rain_mm_h: Annotated[float, Field(ge=0, le=300)] = 0.0
     """Rain, mm/h."""
     fog_visibility_km: Annotated[float, Field(ge=0.01, le=5)] | None = None
-    """Visibility in fog that lies up to 200 m high, km; no fog where not given."""
+    """Visibility in fog up to 200 m above the sea, km; by default there is no fog."""
     fog: Literal["radiation", "advection"] = "radiation"
-    """Fog of small drops, which LWIR sees through better, or of large ones, which stop all bands alike."""
+    """radiation: small drops, more transparent in LWIR. advection: large drops, equal in all bands."""
     turbulence: Turbulence = Turbulence()
 
     @property
     def is_clear(self) -> bool:
-        """Does nothing weaken light, and nothing in the air shine?"""
+        """Whether there is neither attenuation nor path radiance."""
         return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
 
     def path(
         self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0, climbed_m: float = 0.0
     ) -> tuple[Floats, Floats]:
-        """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad; from
-        `climbed_m` above its height, where it is carried.
+        """Return (transmittance, path radiance in W/m2/sr) from the camera to a range, m, at an elevation, rad.
 
-        Arrays broadcast; each element costs some 80 steps, so pictures are better asked for at a few nodes.
+        `climbed_m` is the height of a moving camera above its first place. Arrays broadcast; each element costs some
+        80 steps, so images should be interpolated from a few nodes.
         """
         along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
         return self._path(band, along, elevation, _STEPS, climbed_m)
 
     def transmittance(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> Floats:
-        """Transmittance from the camera to a range, m, at an elevation, rad."""
+        """Return the transmittance from the camera to a range, m, at an elevation, rad."""
         return self.path(band, range_m, elevation_rad)[0]
 
     def through(
         self, band: Band, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
     ) -> Floats:
-        """Emission, W/m2/sr, of something that replaces the share `alpha` of the light, as it arrives:
-        tau emission + alpha L_path. The same array where the air is clear."""
+        """Return the emission, W/m2/sr, of an object that covers the share `alpha`, at the camera: tau emission + alpha
+        L_path. Clear air returns the same array."""
         if self.is_clear:
             return emission
         tau, light = self.path(band, range_m, elevation_rad)
         return np.asarray(tau * emission + alpha * light)
 
     def sky(self, band: Band, elevation_rad: float | Floats) -> Floats:
-        """Radiance of the clear sky, W/m2/sr, at elevations, rad; below the horizon as at it."""
-        return self._out(band, elevation_rad)[1]
+        """Return the radiance of the clear sky, W/m2/sr, at elevations, rad; constant below the horizon."""
+        return self._path_to_space(band, elevation_rad)[1]
 
-    def to_space(self, band: Band, elevation_rad: float | Floats) -> Floats:
-        """Transmittance from the camera's height out of the air at elevations, rad; below the horizon as at it."""
-        return self._out(band, elevation_rad)[0]
+    def transmittance_to_space(self, band: Band, elevation_rad: float | Floats) -> Floats:
+        """Return the transmittance from the camera to space at elevations, rad; constant below the horizon."""
+        return self._path_to_space(band, elevation_rad)[0]
 
-    def _out(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
-        """`path` to where there is no more air."""
+    def _path_to_space(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
+        """Return `path` to the top of the atmosphere."""
         elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
-        below = EARTH_KM + self.altitude_m * 1e-3
-        rise = below * np.sin(elevation)
-        to_top = np.sqrt(rise**2 + (EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
+        base = EARTH_KM + self.altitude_m * 1e-3
+        rise = base * np.sin(elevation)
+        to_top = np.sqrt(rise**2 + (EARTH_KM + _TOP_KM) ** 2 - base**2) - rise
         return self._path(band, to_top, elevation, _SKY_STEPS)
 
     def surroundings(self, band: Band) -> float | None:
-        """Radiance that a grey body reflects, W/m2/sr, whose surfaces face all ways: half the mean of the sky,
-        half ground as warm as the air. None where nothing says it."""
+        """Return the mean radiance around a body, W/m2/sr: half the mean of the sky, half ground as warm as the air.
+
+        None without a preset and without `surroundings_k`.
+        """
         if self.surroundings_k is not None:
             return float(radiance(band, self.surroundings_k))
         return None if self.preset == "none" else _surroundings(self, band)
 
     def air_k(self, height_km: float | Floats) -> Floats:
-        """Temperature of the air, K, at heights above the sea, km."""
+        """Return the temperature of the air, K, at heights above the sea, km."""
         heights, kelvin = zip(*self._climate.profile, strict=True)
         shift = 0.0 if self.temperature_k is None else self.temperature_k - kelvin[0]
         return np.asarray(np.interp(height_km, heights, kelvin) + shift)
 
     def depth(self, band: Band, gas_km: Floats, haze_km: Floats) -> Floats:
-        """Optical depth of level paths that hold as much gas and as much haze as given, km.
+        """Return the optical depth of level paths with the given columns of gas and haze, km.
 
-        With the depth D_V = a R^b at the visibilities V = 5 and 23 km, A = (D_5 - D_23) / (1/5 - 1/23) is
-        what haze adds for each inverse km of visibility, and D_23 - A/23 what is left without it. Below
-        0.5 km A is proportional to R: haze has no lines.
+        With the depth D_V = a R^b at the visibilities V = 5 and 23 km, haze adds A = (D_5 - D_23) / (1/5 - 1/23) for
+        each inverse km of visibility, and D_23 - A/23 is the depth without haze. Below 0.5 km A is proportional to R:
+        haze has no lines.
         """
         near, far = FIT_VISIBILITY_KM
         (a5, b5), (a23, b23) = self._climate.fit[_fitted(band)]
@@ -175,7 +184,7 @@ class Atmosphere(Part):
         return np.asarray(clean + haze(haze_km) / self.visibility_km)
 
     def notices(self, band: Band) -> Iterator[Notice]:
-        """What is legal but beyond the fit; places are those within this part."""
+        """Yield a notice for each value that is allowed but outside the fit; places are those within this part."""
         if self.preset == "none":
             return
         near, far = FIT_VISIBILITY_KM
@@ -186,7 +195,7 @@ class Atmosphere(Part):
                 "haze goes with the inverse of visibility",
             )
         name = _fitted(band)
-        apart = unshared(band, name)
+        apart = band_mismatch(band, name)
         if apart > FIT_ERROR:
             (low, high), (lowest, highest) = limits(band), limits(name)
             yield Notice(
@@ -196,8 +205,8 @@ class Atmosphere(Part):
                 "do not have in common",
             )
 
-    def beyond(self, band: Band, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
-        """Why a path, as of `path`, lies beyond the fit; None where it does not."""
+    def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
+        """Return the reason why a path lies outside the fit; None inside it. Arguments as of `path`."""
         if self.preset == "none":
             return None
         shortest, longest = FIT_KM
@@ -205,8 +214,8 @@ class Atmosphere(Part):
         if not shortest <= along <= longest:
             return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
         stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
-        share = amount(stations, self._climate.gas(_fitted(band), heights))[-1] / along
-        if abs(share - 1) > THINNED:
+        share = equivalent_path(stations, self._climate.gas(_fitted(band), heights))[-1] / along
+        if abs(share - 1) > GAS_TOLERANCE:
             top = max(heights) * 1e3
             return (
                 f"a path up to {top:.0f} m above the sea is not the fitted level one at "
@@ -214,16 +223,18 @@ class Atmosphere(Part):
             )
         return None
 
-    def _of_gas_and_haze(self, band: Band, places: Floats, heights: Floats) -> Floats:
-        """(..., n) optical depth of paths up to each station by all but rain and fog."""
+    def _molecular_and_haze_depth(self, band: Band, places: Floats, heights: Floats) -> Floats:
+        """Return the optical depth up to each station, (..., n), without rain and fog."""
         if self.preset == "none":
             return np.zeros_like(places)
         name = _fitted(band)
         haze = np.exp((FIT_HEIGHT_KM - heights) / AEROSOL_KM)
-        total = self.depth(band, amount(places, self._climate.gas(name, heights)), amount(places, haze))
+        total = self.depth(
+            band, equivalent_path(places, self._climate.gas(name, heights)), equivalent_path(places, haze)
+        )
         if name in OZONE:
             whole, power = OZONE[name]
-            total = total + whole * amount(places, ozone(heights)) ** power
+            total = total + whole * equivalent_path(places, ozone(heights)) ** power
         return total
 
     @property
@@ -231,23 +242,25 @@ class Atmosphere(Part):
         return CLIMATES["us_standard" if self.preset == "none" else self.preset]
 
     def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
-        """(..., n) km each: places along paths, close together near their ends and at the tops of rain and fog, and
-        their heights."""
+        """Return stations along paths and their heights, (..., n) km each: dense near both ends, with the tops of rain
+        and fog."""
         along, rise = along[..., None], np.sin(elevation)[..., None]
         base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
-        places = along * shares(steps)
+        places = along * relative_stations(steps)
         cuts = [
-            np.minimum(np.maximum(cut, 0), along) for top in self._tops for cut in crossings(base, rise, EARTH_KM + top)
+            np.minimum(np.maximum(cut, 0), along)
+            for top in self._layer_tops
+            for cut in sphere_crossings(base, rise, EARTH_KM + top)
         ]
         if cuts:
             places = np.sort(np.concatenate([places, *cuts], axis=-1), axis=-1)
-        # The distance from the Earth's middle less its radius, without the difference of large numbers.
+        # Distance from the Earth's centre less its radius, without a difference of large numbers.
         square = places * (places + 2 * base * rise) + base**2 - EARTH_KM**2
         return places, np.maximum(square / (np.sqrt(square + EARTH_KM**2) + EARTH_KM), 0.0)
 
     @property
-    def _tops(self) -> list[float]:
-        """Heights at which something in the air ends at once, km."""
+    def _layer_tops(self) -> list[float]:
+        """Tops of rain and fog, km."""
         ends = (self.rain_mm_h > 0, RAIN_TOP_KM), (self.fog_visibility_km is not None, FOG_TOP_KM)
         return [top for there, top in ends if there]
 
@@ -255,22 +268,18 @@ class Atmosphere(Part):
         self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
     ) -> tuple[Floats, Floats]:
         places, heights = self._stations(along, elevation, steps, climbed_m)
-        total = self._of_gas_and_haze(band, places, heights)
+        total = self._molecular_and_haze_depth(band, places, heights)
         if self.rain_mm_h:
-            total = total + rain_extinction(self.rain_mm_h) * below(places, heights, RAIN_TOP_KM)
+            total = total + rain_extinction(self.rain_mm_h) * length_below(places, heights, RAIN_TOP_KM)
         if self.fog_visibility_km is not None:
             extinction = KOSCHMIEDER / self.fog_visibility_km * FOG[self.fog][_fitted(band)]
-            total = total + extinction * below(places, heights, FOG_TOP_KM)
-        passed = np.exp(-total)
-        return passed[..., -1], path_light(passed, total, radiance(band, self.air_k(heights)))
-
-
-THINNED = 0.1
-"""By how much the gas on a path may differ from that on the fitted level path before it is told."""
+            total = total + extinction * length_below(places, heights, FOG_TOP_KM)
+        tau = np.exp(-total)
+        return tau[..., -1], path_radiance(tau, total, radiance(band, self.air_k(heights)))
 
 
 def rain_extinction(mm_h: float) -> float:
-    """Extinction of rain, 1/km, the same in all bands as drops are much wider than the wavelength.
+    """Return the extinction of rain, 1/km, equal in all bands as drops are much wider than the wavelength.
 
     0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
     1.58 r^0.63 dB/km in ITU-R P.1814.
@@ -288,5 +297,5 @@ def _fitted(band: Band) -> BandName:
 
 @lru_cache(maxsize=64)
 def _surroundings(air: Atmosphere, band: Band) -> float:
-    """Half sky and half ground as warm as the air."""
+    """Return the mean of the sky and of ground as warm as the air."""
     return (hemisphere(lambda elevation: air.sky(band, elevation)) + float(radiance(band, air.air_k(0.0)))) / 2

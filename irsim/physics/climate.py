@@ -1,4 +1,4 @@
-"""Model atmospheres: what was fitted, measured and computed of the air's absorption, as tables."""
+"""Model atmospheres: fitted absorption, temperature profiles, fog and ozone, as tables."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from irsim.physics.radiometry import BAND_UM, limits, radiance
 from irsim.types import Band, BandName, Floats
 
 STANDARD_K = 288.15
-"""Temperature of the air at the level of the sea, K (ICAO Doc 7488, the standard atmosphere; the U.S. Standard
+"""Temperature of the air at sea level, K (ICAO Doc 7488, the standard atmosphere; the U.S. Standard
 Atmosphere 1976 has the same)."""
 
 ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter", "tropical"]
 
 FIT_KM = (0.5, 20.0)
-"""Lengths of the paths that the transmittance was fitted to, km; beyond them the fit is carried on."""
+"""Lengths of the fitted paths, km; the fit is extrapolated beyond."""
 FIT_HEIGHT_KM = 0.1
 """Their height above the sea, km."""
 FIT_VISIBILITY_KM = (5.0, 23.0)
 """Their two visibilities, km."""
 FIT_ERROR = 0.022
-"""By how much the fit misses a transmittance at most."""
+"""Largest error of the fitted transmittance."""
 
 FOG: dict[str, dict[BandName, float]] = {
     "advection": {"mwir": 1.08, "lwir": 1.13},
     "radiation": {"mwir": 1.35, "lwir": 0.33},
 }
-"""Extinction of fog in each band against that at 0.55 um: Mie's theory, the mean over the band, with the drop
+"""Extinction of fog in each band over that at 0.55 um: Mie theory, the mean over the band, with the drop
 sizes of Shettle and Fenn (AFGL-TR-79-0214, 1979), r^3 exp(-0.3 r) and r^6 exp(-3 r), r in um, and the
 refractive index of water of Hale and Querry (Appl. Opt. 12, 555, 1973)."""
 
@@ -44,10 +44,9 @@ class Climate:
     profile   ((km, K), ...) air temperature, linear between; McClatchey et al. 1972 as in Anderson et al.,
               AFGL-TR-86-0110 (1986), within 0.1 K to 13 km and 2 K to 40 km; the U.S. Standard Atmosphere 1976 is
               linear itself
-    gas_km    scale height of what thins out with water, km, in each band: that at which the layered sky has
-              LOWTRAN7's clear-sky temperatures (see `OZONE`). It lies below the water column over the vapour at the
-              ground (1.4/5.9, 2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as the continuum of LWIR grows with the square
-              of the vapour: more so in humid air.
+    gas_km    scale height of the water absorption, km, in each band, fitted to LOWTRAN7's clear-sky temperatures (see
+              `OZONE`). It lies below the water column over the vapour at the ground (1.4/5.9, 2.9/14 g/cm2 over g/m3:
+              2.4 and 2.1 km), as the continuum of LWIR grows with the square of the vapour: more so in humid air.
     """
 
     fit: dict[BandName, tuple[tuple[float, float], tuple[float, float]]]
@@ -55,8 +54,8 @@ class Climate:
     gas_km: dict[BandName, float]
 
     def gas(self, band: BandName, height_km: Floats) -> Floats:
-        """What absorbs at heights above the sea, km, over what does at the fit's: water, and gases that are as much a
-        share of the air at all heights."""
+        """Return the density of absorbers at heights above the sea, km, relative to the height of the fit: water and
+        well-mixed gases."""
         lift = FIT_HEIGHT_KM - height_km
         wet, mixed = np.exp(lift / self.gas_km[band]), MIXED[band]
         return np.asarray(wet + mixed * (np.exp(lift / AIR_KM) - wet) if mixed else wet)
@@ -66,17 +65,17 @@ AIR_KM = 7.0
 """Scale height of air, km: its pressure falls from 1013 to 103.5 hPa over the lowest 16 km (U.S. Standard Atmosphere
 1976)."""
 MIXED: dict[BandName, float] = {"mwir": 0.048, "lwir": 0.0}
-"""Share of well-mixed gases in what absorbs at the fit's height: in MWIR carbon dioxide at 4.3 um, most of what is left
-above the water. In LWIR theirs is too small to tell beside ozone's."""
+"""Share of well-mixed gases in the absorption at the height of the fit: in MWIR carbon dioxide at 4.3 um, which
+dominates above the water. In LWIR it is negligible beside ozone."""
 
 OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
-"""(a, b): a vertical path through all ozone has the depth a, one with x times as much a x^b (its band at 9.6 um is soon
-opaque). In MWIR it is too weak to tell, 0.015.
+"""(a, b): a vertical path through all ozone has the depth a, a path with x times as much a x^b (its band at 9.6 um
+saturates). In MWIR it is negligible, 0.015.
 
 These, `MIXED` and `Climate.gas_km` are fitted together to runs of LOWTRAN7 (revision 4.2, rural haze of 23 km): clear
 skies of the four climates at elevations of 90, 30, 10, 5, 1 and 0 degrees from 0, 0.1, 1.5, 3, 5, 8, 10, 12, 15 and 20
-km. Seen from the sea's level those are met within 2.6 K, from all heights within 7 K, root mean square 2.1 K; level
-paths of 2 to 50 km at these heights within 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ
+km. From sea level the error is at most 2.6 K, from all heights 7 K, root mean square 2.1 K; for level paths of 2 to
+50 km at these heights at most 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ
 by 15 % either way)."""
 OZONE_KM = (22.0, 5.0)
 """Height of ozone, and its standard deviation, km: most lies at 15 to 30 km, the densest at 22 km (U.S. Standard
@@ -84,7 +83,7 @@ Atmosphere 1976, its ozone of mid latitudes). Below 8 km there is less than 1 %:
 
 
 def ozone(height_km: Floats) -> Floats:
-    """Share of a vertical path's ozone in each km at heights above the sea, km."""
+    """Return the share of a vertical path's ozone per km at heights above the sea, km."""
     middle, spread = OZONE_KM
     return np.asarray(np.exp(-(((height_km - middle) / spread) ** 2) / 2) / (spread * math.sqrt(2 * math.pi)))
 
@@ -114,7 +113,7 @@ CLIMATES: dict[ClimateName, Climate] = {
 
 
 def fitted_band(band: Band) -> BandName | None:
-    """The named band whose fit serves a band: that which holds at least half of it; None where none does."""
+    """Return the named band that contains at least half of a band; None if none does."""
     low, high = limits(band)
     for name, (lowest, highest) in BAND_UM.items():
         if min(high, highest) - max(low, lowest) >= (high - low) / 2:
@@ -122,9 +121,11 @@ def fitted_band(band: Band) -> BandName | None:
     return None
 
 
-def unshared(band: Band, fitted: BandName) -> float:
-    """Share of light (of a black body like the air) that two bands do not have in common. Transmittances lie from 0 to
-    1, so that means over the two bands differ by no more (the total variation of their weights)."""
+def band_mismatch(band: Band, fitted: BandName) -> float:
+    """Return the share of the light of a black body at air temperature that two bands do not have in common.
+
+    It bounds the difference of mean transmittances over the two bands (total variation of their weights).
+    """
     (low, high), (lowest, highest) = limits(band), limits(fitted)
     common = max(low, lowest), min(high, highest)
     return 1 - float(radiance(common, STANDARD_K) / max(radiance(each, STANDARD_K) for each in (band, fitted)))

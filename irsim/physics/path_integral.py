@@ -1,4 +1,4 @@
-"""Sums along paths through the air, by places on them that stand close together near both ends."""
+"""Integrals along paths through the air, at stations that are dense near both ends."""
 
 from __future__ import annotations
 
@@ -9,51 +9,59 @@ import numpy as np
 from irsim.types import Floats
 
 _THIN = 1e-6
-"""Optical depth of a step below which its mean transmittance is taken for that of its ends: the digits are lost."""
+"""Optical depth of a step below which its mean transmittance is that of its ends: the difference loses its digits."""
 
 
 @lru_cache
-def shares(steps: int) -> Floats:
-    """Places along a path of length 1: as many steps from the camera as from the end, which may be near the ground,
-    close together near each. Read only."""
+def relative_stations(steps: int) -> Floats:
+    """Return stations along a path of length 1, as many steps from the camera as from the end. Read only."""
     near = np.linspace(0, 1, steps + 1) ** 2
     places = np.unique(np.round([near, 1 - near], 12))  # 0.6^2 and 1 - 0.8^2 are one place
     places.setflags(write=False)
     return places
 
 
-def _sums(steps: Floats) -> Floats:
-    """Running sums along the last axis, from 0 on."""
+def _running_sums(steps: Floats) -> Floats:
+    """Return running sums along the last axis, from 0 on."""
     sums = np.zeros((*steps.shape[:-1], steps.shape[-1] + 1))
     np.cumsum(steps, axis=-1, out=sums[..., 1:])
     return sums
 
 
-def amount(places: Floats, density: Floats) -> Floats:
-    """(..., n) km: level path of density 1 that holds as much as each path up to its stations."""
-    return _sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
+def equivalent_path(places: Floats, density: Floats) -> Floats:
+    """Return the length of a path of density 1 with the same column up to each station, km, (..., n)."""
+    return _running_sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
 
 
-def below(places: Floats, heights: Floats, top_km: float) -> Floats:
-    """(..., n) km: length of the path up to each station that lies below a height; heights run linearly between."""
+def length_below(places: Floats, heights: Floats, top_km: float) -> Floats:
+    """Return the length of the path up to each station that lies below a height, km, (..., n); heights are linear
+    between stations."""
     low = np.minimum(heights[..., 1:], heights[..., :-1])
     rise = np.abs(np.diff(heights))
     share = np.where(rise > 0, (top_km - low) / np.where(rise > 0, rise, 1.0), low < top_km)
-    return _sums(np.clip(share, 0, 1) * np.diff(places))
+    return _running_sums(np.clip(share, 0, 1) * np.diff(places))
 
 
-def crossings(base: float, rise: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Places at which lines from a distance `base` of the Earth's middle, at a sine `rise` of their elevation, come
-    within another distance and leave it; behind the camera below 0. Those that never do: where they come closest."""
+def sphere_crossings(base: float, rise: Floats, radius: float) -> tuple[Floats, Floats]:
+    """Return the places at which lines enter and leave a sphere about the Earth's centre; negative behind the camera.
+
+    The lines start at a distance `base` from the centre, `rise` is the sine of their elevation. A line that misses the
+    sphere gets its closest point twice.
+    """
     half = np.sqrt(np.maximum(radius**2 - base**2 * (1 - rise**2), 0.0))
     return -base * rise - half, -base * rise + half
 
 
-def path_light(passed: Floats, depth: Floats, shining: Floats) -> Floats:
-    """(...) what arrives of paths whose air shines as a black body does at each station, `shining`, linear in the
-    optical depth between; up to each, `passed` is the transmittance and `depth` the optical depth."""
-    before, after = passed[..., :-1], passed[..., 1:]
+def path_radiance(transmittance: Floats, depth: Floats, blackbody: Floats) -> Floats:
+    """Return the light emitted along paths, as it arrives, (...).
+
+    Arrays hold the values at the stations: transmittance and optical depth from the camera, and the black-body
+    radiance of the air, linear in the optical depth between stations.
+    """
+    before, after = transmittance[..., :-1], transmittance[..., 1:]
     deep = depth[..., 1:] - depth[..., :-1]
     thin = deep < _THIN
     between = np.where(thin, (before + after) / 2, (before - after) / np.where(thin, 1.0, deep))
-    return np.asarray(np.sum(shining[..., :-1] * (before - between) + shining[..., 1:] * (between - after), axis=-1))
+    return np.asarray(
+        np.sum(blackbody[..., :-1] * (before - between) + blackbody[..., 1:] * (between - after), axis=-1)
+    )

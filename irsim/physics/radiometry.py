@@ -1,4 +1,4 @@
-"""In-band radiance of temperatures: Planck's law integrated over a band, through a table."""
+"""In-band radiance of black bodies (Planck's law, integrated over a band, from a table), and the counts it gives."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import math
 import sys
 from bisect import bisect
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from irsim.types import Band, BandName, Floats
+from irsim.types import Band, BandName, Curve, Floats
 
 BAND_UM: dict[BandName, tuple[float, float]] = {"mwir": (3.0, 5.0), "lwir": (8.0, 12.0)}
-"""Limits of each named band, um."""
+"""Limits of the named bands, um."""
 
-REACH_UM = (2.0, 20.0)
-"""Where the limits of a band may lie, um: at shorter wavelengths the sun's light is no longer small beside
-a body's own, and the table's coldest temperature gives no light that a float can hold."""
+BAND_LIMITS_UM = (2.0, 20.0)
+"""Allowed limits of a band, um. At shorter wavelengths sunlight is not small beside thermal emission, and the radiance
+of the table's coldest temperature underflows."""
 
 NARROWEST_UM = 0.05
 """Least width of a band, um."""
@@ -33,41 +34,41 @@ PHOTON_J_M = _H * _C
 """Energy of a photon times its wavelength, hc, J m."""
 
 TABLE_K = (10.0, 6000.0)
-"""Temperatures that the table covers, K; others are taken for the nearer end (at 10 K nothing shines)."""
+"""Temperatures of the table, K; others are clamped to its ends (at 10 K the radiance is zero in effect)."""
 
 
 def limits(band: Band) -> tuple[float, float]:
-    """Lower and upper limit of a band, um."""
+    """Return the lower and upper limit of a band, um."""
     return BAND_UM[band] if isinstance(band, str) else band
 
 
 def band_fault(band: Band) -> str | None:
-    """What is wrong with a band's limits; None where nothing is."""
+    """Return the reason why the limits of a band are invalid; None if they are valid."""
     low, high = limits(band)
-    if not REACH_UM[0] <= low < high <= REACH_UM[1]:
-        reach = f"from {REACH_UM[0]:g} to {REACH_UM[1]:g} um"
-        return f"{low:g} to {high:g} um is no band; allowed: two limits {reach}, the lower first"
+    if not BAND_LIMITS_UM[0] <= low < high <= BAND_LIMITS_UM[1]:
+        allowed = f"from {BAND_LIMITS_UM[0]:g} to {BAND_LIMITS_UM[1]:g} um"
+        return f"{low:g} to {high:g} um is no band; allowed: two limits {allowed}, the lower first"
     if high - low < NARROWEST_UM:
         return f"{low:g} to {high:g} um is too narrow; allowed: a width of {NARROWEST_UM:g} um or more"
     return None
 
 
 def planck(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floats:
-    """Spectral radiance of a black body, W/m2/sr/um (Planck's law)."""
+    """Return the spectral radiance of a black body, W/m2/sr/um (Planck's law)."""
     wavelength = np.asarray(wavelength_um) * 1e-6
     exponent = np.minimum(_C2 / (wavelength * temperature_k), 700.0)  # exp(700) is near the float's end
     return np.asarray(_C1L / wavelength**5 / np.expm1(exponent) * 1e-6)
 
 
 def planck_slope(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floats:
-    """dL/dT of the spectral radiance, W/m2/sr/um/K: Planck's law differentiated, at 10 K and more."""
+    """Return dL/dT of the spectral radiance, W/m2/sr/um/K, at 10 K and above."""
     exponent = _C2 / (np.asarray(wavelength_um) * 1e-6 * temperature_k)
     return planck(wavelength_um, temperature_k) * exponent / (temperature_k * -np.expm1(-exponent))
 
 
 @lru_cache
 def quadrature(band: Band) -> tuple[Floats, Floats]:
-    """Wavelengths, um, and weights of a Gauss-Legendre quadrature over the band, exact to 1e-12 from 100 K up."""
+    """Return wavelengths, um, and weights of a Gauss-Legendre quadrature over the band, exact to 1e-12 above 100 K."""
     nodes, weights = np.polynomial.legendre.leggauss(64)
     low, high = limits(band)
     return (high + low) / 2 + (high - low) / 2 * nodes, (high - low) / 2 * weights
@@ -75,10 +76,10 @@ def quadrature(band: Band) -> tuple[Floats, Floats]:
 
 @lru_cache
 def _table(band: Band) -> tuple[Floats, Floats]:
-    """Minus inverse temperature (1/K) and log in-band radiance, both rising.
+    """Return minus the inverse temperature (1/K) and the log of the in-band radiance, both increasing.
 
-    By Wien's law the one is nearly linear in the other: 2,000 points keep linear interpolation
-    within 2e-6 of Planck (a band of 2 to 20 um: within 1e-5).
+    By Wien's law one is nearly linear in the other: with 2,000 points linear interpolation is within 2e-6 of Planck's
+    law (1e-5 for a band of 2 to 20 um).
     """
     temperatures = np.geomspace(*TABLE_K, 2000)
     wavelengths, weights = quadrature(band)
@@ -86,7 +87,7 @@ def _table(band: Band) -> tuple[Floats, Floats]:
 
 
 def radiance(band: Band, temperature_k: float | Floats) -> Floats:
-    """In-band radiance of a black body, W/m2/sr, of its temperature, K (any shape, > 0)."""
+    """Return the in-band radiance of a black body, W/m2/sr, at a temperature, K (any shape, > 0)."""
     inverse_t, log_l = _table(band)
     return np.exp(np.interp(-1 / np.asarray(temperature_k), inverse_t, log_l))
 
@@ -94,13 +95,16 @@ def radiance(band: Band, temperature_k: float | Floats) -> Floats:
 def grey_body(
     band: Band, temperature_k: float | Floats, emissivity: float | Floats, surroundings: float | Floats
 ) -> Floats:
-    """In-band radiance of an opaque grey body, W/m2/sr: what it emits at a temperature, K, and what it reflects of
-    surroundings of one radiance, W/m2/sr, 1 less its emissivity (Kirchhoff's law). Arrays broadcast."""
+    """Return the in-band radiance of an opaque grey body, W/m2/sr; arrays broadcast.
+
+    It emits at its temperature, K, and reflects the radiance of its surroundings, W/m2/sr, with 1 - emissivity
+    (Kirchhoff's law).
+    """
     return np.asarray(emissivity * radiance(band, temperature_k) + (1 - emissivity) * surroundings)
 
 
 def temperature(band: Band, radiance: float | Floats) -> Floats:
-    """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
+    """Return the black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)
     levels = np.asarray(radiance)
     least = np.finfo(np.float32 if levels.dtype == np.float32 else np.float64).tiny
@@ -108,8 +112,8 @@ def temperature(band: Band, radiance: float | Floats) -> Floats:
 
 
 def temperature_of(band: Band, radiance: float) -> float:
-    """`temperature` of a single one, in a fifth of the time."""
-    log_l, inverse_t = _steps(band)
+    """Return `temperature` of one value, in a fifth of the time."""
+    log_l, inverse_t = _table_lists(band)
     level = math.log(max(radiance, sys.float_info.min))
     after = bisect(log_l, level, 1, len(log_l) - 1)
     low, high = log_l[after - 1], log_l[after]
@@ -122,32 +126,83 @@ def temperature_of(band: Band, radiance: float) -> float:
 
 
 @lru_cache
-def _steps(band: Band) -> tuple[list[float], list[float]]:
-    """Log in-band radiance, and minus inverse temperature, as single numbers."""
+def _table_lists(band: Band) -> tuple[list[float], list[float]]:
+    """Return the table as lists: log in-band radiance, and minus inverse temperature."""
     inverse_t, log_l = _table(band)
     return log_l.tolist(), inverse_t.tolist()
 
 
 def slope(band: Band, temperature_k: float) -> float:
-    """dL/dT of the in-band radiance at a temperature, W/m2/sr/K: Planck's law differentiated, then integrated."""
+    """Return dL/dT of the in-band radiance at a temperature, W/m2/sr/K."""
     wavelengths, weights = quadrature(band)
     return float(planck_slope(wavelengths, temperature_k) @ weights)
 
 
 def hemisphere(sky: Callable[[Floats], Floats]) -> float:
-    """Mean radiance, W/m2/sr, over all directions of a sky, whose radiance at elevations (rad) is given: solid angle is
-    even in the sine of elevation. By Gauss-Legendre, within 1e-6 of the skies here.
+    """Return the mean radiance, W/m2/sr, over all directions of a sky, given by elevation, rad.
 
-    A matt surface of normal n receives, over pi, the mean of L max(n w, 0) / pi over directions w, and max(n w, 0) is a
-    quarter in the mean over all n, whatever w: a body whose surfaces face all ways reflects half the mean of the sky
-    and half that of what is below.
+    Solid angle is uniform in the sine of elevation; Gauss-Legendre, within 1e-6 for the skies here. Averaged over all
+    orientations, a matt surface reflects half the mean of the sky and half the mean of the ground: the mean of
+    max(n w, 0) over normals n is 1/4 for any direction w.
     """
-    elevations, weights = _evenly()
+    elevations, weights = _elevation_quadrature()
     return float(np.sum(weights * sky(elevations)))
 
 
 @lru_cache(maxsize=1)
-def _evenly() -> tuple[Floats, Floats]:
-    """Elevations, rad, and their weights in the mean over a hemisphere."""
+def _elevation_quadrature() -> tuple[Floats, Floats]:
+    """Return elevations, rad, and their weights in the mean over a hemisphere."""
     nodes, weights = np.polynomial.legendre.leggauss(32)
     return np.arcsin((nodes + 1) / 2), weights / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Noiseless count of an in-band radiance L, W/m2/sr: linear L + root sqrt(L) + zero.
+
+    A scale between two black bodies has no root. A photon detector has one, as hotter bodies emit fewer photons per
+    watt (`irsim.camera.response.Electrons`).
+    """
+
+    linear: float
+    root: float
+    zero: float
+
+    @classmethod
+    def between(cls, band: Band, range_k: tuple[float, float], bits: int) -> Scale:
+        """Return the scale linear in radiance between the black bodies, K, of count 0 and of full scale."""
+        dark, bright = (float(radiance(band, kelvin)) for kelvin in range_k)
+        linear = (2**bits - 1) / (bright - dark)
+        return cls(linear, 0.0, -linear * dark)
+
+    @classmethod
+    def known(cls, curve: Curve | None, band: Band, range_k: tuple[float, float], bits: int) -> Scale:
+        """Return the scale of a camera's own curve (linear, root, zero); without one, the scale between two black
+        bodies."""
+        return cls.between(band, range_k, bits) if curve is None else cls(*curve)
+
+    def light(self, counts: Floats) -> Floats:
+        """Return the in-band radiance, W/m2/sr, of counts (any shape, float32 or float64).
+
+        With a root, sqrt(L) of linear L + root sqrt(L) = c is 2 c / (root + sqrt(root^2 + 4 linear c)); counts below
+        `zero` give 0.
+        """
+        if not self.root:
+            return counts * counts.dtype.type(1 / self.linear) - counts.dtype.type(self.zero / self.linear)
+        kind = counts.dtype.type
+        above = np.maximum(counts - kind(self.zero), kind(0))
+        over = kind(self.root) + np.sqrt(kind(self.root**2) + kind(4 * self.linear) * above)
+        light: Floats = (2 * above / over) ** 2
+        return light
+
+    def rise(self, before: Floats, after: Floats) -> Floats:
+        """Return the change in counts from one radiance, W/m2/sr, >= 0, to another (any shape)."""
+        kind = after.dtype.type
+        rise: Floats = (after - before) * kind(self.linear)
+        if self.root:
+            rise += kind(self.root) * (np.sqrt(np.maximum(after, kind(0))) - np.sqrt(before))
+        return rise
+
+    def slope(self, light: float) -> float:
+        """Return counts per W/m2/sr at a radiance above 0."""
+        return float(self.linear + self.root / (2 * np.sqrt(light)))

@@ -22,10 +22,8 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
-from irsim.config.file_digests import Stamp, stamp
-from irsim.config.files import check_input
-from irsim.errors import InputError
-from irsim.wording import counted
+from irsim.config.paths import Stamp, check_input, stamp
+from irsim.errors import InputError, counted
 
 MAGIC = b"\x89MCAP0\r\n"
 

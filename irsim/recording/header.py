@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError
 
-from irsim.camera.displays import AGCS, Agc
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc
 from irsim.config.base import Part, Several, importing_nothing
 from irsim.config.quantities import AboveZero, NotNegative
 from irsim.errors import InputError

@@ -18,10 +18,9 @@ import cv2
 import numpy as np
 from cv2.utils import logging
 
-from irsim.config.files import check_input
-from irsim.errors import InputError
+from irsim.config.paths import check_input
+from irsim.errors import InputError, counted
 from irsim.types import Image
-from irsim.wording import counted
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 _LAYOUTS = {42: ("I", 4, "H", 12), 43: ("Q", 8, "Q", 20)}

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 
 from irsim import __version__
-from irsim.camera.displays import Agc
-from irsim.config.files import begins_as_recording, check_input, check_output, path_of
-from irsim.errors import InputError, expect_text, is_number, whole
+from irsim.camera.agc import Agc
+from irsim.config.paths import begins_as_recording, check_input, path_of
+from irsim.errors import InputError, counted, expect_text, is_number, whole_number
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
 from irsim.recording.header import Header
 from irsim.recording.images import ALLOWED, Picture, Pictures, Video, open_pictures
 from irsim.recording.labels import Labels, read_labels
+from irsim.recording.output import check_output
 from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
-from irsim.wording import counted
 
 ACCURACY_PX = 1.0
 """How far an imported centre may be off where the user does not say: boxes drawn by hand and partly
@@ -83,7 +83,7 @@ def import_frames(
         _refuse_given(source, given)
         return recover(source, out, progress)
     _check_given(source, given)
-    bits = None if bits is None else whole("bits", bits, 1)
+    bits = None if bits is None else whole_number("bits", bits, 1)
     accuracy = ACCURACY_PX if accuracy_px is None else float(accuracy_px)
 
     pictures = open_pictures(source)
@@ -121,7 +121,7 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
             expect_text(key, given[key])
     if "agc" in given and not isinstance(given["agc"], Agc):
         what = f"agc {reprlib.repr(given['agc'])}"
-        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.display.AGCS.parse gives")
+        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.camera.AGCS.parse gives")
     if "truth" not in given and "accuracy" in given:
         raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
     if "truth" not in given and "follow" in given:

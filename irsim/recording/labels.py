@@ -11,10 +11,9 @@ from itertools import islice
 from pathlib import Path
 
 from irsim.config.base import suggestion
-from irsim.config.files import text_bytes
-from irsim.errors import InputError
+from irsim.config.paths import text_bytes
+from irsim.errors import InputError, counted
 from irsim.types import Box, TargetTruth, Truth
-from irsim.wording import counted
 
 _NEEDED = ("frame", "x", "y", "w", "h")
 _OPTIONAL = ("id", "cls")

@@ -10,16 +10,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from irsim.camera.displays import Agc, Screen
-from irsim.config.files import path_of
-from irsim.errors import InputError, frame_number
-from irsim.frame_range import check_view, span
+from irsim.camera.agc import Agc, AgcSequence
+from irsim.config.paths import path_of
+from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, band_of, decode_image, decode_truth, from_ns
-from irsim.types import CameraFacts, Frame, Input, Source, Truth
-from irsim.wording import counted
+from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
 
 _HASH_BLOCK = 1 << 20
 
@@ -117,13 +115,13 @@ class Recording(Source):
 
         InputError for another `input`, and for a start or a stop below 0.
         """
-        check_view(input)
-        screen = Screen(self.agc, self.bits, lambda index: self.frame(index).image)
+        expect_input(input)
+        screen = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
             with self.container.decoded(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
             frame = Frame(image, index, from_ns(packet.log_time, self.rate_hz), self.bits)
-            yield screen.show(frame) if input == "display" else frame
+            yield screen.display(frame) if input == "display" else frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         """Truths of the same frames; nothing where there is no truth."""
@@ -171,7 +169,7 @@ class Recording(Source):
         return between / 1e9 + 1 / self.rate_hz
 
     def _packets(self, topic: str, start: int, stop: int | None) -> Iterator[tuple[int, Packet]]:
-        wanted = span(start, stop, len(self))
+        wanted = frame_range(start, stop, len(self))
         if not wanted:
             return
         lane = self._lane(topic)

@@ -16,8 +16,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 
-from irsim.config.files import check_output, path_of
-from irsim.errors import InputError
+from irsim.config.paths import path_of
+from irsim.errors import InputError, counted
 from irsim.recording.container import (
     BROKEN,
     CRC,
@@ -35,10 +35,10 @@ from irsim.recording.container import (
 )
 from irsim.recording.header import Contents, Header
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
+from irsim.recording.output import check_output
 from irsim.recording.reader import Recording
 from irsim.recording.writer import writing
 from irsim.types import Frame, Truth
-from irsim.wording import counted
 
 
 def damages(recording: Recording) -> Iterator[str]:

@@ -11,9 +11,9 @@ from typing import Any
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from pydantic import Field
 
-from irsim.config.files import path_of, replacing
+from irsim.config.paths import path_of
 from irsim.config.quantities import AboveZero
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
 from irsim.recording.header import Sealed
@@ -30,8 +30,8 @@ from irsim.recording.messages import (
     text,
     to_ns,
 )
+from irsim.recording.output import atomic_file
 from irsim.types import Box
-from irsim.wording import counted
 
 _STATES_PER_CHUNK = 512
 
@@ -86,7 +86,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
     """Write a track recording and return its path. InputError where the file cannot be written."""
     path = path_of(path)
     states = tuple(states)
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         writer = ChunkWriter(file)
         writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).seal())
         boxes, track = _topics(header.tracker)

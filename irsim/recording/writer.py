@@ -16,9 +16,10 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from irsim.camera.displays import AGCS, Agc, Screen
-from irsim.config.files import check_output, path_of, replacing
-from irsim.errors import InputError, expect_source, whole
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc, AgcSequence
+from irsim.config.paths import path_of
+from irsim.errors import InputError, expect_source, whole_number
 from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, Header, TargetEntry
 from irsim.recording.messages import (
@@ -40,6 +41,7 @@ from irsim.recording.messages import (
     viewer_layout,
     words_of,
 )
+from irsim.recording.output import atomic_file, check_output
 from irsim.recording.reader import Recording, open_recording
 from irsim.types import Frame, Image, Source, Truth
 
@@ -85,7 +87,7 @@ class RecordingWriter:
         self._targets: dict[str, TargetEntry] = {}
         self._frames_of: Counter[str] = Counter()
         self._count = 0
-        self._screen = Screen(header.agc, header.bits, _not_shown)
+        self._screen = AgcSequence(header.agc, header.bits, _not_shown)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
         """Append a frame; its index and its truth's become the number of frames before it."""
@@ -200,7 +202,7 @@ def writing(
     allowed = get_args(Compression)
     if not isinstance(compression, str) or compression not in allowed:
         raise InputError(f"compression {compression!r}: allowed: {', '.join(allowed)}")
-    with replacing(path, tidy=True) as file:
+    with atomic_file(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
 
 
@@ -222,8 +224,8 @@ def record(
     path = path_of(path)
     expect_source("a record", source)
     check_output(path, *source.needs)
-    start, stop = whole("start", start), whole("stop", len(source) if stop is None else stop)
-    whole("jobs", jobs, 1)
+    start, stop = whole_number("start", start), whole_number("stop", len(source) if stop is None else stop)
+    whole_number("jobs", jobs, 1)
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
     with writing(path, header_of(source, start), source.scenario_text, compression) as writer:

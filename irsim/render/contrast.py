@@ -1,16 +1,16 @@
-"""What a target stands out by: its contrast and its signal-to-clutter ratio, measured and asked for.
+"""Contrast and signal-to-clutter ratio (SCR) of a target, measured or requested.
 
 SCR = |mean of the target's pixels - mean of a ring around them| / standard deviation of the ring
 (Gao et al., IEEE Trans. Image Processing 22, 2013, whose ring reaches 20 px beyond the target). The
-ring leaves out GUARD_PX next to the target, where its own blurred light falls. Here it has a sign, +
+ring leaves out GUARD_PX next to the target, where its own blurred light falls. Here SCR is signed, positive
 where the target is brighter.
 
-Truth's SCR is that of the noiseless radiance of the target and all that is behind it, before anything
-nearer hides some of it; the camera's noise counts as clutter: the standard deviation that pixels of one
-frame have of it, as the light that raises the signal by it at the mean light of the ring, is added to the
-ring's spread, in squares. It is that of all noise terms, of those that stay and those that change
-(`irsim.camera.noise_equivalent`), but for bad pixels and what a whole frame is moved by, target and ring
-alike. A point that asks for an SCR gets this one.
+Truth's SCR is that of the noiseless radiance of the target and of its background, before nearer things hide
+some of it. The camera's noise counts as clutter: its standard deviation over the pixels of one frame, as the
+radiance that raises the signal by as much at the mean radiance of the ring (noise-equivalent radiance,
+`irsim.camera.noise_equivalent`), is added in squares to the ring's standard deviation. All noise terms count, fixed
+and temporal, but for bad pixels and offsets of the whole frame, which shift target and ring alike. A point with a
+requested SCR gets this one.
 """
 
 from __future__ import annotations
@@ -28,23 +28,24 @@ from irsim.physics.radiometry import radiance, temperature_of
 from irsim.types import Band, Box, Floats
 
 RING_PX = 20
-"""How far the ring reaches beyond the target."""
+"""Outer distance of the ring from the target, px."""
 GUARD_PX = 4
-"""How far from the target it begins."""
+"""Inner distance of the ring from the target, px."""
 
-Noise = Callable[[float, Box], float]
-"""Standard deviation of noise that a picture does not hold yet, in its unit, at a level of light around a box."""
+NoiseRadiance = Callable[[float, Box], float]
+"""Standard deviation of noise that is not yet in a picture, in the picture's unit, by the mean of the ring and the
+box."""
 
 
-def quiet(level: float, box: Box) -> float:
-    """No noise."""
+def no_noise(level: float, box: Box) -> float:
+    """Return 0: no noise."""
     return 0.0
 
 
-def scr(picture: Floats, box: Box, noise: Noise = quiet) -> float:
-    """Signal-to-clutter ratio in a picture (rows, cols) of what fills a box, positive where it is brighter.
+def scr(picture: Floats, box: Box, noise: NoiseRadiance = no_noise) -> float:
+    """Return the signal-to-clutter ratio of a box in a picture (rows, cols), positive where the box is brighter.
 
-    nan where the box or its ring lie outside the picture, inf where the ring is quite even and there is no noise.
+    nan where the box or its ring lies outside the picture, infinite where the ring is uniform and there is no noise.
     """
     signal, level, spread = _clutter(picture, box)
     if math.isnan(level):
@@ -53,13 +54,13 @@ def scr(picture: Floats, box: Box, noise: Noise = quiet) -> float:
     return signal / spread if spread > 0 else math.copysign(math.inf, signal)
 
 
-def stands_out(picture: Floats, box: Box) -> float:
-    """What the mean of a box lies above that of its ring, in the picture's unit; nan outside."""
+def ring_contrast(picture: Floats, box: Box) -> float:
+    """Return the mean of a box less that of its ring, in the picture's unit; nan outside the picture."""
     return _clutter(picture, box)[0]
 
 
 def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
-    """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; nan outside."""
+    """Return the mean of a box less that of its ring, and the ring's mean and standard deviation; nan outside."""
     if COMPILED and picture.dtype == np.float32 and picture.flags.c_contiguous:
         return kernels.clutter(picture, picture.shape[1], box.cx, box.cy, box.w, box.h, RING_PX, GUARD_PX)
     rows, columns = _lines(picture.shape, box)
@@ -81,8 +82,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Of the pixels along one axis: those that the box holds, and how much of each; the ring's, and within
-    these the guard's, which do not belong to it."""
+    """Pixels along one axis: the box's and the share of each, the ring's, and among these the guard's."""
 
     held: slice
     shares: Floats
@@ -91,7 +91,7 @@ class _Line:
 
 
 def _lines(shape: tuple[int, ...], box: Box) -> tuple[_Line, _Line]:
-    """Down and across a picture."""
+    """Return the pixels down and across a picture."""
     return _line(shape[0], box.cy, box.h), _line(shape[1], box.cx, box.w)
 
 
@@ -109,23 +109,23 @@ def _line(count: int, middle: float, side: float) -> _Line:
 
 
 def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats:
-    """How much of each pixel a box holds along one axis: it has a pixel's size at least.
+    """Return the share of each pixel along one axis that lies in a box, which has a pixel's size at least.
 
-    Shares rather than whole pixels, so that nothing jumps where the target moves by a part of a pixel.
+    Shares rather than whole pixels make the result continuous in the target's sub-pixel place.
     """
     half = max(side, 1.0) / 2
     held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
     return np.asarray(np.clip(held, 0, 1))
 
 
-def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -> float | None:
-    """The light, W/m2/sr, that gives a sprite the contrast or SCR which it asks for, before what is behind it.
+def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRadiance = no_noise) -> float | None:
+    """Return the radiance, W/m2/sr, that gives a sprite its requested contrast or SCR; not below 0.
 
-    light  (rows, cols) W/m2/sr: what is behind it
+    light  (rows, cols) W/m2/sr: the background
 
-    None where it asks for nothing, and outside the picture. Darker than without any light it cannot be.
+    None where nothing is requested, and outside the picture.
     """
-    wanted = sprite.wanted
+    wanted = sprite.requested
     if wanted is None:
         return None
     met = sprite.within(light.shape)
@@ -155,7 +155,7 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
     return max(behind + wanted.gain * (own - behind), 0.0)
 
 
-def lit(sprite: Sprite, light: float) -> Sprite:
-    """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
-    during = sprite.during and sprite.during.shining(0.0, light)
-    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None, during=during)
+def with_radiance(sprite: Sprite, light: float) -> Sprite:
+    """Return a sprite of uniform radiance, W/m2/sr, with no requested contrast or SCR."""
+    samples = sprite.samples and sprite.samples.relit(0.0, light)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, requested=None, samples=samples)

@@ -11,181 +11,166 @@ from typing import cast
 
 import numpy as np
 
-from irsim.backgrounds import Filmed, Layer, Swept
+from irsim.backgrounds import Layer, MotionBlurredLayer, RecordedLayer
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.sprite import Sprite, averaged
+from irsim.geometry.sprite import Sprite, exposure_mean
 from irsim.motion import angles_deg
-from irsim.render.arrival import arriving
-from irsim.render.composite import Piece, Seen, compose, contrast_k, uncovered
-from irsim.render.contrast import Noise, lit, quiet
-from irsim.render.instant import Instant, Shifts
-from irsim.render.prefetch import Ahead
+from irsim.render.composite import DrawnTarget, NamedSprite, compose, contrast_k, uncovered
+from irsim.render.contrast import NoiseRadiance, no_noise, with_radiance
+from irsim.render.exposure import Instant, Prefetch, Shifts, apply_atmosphere
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement_all import built
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
-NOWHERE: Shifts = {}
-"""No target is moved."""
+NO_SHIFTS: Shifts = {}
+"""No target is displaced."""
 
 
 class Renderer:
-    """A scenario made ready: textures painted, paths integrated. Frames may be asked for in any order."""
+    """Renderer of a scenario's frames, in any order: textures are painted and paths integrated at its construction.
+
+    Frame k alone is frame k in sequence: all that is kept between frames only saves time.
+    """
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         shown = built(scenario)
         self.context = shown.context
-        self.shelf = self.context.shelf
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.film = cast(Filmed, farthest) if scenario.background.noisy else None
+        self.film = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
-        self.lag = camera.lag(scenario.is_on)
-        self._held: tuple[int, Counts] | None = None
-        self._ahead = Ahead(self.pieces, scenario.frames)
-        self._asked = lru_cache(maxsize=2)(self._asked_for)
+        self.response_time = camera.response_time(scenario.is_on)
+        self._frozen: tuple[int, Counts] | None = None
+        self._prefetch = Prefetch(self.pieces, scenario.frames)
+        self._requested = lru_cache(maxsize=2)(self._requested_radiances)
         self.now = Instant.of(shown, self.context)
-        self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
+        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
             self.now if offset == 0 else Instant.of(shown, self.context, offset)
-            for offset in camera.instants(scenario.is_on)
+            for offset in camera.exposure_offsets(scenario.is_on)
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]
-        self.classes = [target.cls or target.shape.stands_for for target in self.targets]
+        self.classes = [target.cls or target.shape.default_class for target in self.targets]
         motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
         self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
-        """(n, 5): velocity (vx, vy), px per frame, the apparent displacement since the frame before (frame 0: to the
-        next), nan where it is behind the camera in one of the two; and attitude (yaw, pitch, roll), degrees."""
+        """Return velocity (vx, vy), px per frame, and attitude (yaw, pitch, roll), degrees, (n, 5).
+
+        The velocity is the apparent displacement since the frame before (in frame 0: to the next one); nan where the
+        target is behind the camera in one of the two.
+        """
         steps = np.diff(self.now.mount.seen(positions), axis=0)
         velocities = np.concatenate([steps[:1], steps[:-1]])
         return np.hstack([velocities, angles_deg(attitudes)[: len(steps)]])
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
-        """Frame `index`, in `out` (rows, cols) where it is given, and its truth. IndexError outside 0 .. frames-1."""
+        """Return frame `index` and its truth, the counts in `out` (rows, cols) where it is given.
+
+        IndexError outside 0 .. frames-1.
+        """
         if self.film is not None:
             image, truth = self._put_into(self.film, index)
-            return Frame(_put(image, out), index, truth.time, self.scenario.camera.bits), truth
-        light, truth = self.scene(index)
-        return self.developed(light, truth, spent=True, out=out), truth
+            image = _put(image, out)
+        else:
+            light, truth = self.scene(index)
+            image = self._counts(light, index, out)
+        return Frame(image, index, truth.time, self.scenario.camera.bits), truth
 
-    @property
-    def divides(self) -> bool:
-        """Whether a frame is what is `developed` of its `scene`: not where it is put into a recorded one."""
-        return self.film is None
-
-    @property
-    def steps(self) -> int:
-        """How many of the detector's (`Sensor.step`) may be taken with the scene: none where it needs earlier light."""
-        return 0 if self.lag.remembers else self.sensor.steps
-
-    def stepped(self, picture: Floats, index: int, begin: int, end: int) -> Floats:
-        """The light of a frame's scene after the detector's `steps` before `end`, of what it is after those before
-        `begin`: written over, but where the frame shows an earlier picture."""
-        if begin == end or self.sensor.shown(index) != index:
-            return picture
-        return self.sensor.step(picture, index, begin, end, spent=True)
-
-    def developed(
-        self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None, steps: int = 0
-    ) -> Frame:
-        """The frame of a scene's light, (rows, cols) float32, or of what it is after so many steps (`stepped`); in
-        `out` where it is given. A `spent` light is the renderer's from then on, to write over or to keep; another one
-        it only reads now."""
-        index = truth.index
+    def _counts(self, light: Floats, index: int, out: Counts | None) -> Counts:
+        """Return the counts of a frame whose scene has the light (rows, cols) float32, which is written over."""
         shown = self.sensor.shown(index)
         if shown != index:
-            image = _put(self._standing(shown), out)
-        elif self.lag.remembers:
-            own = light if spent else light.copy()
-            settled = self.lag.light(index, lambda k: own if k == index else self.scene(k)[0])
-            image = self.sensor.expose(settled, index, spent=True, out=out)
-        else:
-            image = self.sensor.expose(light, index, spent, out, steps)
-        return Frame(image, index, truth.time, self.scenario.camera.bits)
+            return _put(self._frozen_frame(shown), out)
+        if self.response_time.has_memory:
+            light = self.response_time.light(index, lambda k: light if k == index else self.scene(k)[0])
+        return self.sensor.expose(light, index, spent=True, out=out)
 
-    def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
-        """A recorded frame with all that is drawn into it, each thing once."""
+    def _put_into(self, film: RecordedLayer, index: int) -> tuple[Counts, Truth]:
+        """Return a recorded frame with all targets and occluders drawn into it, and its truth."""
         self.check(index)
-        pieces = self._ahead.pieces(index)
-        light, seen = self._laid(index, pieces)
-        levels = film.put_into(light, index, uncovered(pieces, light))
+        pieces = self._prefetch.pieces(index)
+        light, drawn = self._composed(index, pieces)
+        levels = film.insert_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
-        return image, self._truth(index, seen)
+        return image, self._truth(index, drawn)
 
-    def _standing(self, index: int) -> Counts:
-        """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
-        held = self._held  # once: another thread may put its own there
-        if held is None or held[0] != index:
-            held = self._held = index, self.sensor.expose(self.light(index), index, spent=True)
-        return held[1].copy()
+    def _frozen_frame(self, index: int) -> Counts:
+        """Return the counts of a frame that is shown again; the last one is kept."""
+        frozen = self._frozen  # read once: another thread may replace it
+        if frozen is None or frozen[0] != index:
+            frozen = self._frozen = index, self.sensor.expose(self.light(index), index, spent=True)
+        return frozen[1].copy()
 
     def light(self, index: int) -> Floats:
-        """The noiseless picture that the detector has settled to, (rows, cols) float32 in W/m2/sr."""
-        return self.lag.light(index, lambda k: self.scene(k)[0])
+        """Return the noiseless radiance to which the detector has settled, (rows, cols) float32 in W/m2/sr."""
+        return self.response_time.light(index, lambda k: self.scene(k)[0])
 
     def variance(self, index: int, fixed: bool = True) -> Floats:
-        """Noise of each pixel of a frame, (rows, cols) float64 counts^2; see `Sensor.variance`."""
+        """Return the noise variance of each pixel of a frame, (rows, cols) float64 counts²; see `Sensor.variance`."""
         shown = self.sensor.shown(index)
         return self.sensor.variance(self.light(shown), shown, fixed)
 
-    def scene(self, index: int, out: Floats | None = None) -> tuple[Floats, Truth]:
-        """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth; the picture in `out`,
-        where it is given."""
+    def scene(self, index: int) -> tuple[Floats, Truth]:
+        """Return the noiseless in-band radiance, (rows, cols) float32 in W/m2/sr, and its truth."""
         self.check(index)
-        light, seen = self._laid(index, self._ahead.pieces(index), out)
-        return light, self._truth(index, seen)
+        light, drawn = self._composed(index, self._prefetch.pieces(index))
+        return light, self._truth(index, drawn)
 
-    def seen(self, index: int) -> list[Seen]:
-        """The targets as a frame shows them, far to near."""
+    def seen(self, index: int) -> list[DrawnTarget]:
+        """Return the targets as a frame shows them, far to near."""
         self.check(index)
-        return self._laid(index, self.pieces(index))[1]
+        return self._composed(index, self.pieces(index))[1]
 
     def check(self, index: int) -> None:
-        """IndexError where the scenario has no such frame."""
+        """Raise IndexError where the scenario has no such frame."""
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
 
-    def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
-        return compose(
-            self.layers_at(index), pieces, self.now.view_direction(index), self.context.band, self.noise(index), out
+    def _composed(self, index: int, pieces: Iterable[NamedSprite]) -> tuple[Floats, list[DrawnTarget]]:
+        view_direction, noise = self.now.view_direction(index), self.noise(index)
+        return compose(self.layers_at(index), pieces, view_direction, self.context.band, noise)
+
+    def noise(self, index: int) -> NoiseRadiance:
+        """Return the camera's noise in a frame, as radiance; none where a recorded background holds it already."""
+        return (
+            no_noise if self.scenario.background.has_noise else self.sensor.noise_equivalent(self.sensor.shown(index))
         )
 
-    def noise(self, index: int) -> Noise:
-        """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
-        return quiet if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
-
     def layers_at(self, index: int) -> Sequence[Layer]:
-        """The layers, each as it is seen over the whole exposure of a frame."""
+        """Return the layers of the background, each averaged over the exposure of a frame."""
         if all(self.now.looks_as(instant, index) for instant in self.exposure):
             return self.layers
-        key = self.now.view_direction(index).key  # of one key, or nothing that is painted would be kept
-        gazes = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
-        return [Swept(layer, gazes) for layer in self.layers]
+        key = self.now.view_direction(index).key  # the same for all instants, so that painted textures are kept
+        directions = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
+        return [MotionBlurredLayer(layer, directions) for layer in self.layers]
 
     @cached_property
-    def _given(self) -> Renderer:
-        """Of the same scenario with nothing switched off."""
+    def _complete(self) -> Renderer:
+        """Renderer of the same scenario with nothing switched off."""
         without = self.scenario.without
         return Renderer(self.scenario.model_copy(update={"without": ()})) if without else self
 
-    def _asked_for(self, index: int) -> Mapping[str, float]:
-        """Light, W/m2/sr, of each target that asks for a contrast or an SCR and is in the picture, by its id.
+    def _requested_radiances(self, index: int) -> Mapping[str, float]:
+        """Return the radiance, W/m2/sr, of each target in the picture with a requested contrast or SCR, by its id.
 
-        It is found with nothing switched off and no target moved or left out: what a scene has less of changes
-        nothing else in it.
+        It is computed with nothing switched off and no target displaced or left out, so that switching off one part
+        changes nothing else.
         """
-        seen = self._given._laid(index, self._given.pieces(index))[1]
-        return {target.piece.name: target.asked for target in seen if target.asked is not None}
+        drawn = self._complete._composed(index, self._complete.pieces(index))[1]
+        return {target.piece.name: target.requested for target in drawn if target.requested is not None}
 
     def pieces(
-        self, index: int, shifts: Shifts = NOWHERE, exactly: bool = False, only: Container[str] | None = None
-    ) -> Iterator[Piece]:
-        """The things of a frame, or `only` some of its targets. exactly: those that ask for a contrast or an SCR have
-        the light that frames show, whatever is moved, left out, or worked out in more digits."""
+        self, index: int, shifts: Shifts = NO_SHIFTS, exactly: bool = False, only: Container[str] | None = None
+    ) -> Iterator[NamedSprite]:
+        """Yield the sprites of a frame's targets and occluders, or those of the targets `only`.
+
+        exactly  targets with a requested contrast or SCR get the radiance of the frame itself, whatever is displaced,
+                 left out, or computed in more digits
+        """
         pose = self.pose(index)
         as_given = exactly or bool(self.scenario.without)
         present = [
@@ -197,35 +182,35 @@ class Renderer:
         for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
                 course, target = self.courses[number], self.targets[number]
-                arrived = arriving(sprite, pose, target.id)
-                if arrived.wanted is not None and as_given:
-                    asked = self._asked(index).get(target.id)
-                    arrived = arrived if asked is None else lit(arrived, asked)
+                arrived = apply_atmosphere(sprite, pose, target.id)
+                if arrived.requested is not None and as_given:
+                    requested = self._requested(index).get(target.id)
+                    arrived = arrived if requested is None else with_radiance(arrived, requested)
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
-                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, pose))
+                yield NamedSprite(target.id, arrived, tracked=True, first_m=course.first_m(index, pose))
         if only is not None or not self.occluders:
             return
-        standing = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
-        for occluder, sprite in zip(self.occluders, standing, strict=True):
+        occluding = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
+        for occluder, sprite in zip(self.occluders, occluding, strict=True):
             if sprite is not None:
                 first_m = occluder.range_m if pose.carried else None
-                yield Piece(occluder.name, arriving(sprite, pose), tracked=False, first_m=first_m)
+                yield NamedSprite(occluder.name, apply_atmosphere(sprite, pose), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
-        """What things are over the whole exposure."""
+        """Return sprites averaged over the exposure."""
         middles = draw(self.now)
         if len(self.exposure) == 1:
             return middles
         instants = [draw(instant) for instant in self.exposure]
-        return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
+        return [exposure_mean(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
     def pose(self, index: int) -> CameraPose:
-        """How the camera of frame `index` sees what stands about it."""
+        """Return the camera's pose in frame `index`."""
         return self.now.pose(index)
 
-    def _truth(self, index: int, seen: list[Seen]) -> Truth:
-        found = {target.piece.name: target for target in seen}
+    def _truth(self, index: int, drawn: list[DrawnTarget]) -> Truth:
+        found = {target.piece.name: target for target in drawn}
         crossing = _crossing({name: target.piece.sprite.box for name, target in found.items()})
         motions = self.motions[:, index].tolist()
         targets = [
@@ -235,8 +220,10 @@ class Renderer:
         ]
         return Truth(index, index / self.context.rate_hz, tuple(targets))
 
-    def _target_truth(self, name: str, cls: str, seen: Seen, motion: list[float], crossing: bool) -> TargetTruth:
-        sprite = seen.piece.sprite
+    def _target_truth(
+        self, name: str, cls: str, drawn: DrawnTarget, motion: list[float], crossing: bool
+    ) -> TargetTruth:
+        sprite = drawn.piece.sprite
         vx, vy, yaw, pitch, roll = motion
         return TargetTruth(
             id=name,
@@ -247,12 +234,12 @@ class Renderer:
             velocity=(vx, vy) if math.isfinite(vx) and math.isfinite(vy) else None,
             attitude=(yaw, pitch, roll),
             range_m=sprite.range_m,
-            visible=seen.visible,
-            occluders=tuple(seen.occluders),
+            visible=drawn.visible,
+            occluders=tuple(drawn.occluders),
             crossing=crossing,
             in_view=self.context.geometry.inside(*sprite.center),
-            contrast_k=contrast_k(seen, self.context.band),
-            scr=seen.scr,
+            contrast_k=contrast_k(drawn, self.context.band),
+            scr=drawn.scr,
         )
 
 
@@ -264,7 +251,7 @@ def _put(image: Counts, out: Counts | None) -> Counts:
 
 
 def _crossing(boxes: dict[str, Box]) -> set[str]:
-    """Names of the boxes that meet another one: those with `iou` above 0."""
+    """Return the names of the boxes that intersect another one (IoU above 0)."""
     crossing = set()
     for (one, (left, top, right, bottom)), (other, (west, north, east, south)) in combinations(
         [(name, box.edges) for name, box in boxes.items() if box.w > 0 and box.h > 0], 2

@@ -1,5 +1,7 @@
-"""How worker processes start, with Ctrl-C, which a terminal sends to them too, and in scripts without a guard; how they
-end with their parent."""
+"""Start and end of worker processes: Ctrl-C, scripts without a `__main__` guard, the end of the parent.
+
+A terminal sends Ctrl-C to workers too; only the parent reports it.
+"""
 
 from __future__ import annotations
 
@@ -20,26 +22,26 @@ from typing import Any
 from irsim.errors import InputError
 
 _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals by which programs are ended that may still tidy up."""
+"""Signals that end a program and let it clean up."""
 
 _hinting = threading.Lock()
-"""Taken by who has told how a script asks for workers; this process ends with it."""
+"""Taken by the thread that prints the hint on the guard; the process ends with it."""
 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Processes started within hold Ctrl-C back until they have begun, as a `process` or with `ignore_interrupts`.
+    """Defer Ctrl-C for processes that are started in the block, until they run `process`'s function or call
+    `ignore_interrupts`; else they would end with a traceback while they import.
 
-    Else they would die of it with a traceback while they import. It reaches this process at the end of the block.
-    InputError where no process can be started.
+    The parent gets the signal at the end of the block. InputError where no process can be started.
     """
     _expect_main()
     if sys.platform == "win32":
-        with _in_few_words():
+        with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # it starts with the first worker otherwise, and ends the holding
-    with _in_few_words(), _put_off():
+    resource_tracker.ensure_running()  # it would start with the first worker otherwise, and end the deferral
+    with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             yield
@@ -48,7 +50,7 @@ def interrupts_held() -> Iterator[None]:
 
 
 def _expect_main() -> None:
-    """Worker processes read the program that asks for them anew: what came by a pipe is gone."""
+    """Raise InputError where workers cannot import the main program, as one that was read from a pipe."""
     main = sys.modules["__main__"]
     path = getattr(main, "__file__", None)
     if getattr(main, "__spec__", None) is None and path is not None and not os.path.exists(path):
@@ -57,10 +59,10 @@ def _expect_main() -> None:
 
 
 @contextmanager
-def _in_few_words() -> Iterator[None]:
-    """A worker that imports the script which asked for it, and is asked for workers in turn, ends with one line.
+def _guard_hint() -> Iterator[None]:
+    """End a worker with one line where it imports a script without the guard, which starts workers in turn.
 
-    A script without the guard does so. What multiprocessing raises then is a page long, from each worker anew.
+    The error of multiprocessing is a page long, from each worker.
     """
     try:
         yield
@@ -68,34 +70,33 @@ def _in_few_words() -> Iterator[None]:
         if "bootstrapping" not in str(error):
             raise
         hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
-        if _hinting.acquire(blocking=False):  # of the threads that ask for a worker each, one says it
-            # As one text: another worker says the same. By itself: a fork server drops what sys.exit is given.
+        if _hinting.acquire(blocking=False):  # one of the threads that start workers prints it
+            # In one write, as other workers print it too. Not by sys.exit: a fork server drops its text.
             sys.stderr.write(f"{hint}\n")
             sys.stderr.flush()
         sys.exit(1)
 
 
 @contextmanager
-def _put_off() -> Iterator[None]:
-    """Ctrl-C within the block, and what else a program answers so, is answered at its end.
+def _deferred() -> Iterator[None]:
+    """Defer the Python handlers of SIGINT, SIGTERM and SIGHUP to the end of the block.
 
-    The mask of one thread is not enough: another thread, such as those of a BLAS, takes the signal then, and Python
-    answers it in the main thread all the same. A process that is only half started would end with a traceback, and
-    whoever started it might wait for it for ever.
+    A signal mask holds for one thread only: another one, such as a BLAS thread, takes the signal, and Python runs the
+    handler in the main thread. A half-started process would then end with a traceback, and block its parent.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    # Those without an answer in Python end the program at once.
-    answers = {number: answer for number in _ENDING if callable(answer := signal.getsignal(number))}
-    came: list[int] = []  # a lock, such as an Event's, would wait for itself if a second one came while it is taken
-    for number in answers:
+    # Signals without a handler in Python end the program at once.
+    handlers = {number: handler for number in _ENDING if callable(handler := signal.getsignal(number))}
+    came: list[int] = []  # not an Event, whose lock a second signal could find taken by the first
+    for number in handlers:
         signal.signal(number, lambda number, _: came.append(number))
     try:
         yield
     finally:
-        for number, answer in answers.items():
-            signal.signal(number, answer)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         if came:
             signal.raise_signal(came[0])
 
@@ -103,11 +104,10 @@ def _put_off() -> Iterator[None]:
 def process(
     context: BaseContext, function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()
 ) -> BaseProcess:
-    """A process, yet to be started, that calls `function(*inherited, *arguments)`, and ends with its parent.
-    `inherited`: what is handed to a process only while it is started, such as memory that is shared.
+    """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent.
 
-    Ctrl-C ends such a worker at once and silently, also while it still imports what the function takes; its parent
-    tells of it.
+    `inherited` is what can only be passed at the start of a process, such as shared memory. Ctrl-C ends the process at
+    once and silently, also while it still imports the function's module.
     """
     pickled = pickle.dumps((function, arguments))
     made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]  # typeshed has it in the kinds of context only
@@ -115,27 +115,26 @@ def process(
 
 
 def _begin(pickled: bytes, *inherited: Any) -> None:
-    _answer(lambda *_: os._exit(130))
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a program that ignores it hands that on
+    _handle_interrupts(lambda *_: os._exit(130))
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a parent that ignores it passes that on
     end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*inherited, *arguments)
 
 
 def ignore_interrupts() -> None:
-    """In a worker: Ctrl-C is left to its parent, which ends it."""
-    _answer(signal.SIG_IGN)
+    """Ignore Ctrl-C in a worker whose parent ends it."""
+    _handle_interrupts(signal.SIG_IGN)
 
 
-def _answer(handler: Any) -> None:
+def _handle_interrupts(handler: Any) -> None:
     signal.signal(signal.SIGINT, handler)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def end_with_parent() -> None:
-    """In a worker: it ends as soon as its parent has ended, by whatever; else one at work would go on, and one that
-    waits would wait for ever."""
+    """End this worker as soon as its parent has ended, by whatever cause."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

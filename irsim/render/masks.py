@@ -1,4 +1,4 @@
-"""Which pixels a target covers: all of it, and what is seen of it."""
+"""Coverage masks of targets: of the whole target, and of its visible part."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.files import make_folder, refuse_leftovers, refuse_others, write_png
 from irsim.errors import InputError
-from irsim.frame_range import span
-from irsim.render.composite import Seen
+from irsim.recording.output import make_folder, refuse_leftovers, refuse_others, write_png
+from irsim.render.composite import DrawnTarget
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import Floats
+from irsim.types import Floats, frame_range
 
 KINDS = ("whole", "visible")
-"""Masks of a target in a frame, as files name them."""
+"""Masks of a target in a frame, by their names in files."""
 
 Shares = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame. Where
-    the camera smears, means over the exposure.
+    """Coverage of a frame's pixels, (rows, columns), by one target before blur by the optics (of a point: after it).
 
-    whole    share 0..1 of each pixel's area that the target covers, were nothing before it
-    visible  the same, less what nearer things hide
-    area     px2 of the whole target, what lies outside the frame too
+    With motion blur, the mean over the exposure.
+
+    whole    share 0..1 of each pixel's area that the target covers, with nothing before it
+    visible  the same, less the part that nearer things hide
+    area     px2 of the whole target, with the part outside the frame
 
     Truth's visible fraction is the sum of `visible` over `area`.
     """
@@ -42,11 +42,11 @@ class Mask:
 
 
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
-    """The masks of frames start .. stop-1 in order: of all targets that are there, by id.
+    """Yield the masks of all existing targets, by id, of frames start .. stop-1 in order.
 
-    Frames are those that arrive, as of `irsim.frames`: where the camera's faults drop or double some, the k-th masks
-    are of the k-th that arrives. InputError for what is no scenario, for a number below 0 and for what is no whole
-    number.
+    Frames are those that arrive, as of `irsim.frames`: where the camera drops or doubles frames, the k-th masks belong
+    to the k-th that arrives. InputError for an argument that is not a scenario, for a number below 0 and for one that
+    is not whole.
     """
     return _masks(expect_scenario("masks", scenario), start, stop)
 
@@ -54,8 +54,8 @@ def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterat
 def _masks(scenario: Scenario, start: int, stop: int | None) -> Iterator[dict[str, Mask]]:
     renderer, arrivals = Renderer(scenario), scenario.arrivals
     columns, rows = scenario.camera.size
-    for index in span(start, stop, len(arrivals)):
-        yield {seen.piece.name: _mask(seen, (rows, columns)) for seen in renderer.seen(arrivals[index])}
+    for index in frame_range(start, stop, len(arrivals)):
+        yield {drawn.piece.name: _mask(drawn, (rows, columns)) for drawn in renderer.seen(arrivals[index])}
 
 
 def write_masks(
@@ -66,9 +66,8 @@ def write_masks(
     8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing. NNNNNN is the frame's
     number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`. Older masks of
     these frames and targets are replaced, or removed where a target is now absent.
-    InputError where it cannot be, where there is no such target, and where the folder holds masks of other frames or
-    targets: nobody could tell whether they belong to the same scene. So where it holds other PNG files, such as frames
-    of a camera, which are imported by the folder.
+    InputError where the folder cannot be made, where there is no such target, and where the folder holds masks of other
+    frames or targets, which may belong to another scene, or other PNG files, such as frames of a camera.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
@@ -98,26 +97,26 @@ _NAME = re.compile(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png")
 
 
 def _is_no_mask(file: str) -> bool:
-    """Is a file a picture, and of a name that no mask has?"""
+    """Return whether a file is a picture whose name is not a mask's."""
     return file.lower().endswith(".png") and _NAME.fullmatch(file) is None
 
 
 def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
-    """Is a file a mask, and of another frame or target than these?"""
-    told = _NAME.fullmatch(file)
-    if told is None:
+    """Return whether a file is a mask of another frame or target than these."""
+    match = _NAME.fullmatch(file)
+    if match is None:
         return False
-    number, name, kind = int(told[1]), told[2], told[3]
+    number, name, kind = int(match[1]), match[2], match[3]
     return not (number in numbers and name in names and file == _file(number, name, kind))
 
 
-def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:
-    sprite = seen.piece.sprite
+def _mask(drawn: DrawnTarget, shape: tuple[int, int]) -> Mask:
+    sprite = drawn.piece.sprite
     whole, visible = np.zeros((2, *shape))
     met = sprite.within(shape)
     if met is not None:
         inner, outer = met
-        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.kept[inner])
+        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(drawn.visible_cover[inner])
     return Mask(whole, visible, sprite.area)
 
 

@@ -1,44 +1,56 @@
-"""What a frame is made of, exactly: its mean, each target's part in it, and each pixel's noise.
+"""Exact mean and variance of frames, and the contribution of each target.
 
-For bounds on what any tracker could reach (Cramér-Rao), for fits, and to rerun a scene with a cause
-taken away.
+For Cramér-Rao bounds on trackers, for fits, and to render a scene again with one cause switched off.
 """
 
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.names import no_such
-from irsim.errors import InputError, as_whole, frame_number
-from irsim.render.frame import Renderer
-from irsim.render.levels import Levels, Region, slices
-from irsim.scenario.model import Scenario, expect_scenario, given_names
+from irsim.backgrounds import Layer, crop
+from irsim.camera.signal_chain import SignalChain
+from irsim.config.base import no_such
+from irsim.errors import InputError, as_int, frame_number
+from irsim.render.composite import NamedSprite, compose, uncovered
+from irsim.render.exposure import Shifts
+from irsim.render.frame import NO_SHIFTS, Renderer
+from irsim.scenario.model import Scenario, expect_names, expect_scenario
+from irsim.types import Floats, Slices
 
 Exact = npt.NDArray[np.float64]
 
+Region = tuple[int, int, int, int]
+"""First column, first row, columns, rows."""
+
+BLOCK_PX = 16
+"""Side of the blocks, px, to which the region that a target touches is rounded: small shifts touch the same blocks,
+whose background is kept."""
+
 
 class Moments:
-    """Mean and variance of a scenario's frames, and what each target adds. Of a region they cost as much as what is
-    drawn there, and a contribution as what its target touches; but for the background of a frame that is asked for
-    anew, `variance`, and all of a camera that blooms or a background that is recorded.
+    """Mean and variance of a scenario's frames, and the contributions of targets.
 
-    All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a
-    `region` (first column, first row, columns, rows). Means are before counts are rounded and clipped,
-    and follow a target's place smoothly.
+    All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a `region` (first
+    column, first row, columns, rows). Means are before counts are rounded and clipped, and follow a target's place
+    smoothly. `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera
+    drops or doubles frames, it is not the scenario's. IndexError where no frame of that index arrives, InputError where
+    it is not a whole number.
 
-    `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera's faults
-    drop or double some, it is not that of the scenario. IndexError where no frame of that index arrives, InputError
-    where it is no whole number.
+    Means and contributions of a region cost as much as its pixels. Computed from the whole picture all the same: the
+    background of a frame that was not asked for just before, `variance`, a camera that blooms, and a recorded
+    background.
     """
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
-        """without   names of parts that are switched off beside those of the scenario; InputError for others."""
+        """Switch off the parts named in `without`, beside those of the scenario. InputError for unknown names."""
         expect_scenario("Moments", scenario)
-        off = given_names(without)
+        off = expect_names(without)
         known = [name for name, _ in scenario.names()]
         for name in off:
             if name not in known:
@@ -46,23 +58,23 @@ class Moments:
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
         self._arrivals = self.scenario.arrivals
         self._renderer = Renderer(self.scenario)
-        self._levels = Levels(self._renderer)
+        self._levels = MeanCounts(self._renderer)
 
     def mean(self, index: int, region: Region | None = None) -> Exact:
-        """The noiseless frame, counts. InputError of a recorded background, whose noise is not known."""
+        """Return the noiseless frame, counts. InputError for a recorded background, whose noise is not known."""
         self._refuse_recorded()
         return np.asarray(self._levels.of(self._taken(index), region=self._within(region)), np.float64)
 
     def contribution(
         self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
     ) -> Exact:
-        """What a target adds to the mean, counts: the mean with it less the mean without it; to recorded frames,
-        whose noise goes on before it, what it adds to their counts before these are rounded and clipped.
+        """Return the mean with a target less the mean without it, counts; to recorded frames, their change before
+        counts are rounded and clipped.
 
-        shift   (dx, dy) px by which it is moved in the picture, its aspect the same, in this frame and in
-                those that the detector still remembers; it stays behind what hides it
+        shift   (dx, dy) px by which the target is displaced in the picture, its aspect the same, in this frame and in
+                those that the detector still remembers; it stays behind its occluders
 
-        InputError where there is no such target, or it is switched off, and of a shift that is none.
+        InputError where there is no such target, or it is switched off, and for a shift that is not two finite numbers.
         """
         if not _is_shift(shift):
             raise InputError(f"shift: {shift} is no shift; allowed: two finite numbers, px to the right and down")
@@ -74,37 +86,37 @@ class Moments:
         return np.asarray(self._levels.added(self._taken(index), target, shift, self._within(region)), np.float64)
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
-        """Noise of each pixel about the mean, squared counts, that of rounding with it.
+        """Return the noise variance of each pixel about the mean, counts², with that of rounding.
 
-        The mean square over all draws of the seed: an offset of odd and even rows, the same in all draws, counts,
-        as the mean does not hold it. Without `fixed`, what changes from frame to frame only. Infinite where a pixel
-        says nothing of the light: dead, or saturated. InputError of a recorded background, whose noise is not known.
+        It is the mean square over all draws of the seed. An offset of odd and even rows, the same in all draws, counts
+        too, as the mean does not hold it. Without `fixed`: the temporal noise only. Infinite for pixels that do not
+        respond to light, dead or saturated. InputError for a recorded background, whose noise is not known.
         """
         if not isinstance(fixed, bool | np.bool_):
             raise InputError(f"fixed {fixed!r}: allowed: True or False")
         self._refuse_recorded()
         taken, within = self._taken(index), self._within(region)
         variance = np.asarray(self._renderer.variance(taken, fixed), dtype=np.float64)
-        return variance if within is None else variance[slices(within)]
+        return variance if within is None else variance[_slices(within)]
 
     def _refuse_recorded(self) -> None:
-        if self.scenario.background.noisy:
+        if self.scenario.background.has_noise:
             raise InputError(
                 "background: the noise of a recording is not known; allowed: contribution(), or a background that is "
                 "rendered"
             )
 
     def _taken(self, index: int) -> int:
-        """The scenario's frame behind the one that arrives as `index`."""
+        """Return the scenario's number of the frame that arrives as `index`."""
         arrivals = self._arrivals
         return arrivals[frame_number(index, len(arrivals), "the scenario")]
 
     def _within(self, region: Region | None) -> Region | None:
-        """The region in whole numbers; None where it is all of the picture."""
+        """Return the region in whole numbers; None where it is the whole picture."""
         if region is None:
             return None
         try:
-            left, top, columns, rows = map(as_whole, region)
+            left, top, columns, rows = map(as_int, region)
         except (TypeError, ValueError):
             raise InputError(
                 f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "
@@ -116,10 +128,137 @@ class Moments:
         return None if (columns, rows) == (width, height) else (left, top, columns, rows)
 
 
+class MeanCounts:
+    """Exact noiseless counts of a scenario's frames before rounding and clipping, (rows, cols) float64.
+
+    A recorded background keeps its own noise. The sprites and layers of the last frames that the detector remembers are
+    kept.
+    """
+
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer = renderer
+        frames = len(renderer.response_time.weights)
+        self._unshifted = lru_cache(maxsize=frames)(lambda frame: list(renderer.pieces(frame, exactly=True)))
+        self._layers = lru_cache(maxsize=2 * frames)(self._cut)
+        self._without = lru_cache(maxsize=2)(lambda index, name, region: self.of(index, NO_SHIFTS, name, region))
+
+    def added(self, index: int, target: str, shift: tuple[float, float], region: Region | None = None) -> Floats:
+        """Return the counts with a target, displaced by (dx, dy) px, less those without it."""
+        shifts = {target: shift} if any(shift) else NO_SHIFTS
+        left, top, columns, rows = whole = region or (0, 0, *self._renderer.context.geometry.size)
+        touched = self._touched(index, target, shifts, whole)
+        added = np.zeros((rows, columns))
+        if touched is not None:
+            part = _slices((touched[0] - left, touched[1] - top, *touched[2:]))
+            added[part] = self.of(index, shifts, region=touched) - self._without(index, target, touched)
+        return added
+
+    def _touched(self, index: int, target: str, shifts: Shifts, region: Region) -> Region | None:
+        """Return the part of a region in which a target may change a frame; None where there is none."""
+        renderer = self._renderer
+        if self._spreads:
+            return region
+        shown = renderer.sensor.shown(index)
+        frames = {max(shown - back, 0) for back in range(len(renderer.response_time.weights))}
+        sprites = [piece.sprite for k in frames for piece in self._pieces(k, shifts, None) if piece.name == target]
+        if not sprites:
+            return None
+        firsts = np.array([(sprite.x0, sprite.y0) for sprite in sprites])
+        lasts = firsts + np.array([sprite.alpha.shape[::-1] for sprite in sprites])
+        left, top = np.maximum(firsts.min(axis=0) // BLOCK_PX * BLOCK_PX, region[:2]).tolist()
+        ends = -(-lasts.max(axis=0) // BLOCK_PX) * BLOCK_PX
+        right, bottom = np.minimum(ends, np.add(region[:2], region[2:])).tolist()
+        return (left, top, right - left, bottom - top) if left < right and top < bottom else None
+
+    @property
+    def _spreads(self) -> bool:
+        """Whether light in one place may change counts in another: with bloom, or in a recorded background."""
+        return self._renderer.film is not None or self._renderer.sensor.bloom is not None
+
+    def of(
+        self, index: int, shifts: Shifts = NO_SHIFTS, absent: str | None = None, region: Region | None = None
+    ) -> Floats:
+        """Return the counts of a frame, or of a region within it, with targets displaced and target `absent` left out.
+
+        A target with a requested contrast or SCR keeps the radiance that it has in the frame itself.
+        """
+        renderer, sensor = self._renderer, self._renderer.sensor
+        renderer.check(index)
+        if region is not None and self._spreads:
+            return self.of(index, shifts, absent)[_slices(region)]
+        if renderer.film is not None:
+            pieces = self._pieces(index, shifts, absent)
+            light = self._whole(index, pieces)
+            return renderer.film.insert_into(light, index, uncovered(pieces, light))
+        response_time = renderer.scenario.camera.response_time(
+            renderer.scenario.is_on
+        )  # a new one: it keeps light of these targets
+        shown = sensor.shown(index)
+
+        def light_of(frame: int) -> Floats:
+            return self._light(frame, self._pieces(frame, shifts, absent), region)
+
+        return self._sensor(region).mean(response_time.light(shown, light_of), shown)
+
+    def _sensor(self, region: Region | None) -> SignalChain:
+        """Return the sensor, cut to a region, where it does not bloom."""
+        sensor = self._renderer.sensor
+        vignetting = sensor.vignetting
+        if region is None or vignetting is None:
+            return sensor
+        return replace(sensor, vignetting=lambda index: vignetting(index)[_slices(region)])
+
+    def _pieces(self, frame: int, shifts: Shifts, absent: str | None) -> Sequence[NamedSprite]:
+        pieces = [piece for piece in self._unshifted(frame) if piece.name != absent]
+        if not shifts:
+            return pieces
+        moved = {piece.name: piece for piece in self._renderer.pieces(frame, shifts, exactly=True, only=list(shifts))}
+        return [moved.get(piece.name, piece) for piece in pieces]
+
+    def _light(self, frame: int, pieces: Sequence[NamedSprite], region: Region | None) -> Floats:
+        if region is None:
+            return self._whole(frame, pieces)
+        left, top, columns, rows = region
+        near = [piece for piece in pieces if piece.sprite.within((rows, columns), (left, top)) is not None]
+        layers = self._layers(frame, region)
+        if layers is None or any(
+            piece.sprite.requested is not None for piece in near
+        ):  # which depends on the ring around
+            return self._whole(frame, pieces)[_slices(region)]
+        within = [
+            piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))
+            for piece in near
+        ]
+        return self._composed(frame, layers, within, (rows, columns))
+
+    def _whole(self, frame: int, pieces: Sequence[NamedSprite]) -> Floats:
+        renderer = self._renderer
+        return self._composed(frame, renderer.layers_at(frame), pieces, renderer.context.geometry.size[::-1])
+
+    def _composed(
+        self, frame: int, layers: Sequence[Layer], pieces: Sequence[NamedSprite], shape: tuple[int, int]
+    ) -> Floats:
+        renderer, out = self._renderer, np.empty(shape, np.float64)
+        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        return compose(layers, pieces, view_direction, renderer.context.band, noise, out, truth=False)[0]
+
+    def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
+        """Return the layers of a region of a frame; None where one of them can only be computed as a whole."""
+        view_direction = self._renderer.now.view_direction(frame)
+        parts = [crop(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
+        found = [part for part in parts if part is not None]
+        return found if len(found) == len(parts) else None
+
+
+def _slices(region: Region) -> Slices:
+    left, top, columns, rows = region
+    return slice(top, top + rows), slice(left, left + columns)
+
+
 def _is_shift(given: object) -> bool:
-    """Is it a pair of finite numbers?"""
+    """Return whether it is a pair of finite numbers."""
     try:
         numbers = np.asarray(given)
-    except ValueError:  # of items that are not alike
+    except ValueError:  # of items of different shapes
         return False
     return numbers.shape == (2,) and numbers.dtype.kind in "iuf" and bool(np.isfinite(numbers).all())

@@ -1,4 +1,4 @@
-"""Opening whatever gives frames: a scenario file, a shipped example's name, or a recording."""
+"""Opening a source of frames: a scenario's file, the name of a shipped scenario, or a recording."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
 
-from irsim.config.files import is_recording
-from irsim.config.overrides import given_overrides
+from irsim.config.overrides import expect_overrides
+from irsim.config.paths import is_recording
 from irsim.errors import InputError
 from irsim.recording import Recording, open_recording
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import load, loads, unheeded_in, unheeded_overrides
-from irsim.scenario.model import Scenario, given_names
+from irsim.scenario.loader import load, loads
+from irsim.scenario.model import Scenario, expect_names
 from irsim.types import Source
 
 
@@ -24,10 +24,10 @@ def open_source(
     seed: int | None = None,
     without: Sequence[str] = (),
 ) -> Source:
-    """A Source from a scenario's file or name, a recording's file, a Scenario, or a Source as it is.
+    """Return a Source from a scenario's file or name, a recording's file, a Scenario, or the given Source itself.
 
     `overrides` ("camera.netd_mk=80"), `seed` and `without` (parts to switch off besides those that the scenario has
-    off) are for scenarios only: InputError for a recording, as for what is none of the above.
+    off) are for scenarios only: InputError for a recording, as for any other argument.
     """
     if isinstance(path, Scenario):
         _refuse(overrides, without, "a Scenario in Python: set its fields instead")
@@ -52,32 +52,17 @@ def open_source(
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
         return open_recording(Path(path))
-    changes = [*given_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
+    changes = [*expect_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
 
 
-def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
-    """A warning for each override of a scenario, or of the one in a recording, that counts for nothing beside others,
-    or changes a part that `without` switches off.
-
-    As `irsim check` words it: "override camera.netd_mk: warning: does not count for a detector of kind electrons: its
-    own keys decide". InputError as `loader.load`.
-    """
-    if not overrides:
-        return []
-    if not is_recording(Path(path)):
-        return unheeded_overrides(path, overrides, without)
-    text = open_recording(Path(path)).scenario_text
-    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides, without)
-
-
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
-    """The override by which a scenario, so changed, has `without` off besides what it has off; none for nothing."""
+    """Return the override that switches `without` off besides the parts that the scenario has off; none for nothing."""
     return _off(load(path, overrides), without) if without else []
 
 
 def _off(scenario: Scenario, without: Sequence[str]) -> list[str]:
-    names = dict.fromkeys([*scenario.without, *given_names(without)])
+    names = dict.fromkeys([*scenario.without, *expect_names(without)])
     return [f"without=[{', '.join(names)}]"]
 
 
@@ -88,11 +73,11 @@ def open_rendering(
     frames: tuple[int, int] | None = None,
     without: Sequence[str] = (),
 ) -> tuple[Rendering, int, int]:
-    """(rendering, start, stop): what to render of a scenario, or of a recording by the scenario in it.
+    """Return (rendering, start, stop) of a scenario, or of the scenario in a recording.
 
     path      a scenario's file or name, or a recording's file
-    frames    (start, stop) as the scenario, or else the recording, counts them; all where not given. A recording
-              counts what arrived, a scenario also what faults drop
+    frames    (start, stop) in the numbers of the scenario, or else of the recording; all where not given. A recording
+              counts frames that arrived, a scenario also lost ones
     without   parts to switch off besides those that the scenario has off
 
     A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
@@ -110,7 +95,7 @@ def open_rendering(
 
     name, before = (Path(path).stem, 0) if recording is None else (recording.header.name, recording.header.first_frame)
     rendering = Rendering(scenario(None), name)
-    own = rendering.scenario.frames  # fewer are asked of it whole: what is hidden or crossed later on stays where it is
+    own = rendering.scenario.frames  # not fewer, or occluders that are placed for later frames would move
     if recording is None:
         first, last = frames or (0, own)
         if last > own:
@@ -124,16 +109,16 @@ def open_rendering(
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
     start, stop = before + frames[0], before + frames[1]
-    while len(rendering) < stop:  # what faults drop comes on top
+    while len(rendering) < stop:  # lost frames come on top
         own += stop - len(rendering)
         rendering = Rendering(scenario(own), name)
     return rendering, start, stop
 
 
 def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
-    """InputError where a recording's frames are not those that its scenario has in their places: some were lost.
+    """Raise InputError where a recording's frames are not the scenario's of the same index, as some were lost.
 
-    The rendering, of the scenario as changed, may drop others; then the unchanged one says what was recorded.
+    The rendering, of the scenario with its changes, may lose others; then the unchanged one decides.
     """
     if _misplaced(recording, rendering) is None:
         return
@@ -147,8 +132,7 @@ def _check_places(path: str | PathLike[str], recording: Recording, rendering: Re
 
 
 def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
-    """(frame, its time, that of the rendering's in its place, s) of the first of a recording's frames whose times are
-    not the same, as far as the rendering goes."""
+    """Return (frame, its time, the time of the rendering's, s) of the first frame of a recording whose time differs."""
     arrivals = rendering.arrivals[recording.header.first_frame :]
     for index, time in recording.indexed_times():
         expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time

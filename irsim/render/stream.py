@@ -1,4 +1,4 @@
-"""The stream of frames and truths of a scenario: in order or by index, alone or by several processes."""
+"""Frames and truths of a scenario: in order or by index, by one process or several."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
-from irsim.camera.displays import Agc, Screen
-from irsim.errors import frame_number, whole
-from irsim.frame_range import check_view, span
+from irsim.camera.agc import Agc, AgcSequence
+from irsim.errors import frame_number, whole_number
 from irsim.notebook import source_card, source_line
 from irsim.render.frame import Renderer
 from irsim.render.workers import rendered
 from irsim.scenario.loader import dumps
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import CameraFacts, Frame, Input, Truth
+from irsim.types import CameraFacts, Frame, Input, Truth, expect_input, frame_range
 
 Numbered = TypeVar("Numbered", Frame, Truth)
 
 
 class Rendering:
-    """A scenario as a Source: it renders what it is asked for, and keeps no frame.
+    """Scenario as a Source: frames are rendered on demand and not kept.
 
-    Its frames are those that arrive: where the camera's faults drop or double some, frame k is the k-th
-    that arrives, and its time tells when it was taken.
+    Frames are those that arrive: where the camera drops or doubles some, frame k is the k-th that arrives, and its time
+    is that of its exposure.
     """
 
     has_truth = True
@@ -55,7 +54,7 @@ class Rendering:
 
     @cached_property
     def scenario_text(self) -> str:
-        """The scenario as YAML with every key written out: it travels inside a recording."""
+        """Scenario as YAML with every key written out, as recordings hold it."""
         return dumps(self.scenario)
 
     @property
@@ -67,19 +66,19 @@ class Rendering:
         return self.scenario.seed
 
     def with_seed(self, seed: int) -> Rendering:
-        return Rendering(self.scenario.model_copy(update={"seed": whole("seed", seed)}), self.name)
+        return Rendering(self.scenario.model_copy(update={"seed": whole_number("seed", seed)}), self.name)
 
     @property
     def camera(self) -> CameraFacts:
         camera = self.scenario.camera
-        ranged = "range_k" in camera.detector.heeds
+        ranged = "range_k" in camera.detector.camera_keys
         own = CameraFacts(
             camera.geometry.ifov_rad,
             camera.band,
             camera.range_k if ranged else None,
             None if ranged else camera.response().curve,
         )
-        return self.scenario.background.taken_by(own)
+        return self.scenario.background.recorded_camera(own)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -99,7 +98,7 @@ class Rendering:
 
     @cached_property
     def arrivals(self) -> Sequence[int]:
-        """The scenario's frame behind each frame of the source."""
+        """Scenario's frame number of each frame of the source."""
         return self.scenario.arrivals
 
     @property
@@ -111,16 +110,16 @@ class Rendering:
         return len(self.arrivals)
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        check_view(input)
+        expect_input(input)
         frame = self._counts(index)
-        return frame if input == "counts" else self._screen.show(frame)
+        return frame if input == "counts" else self._screen.display(frame)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         for frame, _ in self.pairs(start, stop, input=input):
             yield frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        for index in span(start, stop, len(self)):
+        for index in frame_range(start, stop, len(self)):
             yield _numbered(self._renderer.scene(self.arrivals[index])[1], index)
 
     def truth(self, index: int) -> Truth:
@@ -130,25 +129,27 @@ class Rendering:
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
-        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes, of which this is one: it
-        renders while it waits for the others. InputError as of `frames`.
+        """Yield (frame, truth) of frames start .. stop-1 in order; with jobs > 1, `jobs` worker processes render them.
+        InputError as of `frames`.
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
-        check_view(input)
-        wanted = span(start, stop, len(self))
+        expect_input(input)
+        wanted = frame_range(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
         screen = self._new_screen()
-        for index, each in zip(wanted, rendered(self._renderer, taken, jobs), strict=True):
-            arrived = _numbered(each.frame, index)
-            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(each.truth, index)
+        jobs = min(whole_number("jobs", jobs, 1), len(taken))
+        pairs = rendered(self.scenario, taken, jobs) if jobs > 1 else map(self._renderer.frame, taken)
+        for index, (frame, truth) in zip(wanted, pairs, strict=True):
+            arrived = _numbered(frame, index)
+            yield (arrived if input == "counts" else screen.display(arrived)), _numbered(truth, index)
 
     @cached_property
-    def _screen(self) -> Screen:
+    def _screen(self) -> AgcSequence:
         return self._new_screen()
 
-    def _new_screen(self) -> Screen:
-        return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
+    def _new_screen(self) -> AgcSequence:
+        return AgcSequence(self.agc, self.bits, lambda index: self._counts(index).image)
 
     def _counts(self, index: int) -> Frame:
         index = frame_number(index, len(self), self.name)
@@ -156,19 +157,19 @@ class Rendering:
 
 
 def _numbered(of: Numbered, index: int) -> Numbered:
-    """What is of a frame of the scenario, as that of a frame of the source: of another number where some are lost."""
+    """Return a frame or truth of the scenario with its index in the source, which differs where frames are lost."""
     return of if of.index == index else replace(of, index=index)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
-    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
+    """Yield (Frame, Truth) of a scenario's frames start .. stop-1 in order: counts and ground truth.
 
-    `jobs` processes render them, of which this is one, the same bit for bit. The others take about a second to start,
-    each time: they pay from some thousand small frames or hundred large ones on. With jobs > 1 the calling script needs
-    the guard ``if __name__ == "__main__"``. Frames may be kept, and written into.
+    With jobs > 1, `jobs` worker processes render them, the same bit for bit. They take about a second to start, and pay
+    from some thousand small frames or some hundred large ones on; the calling script needs the guard
+    ``if __name__ == "__main__"``. Frames may be kept, and written into.
 
-    InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
-    below 0, and for what is no number of frames or jobs.
+    InputError for an argument that is not a scenario (a recording has `frames()` and `truths()` of its own), for a
+    start or a stop below 0, and for a number of frames or jobs that is not whole.
     """
     return Rendering(expect_scenario("frames", scenario, "; a Source has frames() and truths()")).pairs(
         start, stop, jobs

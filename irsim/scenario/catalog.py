@@ -1,29 +1,35 @@
-"""The scenarios that come with irsim, by name."""
+"""Shipped scenarios by name, starting points for new ones, and the JSON Schema for editors."""
 
 from __future__ import annotations
 
+import os
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
-from irsim.config.diagnostics import listed
-from irsim.config.files import is_there, path_of
+from irsim.config.diagnostics import allowed_text
+from irsim.config.paths import is_there, path_of
 from irsim.errors import InputError
+from irsim.recording.output import atomic_text
+from irsim.scenario.model import Scenario
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def examples() -> dict[str, Path]:
-    """The scenarios that are shipped as examples, by name."""
+    """Return the shipped examples by name."""
     return shipped("examples")
 
 
 def shipped(folder: str) -> dict[str, Path]:
-    """The scenarios that are shipped with irsim in a folder (examples, sources, stress, new), by name."""
+    """Return the shipped scenarios of a folder (examples, sources, stress, new) by name."""
     return {path.stem: path for place in _places() for path in sorted((place / folder).glob("*.yaml"))}
 
 
 def find(path: str | PathLike[str], wants: str = "examples") -> Path:
-    """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder.
+    """Return the file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
 
-    wants   the folder whose names are told as those allowed where there is none, and the word has no folder
+    wants   folder whose names the error lists where a name without a folder is unknown
     """
     path_of(path)
     wanted = fspath(path)
@@ -41,19 +47,39 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
     hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
     if not folder and wants != "examples":
         names = {f"{wants}/{known}": file for known, file in shipped(wants).items()}
-    what = "suite" if (folder or wants) == "suites" else "scenario"
+    kind = "suite" if (folder or wants) == "suites" else "scenario"
     raise InputError(
-        f"{wanted}: there is no such file and no shipped {what} of that name"
-        f"{listed(sorted(names), None if hint else wanted)}{hint}"
+        f"{wanted}: there is no such file and no shipped {kind} of that name"
+        f"{allowed_text(sorted(names), None if hint else wanted)}{hint}"
     )
 
 
+def start_text(kind: str) -> str:
+    """Return a commented scenario to start from. InputError where there is none of that kind."""
+    known = shipped("new")
+    if kind not in known:
+        raise InputError(f"{kind}: there is no such kind of scenario{allowed_text(sorted(known), kind)}")
+    return known[kind].read_text(encoding="utf-8")
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write the text to a new file; InputError where the file exists."""
+    if os.path.lexists(path):
+        raise InputError(f"{path}: is there already, and a new scenario replaces nothing; allowed: -o FILE")
+    with atomic_text(path) as file:
+        file.write(text)
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs. Relations between keys are not in it."""
+    return {"$schema": DIALECT, **Scenario.model_json_schema(), "title": "irsim scenario"}
+
+
 def _folders() -> list[Path]:
-    """The folders of shipped scenarios."""
     return [folder for place in _places() if place.is_dir() for folder in sorted(place.iterdir())]
 
 
 def _places() -> list[Path]:
-    """Where scenarios are shipped: beside the package in a checkout, within it once installed."""
+    """Return the folders of scenarios: beside the package in a checkout, within it once installed."""
     here = Path(__file__).parents[1]
     return [here.parent / "scenarios", here / "scenarios"]

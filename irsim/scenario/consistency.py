@@ -1,4 +1,4 @@
-"""What the parts of a scenario must be to each other: each check raises what is wrong with its place, or is silent."""
+"""Consistency of a scenario's parts: each check raises its faults with their places."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds import Background
 from irsim.camera.camera import Camera
-from irsim.config.base import KeyPath
-from irsim.config.names import no_such
+from irsim.config.base import KeyPath, no_such
 from irsim.geometry.context import SceneContext
 from irsim.physics.atmosphere import HIGHEST_M, Atmosphere
 from irsim.physics.climate import fitted_band
@@ -19,17 +18,17 @@ from irsim.physics.radiometry import BAND_UM, limits
 from irsim.targets.target import Target
 
 Reference = tuple[str, str, KeyPath]
-"""(who, whom, place): `who` is a target's id or ''."""
+"""(referring target or '', target referred to, place)."""
 
-Wanted = tuple[str, KeyPath, Sequence[str]]
-"""(name, where it is written, those of which it must be one)."""
+UsedName = tuple[str, KeyPath, Sequence[str]]
+"""(name, place where it is written, allowed names)."""
 
 Fault = dict[str, Any]
-"""An error as pydantic has it."""
+"""Error in pydantic's form."""
 
 
-def air_is_fitted(air: Atmosphere, background: Background, camera: Camera) -> None:
-    """The camera's band and height are ones for which the air is known, where there is any."""
+def check_atmosphere(air: Atmosphere, background: Background, camera: Camera) -> None:
+    """Check that the atmosphere, if any, is fitted to the camera's band and height."""
     if air.preset == "none" and air.fog_visibility_km is None and background.sky_preset is None:
         return
     if fitted_band(camera.band) is None:
@@ -47,15 +46,15 @@ def air_is_fitted(air: Atmosphere, background: Background, camera: Camera) -> No
         raise PydanticCustomError("above_the_air", "{why}", {"why": why, "at": ("background",)})
 
 
-def camera_fits(background: Background, camera: Camera) -> None:
-    """The background can be seen by this camera."""
-    why = background.refuses(camera.size, camera.bits)
+def check_background(background: Background, camera: Camera) -> None:
+    """Check that the background fits this camera."""
+    why = background.camera_fault(camera.size, camera.bits)
     if why is not None:
         raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
 
 
-def frames_arrive(arrivals: Sequence[int], frames: int) -> None:
-    """The camera's faults leave a frame."""
+def check_frames(arrivals: Sequence[int], frames: int) -> None:
+    """Check that frame loss leaves a frame."""
     if not arrivals:
         raise PydanticCustomError(
             "none_arrive",
@@ -64,9 +63,9 @@ def frames_arrive(arrivals: Sequence[int], frames: int) -> None:
         )
 
 
-def ids_are_sound(parts: Iterable[tuple[str, KeyPath]], wanted: Iterable[Wanted]) -> None:
-    """No two parts have one id, and every name that is used is there; all that is wrong is told at once."""
-    _tell_all([*_used_twice(parts), *_unknown(wanted)])
+def check_ids(parts: Iterable[tuple[str, KeyPath]], used: Iterable[UsedName]) -> None:
+    """Check that no two parts have one id and that every name in use exists."""
+    _raise_all([*_used_twice(parts), *_unknown(used)])
 
 
 def _used_twice(parts: Iterable[tuple[str, KeyPath]]) -> Iterator[Fault]:
@@ -77,37 +76,38 @@ def _used_twice(parts: Iterable[tuple[str, KeyPath]]) -> Iterator[Fault]:
         seen.setdefault(name, place)
 
 
-def _unknown(wanted: Iterable[Wanted]) -> Iterator[Fault]:
-    for name, place, allowed in wanted:
+def _unknown(used: Iterable[UsedName]) -> Iterator[Fault]:
+    for name, place, allowed in used:
         if name not in allowed:
             yield _fault("unknown_id", no_such(name, allowed, "nothing, there are none"), place)
 
 
-def paths_are_possible(targets: Sequence[Target], frames: int, context: SceneContext) -> None:
-    """Every target has somewhere to go."""
+def check_trajectories(targets: Sequence[Target], frames: int, context: SceneContext) -> None:
+    """Check that every target's trajectory exists."""
     at = np.arange(float(frames))
-    met = ((target.path.obstacle(at, context, target.id), index) for index, target in enumerate(targets))
-    _tell_all([_fault("obstacle", why, ("targets", index, "path")) for why, index in met if why is not None])
+    found = ((target.path.obstacle(at, context, target.id), index) for index, target in enumerate(targets))
+    _raise_all([_fault("obstacle", why, ("targets", index, "path")) for why, index in found if why is not None])
 
 
-def nobody_waits_for_himself(references: Iterable[Reference]) -> None:
-    """Paths that refer to other targets lead to one of its own."""
-    waits = {who: (whom, place) for who, whom, place in references if who}
-    for first in waits:
+def check_references(references: Iterable[Reference]) -> None:
+    """Check that paths that refer to other targets form no circle."""
+    refers = {source: (target, place) for source, target, place in references if source}
+    for first in refers:
         chain = [first]
-        while chain[-1] in waits:
-            whom, place = waits[chain[-1]]
-            if whom == first:
+        while chain[-1] in refers:
+            target, place = refers[chain[-1]]
+            if target == first:
                 several = "refer to each other in a circle; allowed: one of them with a path of its own"
-                what = several if len(chain) > 1 else "refers to itself; allowed: another target"
-                raise PydanticCustomError("circle", "{what}", {"what": f"{', '.join(chain)} {what}", "at": place})
-            if whom in chain:
-                break  # the circle is further on, and found from one of its own
-            chain.append(whom)
+                problem = several if len(chain) > 1 else "refers to itself; allowed: another target"
+                message = f"{', '.join(chain)} {problem}"
+                raise PydanticCustomError("circle", "{message}", {"message": message, "at": place})
+            if target in chain:
+                break  # a circle further on, found from one of its own targets
+            chain.append(target)
 
 
-def severity_exists(severity: int, severities: Mapping[str, Sequence[object]]) -> None:
-    """Each key has as many values as the others, and the severity is one of them."""
+def check_severities(severity: int, severities: Mapping[str, Sequence[object]]) -> None:
+    """Check that all keys have the same number of values and that the severity is one of their indices."""
     lengths = {key: len(values) for key, values in severities.items()}
     most = min(lengths.values(), default=1) - 1
     for key, length in lengths.items():
@@ -126,12 +126,12 @@ def severity_exists(severity: int, severities: Mapping[str, Sequence[object]]) -
         )
 
 
-def _fault(kind: str, what: str, place: KeyPath, **more: Any) -> Fault:
-    return {"type": kind, "loc": (), "msg": what, "ctx": {"at": place, **more}}
+def _fault(kind: str, message: str, place: KeyPath, **more: Any) -> Fault:
+    return {"type": kind, "loc": (), "msg": message, "ctx": {"at": place, **more}}
 
 
-def _tell_all(faults: Sequence[Fault]) -> None:
-    """Raise one error that tells all of them; nothing where there are none."""
+def _raise_all(faults: Sequence[Fault]) -> None:
+    """Raise one error with all faults, if any."""
     if faults:
-        what = "; ".join(str(each["msg"]) for each in faults)
-        raise PydanticCustomError("inside", "{what}", {"what": what, "errors": faults})
+        message = "; ".join(str(each["msg"]) for each in faults)
+        raise PydanticCustomError("inside", "{message}", {"message": message, "errors": faults})

@@ -1,6 +1,6 @@
-"""What a scenario expects of whoever tracks its target: rules that trackers are held to.
+"""Expectations of a scenario: rules for the track of its target.
 
-A scenario only states them. Trackers are no matter of irsim: who replays the scene judges.
+A scenario only states them; irtrack replays the scene and judges.
 """
 
 from __future__ import annotations
@@ -14,37 +14,37 @@ from irsim.config.quantities import Index, Positive
 
 
 class Expectation(Kind):
-    """A rule about a track of a target."""
+    """Rule for the track of a target."""
 
     target: Name | None = None
-    """Id of the target it is about; the followed one where not given."""
+    """Id of its target; default: the followed one."""
 
 
 class NeverLost(Expectation):
-    """The track is not lost while the target can be seen."""
+    """The track is not lost while the target is visible."""
 
 
 class ErrorBelow(Expectation):
-    """The centre error stays below a bound while the target can be seen."""
+    """The centre error stays below a bound while the target is visible."""
 
     px: Positive
     """The bound, px."""
     share: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Share of those frames in which it holds: 0.95 lets one in twenty be worse."""
+    """Fraction of those frames in which it holds: 0.95 allows one in twenty to be worse."""
 
 
 class ReacquiredWithin(Expectation):
-    """The track is back on the target soon after each time that it was hidden, out of view or absent."""
+    """The track is back on the target soon after each time that it was occluded, out of view or absent."""
 
     frames: Index
-    """Frames from the first in which it can be seen again."""
+    """Number of frames from the first in which it is visible again."""
 
 
 class HonestWhileHidden(Expectation):
-    """The track does not claim to see what is hidden, out of view or absent."""
+    """The track does not report a target as visible that is occluded, out of view or absent."""
 
     within: Index = 5
-    """Frames after it went in which the claim may still stand."""
+    """Number of frames after it vanished in which the report may still stand."""
 
 
 EXPECTATIONS = Family(

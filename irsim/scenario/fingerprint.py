@@ -1,4 +1,4 @@
-"""The code that decides a scene's pixels and truth, as a digest: results of other code are other results."""
+"""Digest of the code on which a scene's pixels and truth depend: it tells results of different code apart."""
 
 from __future__ import annotations
 
@@ -11,38 +11,34 @@ from typing import Any
 
 from irsim._native import COMPILED
 from irsim.config.base import Kind, Part
-from irsim.config.field_annotations import Located
-from irsim.config.file_digests import DIGEST, FILE
+from irsim.config.fields import Located
+from irsim.config.paths import DIGEST, FILE
 
 NOT_PIXELS = (
-    # read and check scenarios, and word what is wrong
-    *("lint", "errors.py", "wording.py", "scenario/loader.py", "scenario/ranges.py", "scenario/severity.py"),
-    *("scenario/catalog.py", "scenario/validation.py", "config/diagnostics.py", "config/overrides.py"),
-    *("config/schema.py", "config/relative_paths.py", "config/tree.py", "config/wrong_encoding.py"),
-    *("config/yaml_file.py", "config/yaml_tabs.py"),
+    # read and check scenarios, and word error messages
+    *("lint", "errors.py", "scenario/loader.py", "scenario/severity.py", "scenario/catalog.py"),
+    *("scenario/validation.py", "config/diagnostics.py", "config/overrides.py", "config/schema.py"),
+    *("config/relative_paths.py", "config/serialization.py", "config/yaml_text.py"),
     # share frames out among processes: each is the same as drawn alone (see below)
-    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py", "signals.py"),
+    *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py"),
     *("render/shared_memory.py", "render/worker.py"),
-    # say what a scene may be instead, make some up, and hold tracks to rules
-    *("scenario/authoring.py", "scenario/expectation.py", "scenario/space.py", "scenario/variation.py", "strategies"),
-    # show, write and measure what is rendered
+    # vary scenes, generate them, and hold tracks to rules
+    *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
+    # show, write and measure rendered frames
     *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
     *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
-    *("recording/pictures.py", "recording/tiff.py", "stated.py"),
+    *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),
     # commands, and ways in
-    *("__main__.py", "cli", "lazy.py", "render/sources.py"),
+    *("__main__.py", "cli", "render/sources.py"),
 )
-"""Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same.
+"""Packages and files of irsim that no pixel and no truth depends on.
 
-Those that share frames out call `Renderer` and nothing else for a picture, and decide by the clock who draws which
-frame or step: frames that depended on them would differ from run to run, and no digest of code would tell. So it is
-tests that hold frames equal however they are divided: without these rooms at all, alone and backwards, and by two
-processes (test_identity), divided anywhere and dealt out anyhow (test_division), in memory used again (test_places).
-What processes work out for each other, the shelf, stands in the frame's own way and belongs to the digest."""
+Worker processes belong to them: a test holds frames equal without these modules, alone and backwards, and by two
+processes."""
 
 
 def scene_code(scene: Part) -> str:
-    """Hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
+    """Return the hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
 
     The version alone would not do: in a checkout, and in a user's module, code changes without it.
     """
@@ -53,8 +49,10 @@ def scene_code(scene: Part) -> str:
 
 
 def without_names(part: object, value: Any) -> Any:
-    """A part's plain value less the names of files whose digest stands beside them: what is in a file counts, not where
-    it lies nor how its name is spelt."""
+    """Return a part's plain value less the names of files whose digest stands beside them.
+
+    A file's content counts, not its folder or the spelling of its name.
+    """
     if isinstance(part, tuple | list):
         return [without_names(*pair) for pair in zip(part, value, strict=True)]
     if not isinstance(part, Part):
@@ -64,14 +62,14 @@ def without_names(part: object, value: Any) -> Any:
 
 
 def _is_named(part: Part) -> bool:
-    """Is its key `file` the name of one?"""
+    """Return whether the part's key `file` is a file's name."""
     field = type(part).model_fields.get(FILE)
-    return field is not None and any(isinstance(mark, Located) for mark in field.metadata)
+    return field is not None and any(isinstance(item, Located) for item in field.metadata)
 
 
 @lru_cache
 def rendering_code() -> str:
-    """Hex digest of irsim's own code, but for the rooms that no pixel depends on; and of whether loops are compiled."""
+    """Return the hex digest of irsim's code without `NOT_PIXELS`, and of whether the kernels are compiled."""
     here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
@@ -82,7 +80,7 @@ def rendering_code() -> str:
 
 
 def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
-    """The classes of the user's own kinds in a tree of parts, and those that they derive from."""
+    """Yield the classes of the user's own kinds in a tree of parts, and their own base classes."""
     if isinstance(value, Kind):
         yield from (
             each for each in type(value).__mro__ if issubclass(each, Kind) and each.__module__.split(".")[0] != "irsim"
@@ -96,7 +94,7 @@ def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
 
 
 def _source(kind: type[Kind]) -> bytes:
-    """The file of a class; nothing where it has none (typed into a prompt)."""
+    """Return the source file of a class; nothing where there is none, as of a class typed into a prompt."""
     try:
         return Path(inspect.getsourcefile(kind) or "").read_bytes()
     except (TypeError, OSError):

@@ -1,4 +1,4 @@
-"""The scenario: a scene, its camera and its seed, as one frozen value."""
+"""Scenario: a scene, its camera and its seed as one frozen value."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera.camera import Camera
-from irsim.config.base import KeyPath, Name, Part, Several, Switch
-from irsim.config.switches import less, switches
-from irsim.errors import InputError
+from irsim.config.base import KeyPath, Name, Part, Several, Switch, switched_off, switches
+from irsim.errors import InputError, counted
 from irsim.geometry.context import SceneContext
 from irsim.motion import CameraMotion, SceneMotion
 from irsim.notebook import card
@@ -25,82 +24,80 @@ from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.turbulence import Turbulence
 from irsim.scenario.consistency import (
     Reference,
-    Wanted,
-    air_is_fitted,
-    camera_fits,
-    frames_arrive,
-    ids_are_sound,
-    nobody_waits_for_himself,
-    paths_are_possible,
-    severity_exists,
+    UsedName,
+    check_atmosphere,
+    check_background,
+    check_frames,
+    check_ids,
+    check_references,
+    check_severities,
+    check_trajectories,
 )
 from irsim.scenario.expectation import EXPECTATIONS, Expectation
 from irsim.scenario.fingerprint import scene_code, without_names
 from irsim.scenario.variation import VARIATIONS, Variation
 from irsim.targets.target import Target
 from irsim.types import BackgroundClass
-from irsim.wording import counted
 
 Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
-"""The values of a key by severity, from 0 on."""
+"""Values of a key by severity, from 0 on."""
+
+METADATA = {"about", "like", "severity", "severities", "vary", "expect"}
+"""Keys that change no pixel and no truth: severities only through the values that they put elsewhere."""
 
 
-ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}
-"""Keys that change no pixel and no truth: severities do by the values that they put elsewhere."""
-
-
-def _listed(given: object) -> object:
-    """One name, or several with commas between them, as the list that they are short for."""
+def _split(given: object) -> object:
+    """Return the list for a text of names with commas between them."""
     return [name.strip() for name in given.split(",")] if isinstance(given, str) else given
 
 
-def given_names(without: Iterable[str]) -> tuple[str, ...]:
-    """Names of what a caller has off. InputError where they are one text, whose letters would be taken for names."""
+def expect_names(without: Iterable[str]) -> tuple[str, ...]:
+    """Return the names to switch off. InputError for a single text, whose letters would be taken for names."""
     if isinstance(without, str) or not isinstance(without, Iterable):
         raise InputError(f"without {without!r}: allowed: a list of names, such as [{str(without)!r}]")
     return tuple(without)
 
 
-def expect_scenario(what: str, given: object, hint: str = "") -> Scenario:
-    """What untyped programs give a function that takes a scenario, named; InputError where it is none."""
+def expect_scenario(action: str, given: object, hint: str = "") -> Scenario:
+    """Return the scenario `given`, the argument of `action`; InputError where it is none."""
     if isinstance(given, Scenario):
         return given
     how = f"irsim.load({given!r})" if isinstance(given, str) else "irsim.load"
-    raise InputError(f"{what} of a {type(given).__name__}; allowed: a Scenario ({how}){hint}")
+    raise InputError(f"{action} of a {type(given).__name__}; allowed: a Scenario ({how}){hint}")
 
 
 class Scenario(Part):
-    """What irsim renders."""
+    """Scene, camera and seed to render."""
 
     about: str = ""
-    """What this scenario is for."""
+    """Purpose of this scenario."""
     like: BackgroundClass | None = None
-    """Class of real backgrounds that its own claims to be like; `irsim realism` holds it to that."""
+    """Class of real backgrounds that its own resembles; `irsim realism` compares it with that."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
-    """Seed of everything random in the scene."""
+    """Seed of all random numbers of the scene."""
     frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
-    """How many frames."""
+    """Number of frames."""
     camera: Camera = Camera()
     atmosphere: Atmosphere = Atmosphere()
     background: Annotated[Background, BACKGROUNDS]
     targets: Several[Target] = ()
     occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
     follow: Name | None = None
-    """Id of the target to track; the first where not given."""
-    without: Annotated[Several[Switch], BeforeValidator(_listed, json_schema_input_type=Several[Switch] | str)] = ()
-    """Names of what is switched off, a list or a text with commas between them; everything else stays as it is, bit for
-    bit."""
+    """Id of the target to track; default: the first."""
+    without: Annotated[Several[Switch], BeforeValidator(_split, json_schema_input_type=Several[Switch] | str)] = ()
+    """Names of parts and settings to switch off, a list or a text with commas; all else stays the same, bit for bit."""
     severity: Annotated[int, Field(ge=0, le=99)] = 0
-    """Which values of `severities` hold; 0 is the benign case."""
+    """Index of the values of `severities` that hold; 0 is the benign case."""
     severities: Mapping[str, Levels] = {}
     """Override keys, such as `camera.netd_mk`, each with a list of its values from severity 0 on."""
     vary: Mapping[str, Annotated[Variation, VARIATIONS]] = {}
-    """Override keys, each with what its value may be instead, for `irsim sample` and for searches."""
+    """Override keys, each with a range of values for `irsim sample` and for searches."""
     expect: Several[Annotated[Expectation, EXPECTATIONS]] = ()
-    """Rules that a track is held to; `never_lost` where none are given."""
+    """Rules for a track; default: `never_lost`."""
 
     @property
     def context(self) -> SceneContext:
+        """Facts that all parts of the scene share."""
         camera = self.camera
         cast = SceneMotion({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
@@ -114,43 +111,43 @@ class Scenario(Part):
             math.hypot(psf_px, lens.sigma_px(camera.band)) if lens else psf_px,
             cast,
             air,
-            lens.spread(camera.band, psf_px) if lens else None,
+            lens.psf(camera.band, psf_px) if lens else None,
             leaves_k=self.background.leaves_k,
         )
-        told = air.surroundings(camera.band) is not None
-        return bare if told else replace(bare, ambient=self.background.ambient(bare))
+        given = air.surroundings(camera.band) is not None
+        return bare if given else replace(bare, ambient=self.background.ambient(bare))
 
     @property
     def air(self) -> Atmosphere:
-        """The atmosphere, less what is switched off, with the camera as high as its background has it."""
+        """The atmosphere without switched-off settings, with the camera at the height that its background gives."""
         turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
-        still = less(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
+        still = switched_off(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
         altitude_m = self.background.altitude_m(still.altitude_m)
         return still.model_copy(update={"turbulence": turbulence, "altitude_m": altitude_m})
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth: values, code and what is in files; not what is about
-        it, nor where files lie."""
+        """Hex digest of all that decides pixels and truth: values, code and contents of files; not `METADATA` nor names
+        of files."""
         from irsim import __version__
 
-        value = without_names(self, json.loads(self.model_dump_json(exclude=ABOUT)))
+        value = without_names(self, json.loads(self.model_dump_json(exclude=METADATA)))
         text = json.dumps([__version__, scene_code(self), value], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files, beside its text, that it is read from: a recorded background, bodies of one's own."""
+        """Files that it is read from besides its text: a recorded background, meshes."""
         return (*self.background.files, *(file for target in self.targets for file in target.shape.files))
 
     @property
     def arrivals(self) -> Sequence[int]:
-        """Those of its frames that arrive, in order: all, but for the camera's faults."""
-        return self.camera.arrivals(self.frames, self.seed, self.is_on)
+        """Numbers of the frames that arrive, in order: all except those that the camera loses."""
+        return self.camera.arriving_frames(self.frames, self.seed, self.is_on)
 
     @property
     def motions(self) -> tuple[CameraMotion, ...]:
-        """The camera's motions, less what is switched off."""
+        """The camera's motions that are switched on."""
         return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
 
     @property
@@ -160,26 +157,26 @@ class Scenario(Part):
 
     @property
     def shown(self) -> Scenario:
-        """The same scene with what is switched off within its parts at the value that does nothing."""
-        return less(self, self._off) if self.without else self
+        """The same scene with switched-off settings of its parts at the value without effect."""
+        return switched_off(self, self._off) if self.without else self
 
     @property
     def _off(self) -> set[str]:
-        """What of `without` is no part but set within one."""
+        """Names in `without` of settings within parts."""
         return set(self.without) - {name for name, _ in self._parts()}
 
     def is_on(self, name: str) -> bool:
-        """Is the part of that name not switched off?"""
+        """Return whether the part or setting of that name is switched on."""
         return name not in self.without
 
     def names(self) -> Iterator[tuple[str, KeyPath]]:
-        """Every name that `without` may hold, with its place in the tree. What is set within a part gives way to a
-        part that has its name for an id."""
+        """Yield every name that `without` may hold, with its place in the tree. A part hides a setting of the same
+        name."""
         yield from self._parts()
         yield from self.settings()
 
     def settings(self) -> Iterator[tuple[str, KeyPath]]:
-        """Those of the names that are of what is set within a part."""
+        """Yield the names of settings within parts, with their places."""
         parts = {name for name, _ in self._parts()}
         idle = set()
         if self.atmosphere.preset == "none" and self.sky_preset is None:
@@ -191,7 +188,7 @@ class Scenario(Part):
                 yield name, place
 
     def _parts(self) -> Iterator[tuple[str, KeyPath]]:
-        """Those that are of whole parts."""
+        """Yield the names of whole parts, with their places."""
         for index, target in enumerate(self.targets):
             yield target.id, ("targets", index, "id")
         for index, occluder in enumerate(self.occluders):
@@ -207,33 +204,33 @@ class Scenario(Part):
 
     @property
     def sky_preset(self) -> str | None:
-        """The preset of the clear sky, if any."""
+        """Preset of the clear sky, if any."""
         return self.background.sky_preset
 
     @model_validator(mode="after")
     def _agrees(self) -> Scenario:
-        air_is_fitted(self.atmosphere, self.background, self.camera)
-        camera_fits(self.background, self.camera)
-        frames_arrive(self.arrivals, self.frames)
-        ids_are_sound(self._parts(), self._wanted())
-        paths_are_possible(self.targets, self.frames, self.context)
-        nobody_waits_for_himself(self.references())
-        severity_exists(self.severity, self.severities)
+        check_atmosphere(self.atmosphere, self.background, self.camera)
+        check_background(self.background, self.camera)
+        check_frames(self.arrivals, self.frames)
+        check_ids(self._parts(), self._used_names())
+        check_trajectories(self.targets, self.frames, self.context)
+        check_references(self.references())
+        check_severities(self.severity, self.severities)
         return self
 
-    def _wanted(self) -> Iterator[Wanted]:
-        """Every name that is used, and those of which it must be one."""
+    def _used_names(self) -> Iterator[UsedName]:
+        """Yield every name that refers to a part, and the allowed ones."""
         names = [name for name, _ in self.names()]
         targets = [target.id for target in self.targets]
         for index, name in enumerate(self.without):
             yield name, ("without", index), names
         if self.follow is not None:
             yield self.follow, ("follow",), targets
-        for _, whom, place in self.references():
-            yield whom, place, targets
+        for _, target, place in self.references():
+            yield target, place, targets
 
     def references(self) -> Iterator[Reference]:
-        """Everything that refers to a target by its id."""
+        """Yield each reference to a target by its id."""
         for index, target in enumerate(self.targets):
             for key, name in target.path.refers().items():
                 yield target.id, name, ("targets", index, "path", key)

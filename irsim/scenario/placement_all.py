@@ -130,7 +130,7 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
         for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much()), ("range_m", walled(hold))):
             if why is not None:
                 yield Notice(("occluders", index, key), why)
-        lack = scenario.occluders[index].short(hold.screen)
+        lack = scenario.occluders[index].shortfall(hold.screen)
         if lack is not None:
             yield Notice(("occluders", index, lack[0]), lack[1])
     for doubt in (spoiled, unbroken, besides):

@@ -97,7 +97,7 @@ class Hold:
         over = first + np.flatnonzero(shares > fraction + MUCH)
         if len(over) == 0:
             return None
-        other = "" if self.occluder.thins else ", or smoke"
+        other = "" if self.occluder.translucent else ", or smoke"
         return (
             f"it hides up to {self.most:.2f} of {name} in frames {over[0]} to {over[-1]}, where {fraction:g} is "
             f"asked: try fewer frames{other}"
@@ -106,9 +106,9 @@ class Hold:
     def _shorter(self, pace: float) -> str:
         """What makes it hide for fewer frames."""
         kind = self.occluder.kind
-        if "foot_px" in self.occluder.placing and goes_up_or_down(self.watch, self.occluder):
+        if "foot_px" in self.occluder.placement_keys and goes_up_or_down(self.watch, self.occluder):
             return f"a {kind} stands on the ground; try a bar, or smoke"
-        if self.occluder.thins:
+        if self.occluder.translucent:
             return "try a shorter time to grow and to fade"
         other = "" if isinstance(self.occluder, Opaque) else ", a pole, which has straight sides"
         return f"it goes by at {pace:.2g} px a frame; try a faster target, one farther away{other}, or a place"

@@ -54,7 +54,7 @@ def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Hold:
     name, _ = asked(occluder)
     sideways = goes_up_or_down(watch, occluder)
     found = []
-    for part in (whole,) if occluder.thins else parts(sideways):
+    for part in (whole,) if occluder.translucent else parts(sideways):
         screen, shares = _densest_needed(watch, occluder, _placing(watch, occluder, covered, part, sideways))
         if shares.min() < min(occluder.fraction - SHORT, 1 - LEEWAY):
             # At its largest, every part is the whole window.
@@ -67,8 +67,8 @@ def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Hold:
 
 def _placing(watch: Watch, occluder: Occluder, covered: Box, part: Part, sideways: bool) -> Placing:
     def of(share: float) -> Occluder:
-        screen = occluder.over(part(covered, share), share, watch.context)
-        return screen.rooted(max(covered.bottom, _horizon(watch) if sideways else _level(watch, occluder)))
+        screen = occluder.covering(part(covered, share), share, watch.context)
+        return screen.standing_at(max(covered.bottom, _horizon(watch) if sideways else _level(watch, occluder)))
 
     return of
 
@@ -85,7 +85,7 @@ def _densest_needed(watch: Watch, occluder: Occluder, of: Placing) -> tuple[Occl
     while True:
         high = 1.0
         if occluder.fraction < 1:
-            low = 0.0 if occluder.thins else -_BULGE
+            low = 0.0 if occluder.translucent else -_BULGE
             for _ in range(_ROUNDS):
                 middle = (low + high) / 2
                 enough = shares(of(middle), looked).min() >= min(occluder.fraction, 1 - SHORT)

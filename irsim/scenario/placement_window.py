@@ -6,7 +6,7 @@ import numpy as np
 
 from irsim.geometry.sprite import Sprite
 from irsim.occluders import Occluder
-from irsim.occluders.base import given
+from irsim.occluders.base import required
 from irsim.scenario.placement_unmet import UnmetError
 from irsim.scenario.visibility import Watch
 from irsim.types import Box, Floats
@@ -21,7 +21,7 @@ _TRACE = 1e-3
 
 def asked(occluder: Occluder) -> tuple[str, tuple[int, int]]:
     """Whom it shall hide, and the first and the last frame; ValueError where it has no intent."""
-    return given(occluder.hides), given(occluder.frames)
+    return required(occluder.hides), required(occluder.frames)
 
 
 def window(watch: Watch, occluder: Occluder) -> Box:

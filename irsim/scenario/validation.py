@@ -1,80 +1,142 @@
-"""A document as a scenario, or all that is wrong with it at once."""
+"""Validation: a document as a scenario, or all its faults at once.
+
+Beyond the model itself, placements must be possible, and each range under `vary` is tried at its ends.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import islice
+from typing import Any
 
-from irsim.config.diagnostics import formed, in_order, line
-from irsim.config.overrides import placed
-from irsim.config.schema import Slot, shown
-from irsim.config.yaml_file import Document, KeyPath
+from irsim.config.base import KeyPath
+from irsim.config.diagnostics import by_place, error_line, place_of, validate_part
+from irsim.config.overrides import TABLES, set_value, table_entries
+from irsim.config.schema import Slot, member, path_text
+from irsim.config.serialization import plain_value
+from irsim.config.yaml_text import Document
 from irsim.errors import InputError, Notice
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement_all import unmet
-from irsim.scenario.ranges import range_faults
-from irsim.scenario.severity import TABLES, astray, entries, settle
+from irsim.scenario.severity import apply_severity, table_faults
+from irsim.scenario.variation import Choice
+
+_LONGEST = 40
+"""Most characters of a quoted value."""
 
 
-def validated(document: Document, given: Iterable[KeyPath] = (), at_all_severities: bool = False) -> Scenario:
-    """The scenario that a document says, at its severity; InputError, a line for each thing that is wrong.
+def validate_scenario(document: Document, given: Iterable[KeyPath] = (), all_severities: bool = False) -> Scenario:
+    """Return the scenario of a document at its severity; InputError with a line for each fault.
 
-    given              places whose values were given by hand: they vary no more
-    at_all_severities  it is to be a scenario at its other severities, too
+    given            paths of values set by hand: they do not vary
+    all_severities   validate the scenario at its other severities too
     """
     given = list(given)
-    settled, lost = settle(document, Scenario, given), astray(document, Scenario)
-    wrong = [*lost.values()]
+    applied, in_tables = apply_severity(document, Scenario, given), table_faults(document, Scenario)
+    faults = [*in_tables.values()]
     try:
-        scenario = formed(settled, Scenario)
+        scenario = validate_part(applied, Scenario)
     except InputError as error:
-        wrong += str(error).splitlines()
+        faults += str(error).splitlines()
     else:
-        if not wrong:
-            wrong += _faults(settled, scenario, at_all_severities)
-            if not wrong:
+        if not faults:
+            faults += _faults(applied, scenario, all_severities)
+            if not faults:
                 return scenario
-    wrong += _faults_of_the_rest(document, given, at_all_severities)
-    raise InputError("\n".join(in_order(dict.fromkeys(wrong))))
+    faults += _faults_of_tables(document, given, all_severities)
+    raise InputError("\n".join(by_place(dict.fromkeys(faults))))
 
 
-def told(document: Document, notice: Notice, what: str) -> str:
-    """'file:line:column: key: what'."""
-    return line(document, notice.at, shown(notice.at, Slot.of(Scenario), document.value), what)
+def notice_line(document: Document, notice: Notice, prefix: str = "") -> str:
+    """Return 'file:line:column: key: message'."""
+    name = path_text(notice.at, Slot.of(Scenario), document.value)
+    return error_line(document, notice.at, name, prefix + notice.message)
 
 
-def _faults(document: Document, scenario: Scenario, at_all_severities: bool) -> Iterator[str]:
-    """Lines on what is well formed and yet cannot be."""
-    for notice in (*unmet(scenario), *range_faults(document, scenario)):
-        yield told(document, notice, notice.what)
-    if at_all_severities:
-        most = min(map(len, scenario.severities.values()), default=1)
-        for severity in set(range(most)) - {scenario.severity}:
-            other, path = placed(document, "severity", severity, f"severity {severity}", Scenario)
+def values_at(document: Document, scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
+    """Return the values of the document's scenario at override keys; None where there is nothing."""
+    tree = plain_value(scenario)
+    found = {}
+    for key in keys:
+        value = tree
+        for step in set_value(document, key, None, "vary", Scenario)[1]:
+            value = member(value, step)
+        found[key] = value
+    return found
+
+
+def scenario_with(document: Document, key: str, value: Any, place: str) -> Scenario:
+    """Return the document's scenario with another value at an override key, which then does not vary; InputError where
+    it is not valid."""
+    changed, path = set_value(document, key, value, place, Scenario)
+    return validate_part(apply_severity(changed, Scenario, [path]), Scenario)
+
+
+def short_text(value: Any) -> str:
+    """Return a value's text, shortened."""
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
+
+
+def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Iterator[str]:
+    """Yield faults of a scenario that is valid by its model."""
+    for notice in (*unmet(scenario), *_range_faults(document, scenario)):
+        yield notice_line(document, notice)
+    if all_severities:
+        count = min(map(len, scenario.severities.values()), default=1)
+        for severity in set(range(count)) - {scenario.severity}:
+            other, path = set_value(document, "severity", severity, f"severity {severity}", Scenario)
             try:
-                validated(other, [path])
+                validate_scenario(other, [path])
             except InputError as error:
                 yield from str(error).splitlines()
 
 
-def _faults_of_the_rest(document: Document, given: list[KeyPath], at_all_severities: bool) -> list[str]:
-    """Lines on what cannot be in a table when other keys of it are wrong; none where the scenario has faults without
-    its tables, for then nothing can be tried."""
-    lost = astray(document, Scenario)
-    rest = replace(document, value={**document.value, "severity": 0, **{table: {} for table in TABLES}})
-    wrong: list[str] = []
+def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: bool) -> list[str]:
+    """Return faults of valid table entries beside invalid ones; none where the scenario without its tables has faults,
+    as entries are tried in it."""
+    in_tables = table_faults(document, Scenario)
+    rest = replace(document, value={**document.value, "severity": 0, **{name: {} for name in TABLES}})
+    faults: list[str] = []
     try:
-        scenario = formed(rest, Scenario)
+        scenario = validate_part(rest, Scenario)
     except InputError:
         return []
-    for table, key in entries(document):
-        if (table, key) in lost:
+    for name, key in table_entries(document):
+        if (name, key) in in_tables:
             continue
-        more = replace(rest, value={**rest.value, table: {**rest.value[table], key: document.value[table][key]}})
+        more = replace(rest, value={**rest.value, name: {**rest.value[name], key: document.value[name][key]}})
         try:
-            scenario = formed(settle(more, Scenario, given), Scenario)
+            scenario = validate_part(apply_severity(more, Scenario, given), Scenario)
         except InputError as error:
-            wrong += str(error).splitlines()
+            faults += str(error).splitlines()
         else:
             rest = more
-    return [*wrong, *_faults(settle(rest, Scenario, given), scenario, at_all_severities)]
+    return [*faults, *_faults(apply_severity(rest, Scenario, given), scenario, all_severities)]
+
+
+def _range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
+    """Yield ranges with values of which no scenario can be made, each value tried alone."""
+    for key, base in values_at(document, scenario, scenario.vary).items():
+        variation = scenario.vary[key]
+        benign = base if variation.benign is None else variation.benign
+        misfit = variation.misfit(benign)
+        if misfit is not None:
+            yield Notice(("vary", key), misfit)
+            continue
+        values = {("benign",): benign, **variation.probes()}
+        # Each value of a choice counts by itself; of a span the first fault is enough.
+        most = None if isinstance(variation, Choice) else 1
+        yield from islice(_invalid_values(document, key, values), most)
+
+
+def _invalid_values(document: Document, key: str, values: Mapping[KeyPath, Any]) -> Iterator[Notice]:
+    for at, value in values.items():
+        path = ("vary", key, *at)
+        place = place_of(document, path)
+        try:
+            scenario_with(document, key, value, place)
+        except InputError as error:
+            first = str(error).splitlines()[0].removeprefix(f"{place}: ")
+            yield Notice(path, f"with {short_text(value)}: {first}")

@@ -1,8 +1,8 @@
-"""What a value of a scenario may be instead: the ranges under `vary`, drawn from and searched.
+"""Variations: the ranges of values under `vary`, to draw from and to search.
 
-A variation is asked in two ways. By a share from 0 to 1, of the draws that lie below (its quantile):
-a Monte Carlo draw is a uniform share, a search moves in the cube of them. By a whole severity, where 0
-is the benign value and every step goes farther from it: what is shrunk, is shrunk towards 0.
+A variation gives a value for a quantile from 0 to 1 (a Monte Carlo draw is a uniform quantile, a search moves in the
+cube of them), or for an integer severity, where 0 is the benign value and every step leads farther from it (failures
+are shrunk towards 0).
 """
 
 from __future__ import annotations
@@ -22,38 +22,38 @@ STEPS = 5
 """Severities from the benign value to an end of a range."""
 
 _BETWEEN = math.pi / 10
-"""A share at which hardly any range has a whole number: a key that takes no other is found out by it."""
+"""A quantile at which few ranges have an integer: a key that takes only integers fails there."""
 
 CUT_SD = 4.0
-"""Where a normal ends if no ends are given: its standard deviation is 0.05 % less for it."""
+"""Default ends of a normal distribution, in standard deviations: the cut lowers its deviation by 0.05 %."""
 
 
 class Variation(Kind):
-    """Values that a key of the scenario may have."""
+    """Range of values of one key."""
 
     benign: Any = None
-    """The value at severity 0; what the scenario itself has where not given."""
+    """The value at severity 0; default: the scenario's own."""
     nuisance: bool = False
-    """It differs from scene seed to scene seed, and no search chooses it."""
+    """Whether it follows from the scene's seed and is not searched."""
 
     @abstractmethod
     def quantile(self, share: float) -> Any:
-        """The value below which that share of the draws lies, 0 to 1."""
+        """Return the quantile of a share, 0 to 1: the value below which that share of the draws lies."""
 
     @abstractmethod
     def probes(self) -> dict[tuple[str | int, ...], Any]:
-        """Values to be tried before any is drawn, its outermost above all, by what to name where one is wrong."""
+        """Return values to try before any draw, the outermost among them, by their path for error messages."""
 
     @abstractmethod
     def severities(self, benign: Any) -> range:
-        """Whole severities, 0 among them; below 0 where the benign value lies inside: towards the low end."""
+        """Return the severities; negative ones lead to the low end, where the benign value lies inside."""
 
     @abstractmethod
     def at_severity(self, severity: int, benign: Any) -> Any:
-        """The value at one of the `severities`."""
+        """Return the value at one of the `severities`."""
 
     def misfit(self, benign: Any) -> str | None:
-        """Why nothing can begin at that benign value; None where it can."""
+        """Return why that benign value does not fit; None where it does."""
         return None
 
 
@@ -63,14 +63,14 @@ class Span(Variation):
     @property
     @abstractmethod
     def ends(self) -> tuple[float, float]:
-        """The low and the high end."""
+        """(low, high)."""
 
     def probes(self) -> dict[tuple[str | int, ...], Any]:
         low, high = self.ends
         return {("kind",): self.quantile(_BETWEEN), ("low",): low, ("high",): high}
 
     def between(self, start: float, end: float, share: float) -> float:
-        """The value at that share of the way from `start` to `end`, as steps of a severity go."""
+        """Return the value at that share of the way from `start` to `end`; severities are equal steps of it."""
         return start + (end - start) * share
 
     def severities(self, benign: Any) -> range:
@@ -103,7 +103,7 @@ class Span(Variation):
 
 
 class Uniform(Span):
-    """Any number between two ends, each as likely."""
+    """Any number between two ends, uniformly distributed."""
 
     low: Number
     """Least value."""
@@ -119,7 +119,7 @@ class Uniform(Span):
 
 
 class LogUniform(Uniform):
-    """Any number between two ends, each order of magnitude as likely."""
+    """Any number between two ends, uniformly distributed in its logarithm."""
 
     low: Positive
     """Least value."""
@@ -131,12 +131,12 @@ class LogUniform(Uniform):
 
 
 class Integers(Span):
-    """A whole number between two ends, each as likely."""
+    """A whole number between two ends, uniformly distributed."""
 
     low: Annotated[int, Field(ge=-LARGEST, le=LARGEST)]
     """Least value."""
     high: Annotated[int, Field(ge=-LARGEST, le=LARGEST)]
-    """Greatest value, which can be drawn too."""
+    """Greatest value, included."""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -150,16 +150,16 @@ class Integers(Span):
 
 
 class Normal(Span):
-    """Normally distributed numbers, none beyond its ends."""
+    """Normally distributed numbers between two ends."""
 
     mean: Number
-    """Mean, before it is cut."""
+    """Mean before truncation."""
     sd: Positive
-    """Standard deviation, before it is cut."""
+    """Standard deviation before truncation."""
     low: Number | None = None
-    """Least value; 4 standard deviations below the mean where not given."""
+    """Least value; default: 4 standard deviations below the mean."""
     high: Number | None = None
-    """Greatest value; 4 standard deviations above the mean where not given."""
+    """Greatest value; default: 4 standard deviations above the mean."""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -168,20 +168,20 @@ class Normal(Span):
 
     @property
     def _shares(self) -> tuple[float, float]:
-        """Shares of the uncut distribution below its two ends."""
-        uncut, (low, high) = NormalDist(self.mean, self.sd), self.ends
-        return uncut.cdf(low), uncut.cdf(high)
+        """Shares of the whole distribution below its two ends."""
+        whole, (low, high) = NormalDist(self.mean, self.sd), self.ends
+        return whole.cdf(low), whole.cdf(high)
 
     def quantile(self, share: float) -> float:
         low, high = self.ends
         below, up_to = self._shares
-        uncut = below + (up_to - below) * share
+        of_whole = below + (up_to - below) * share
         if not 0 < share < 1:
             return high if share >= 1 else low
-        return min(max(NormalDist(self.mean, self.sd).inv_cdf(uncut), low), high)
+        return min(max(NormalDist(self.mean, self.sd).inv_cdf(of_whole), low), high)
 
     @model_validator(mode="after")
-    def _something_is_left(self) -> Normal:
+    def _ends_are_near(self) -> Normal:
         below, up_to = self._shares
         if up_to - below < 1e-6:
             raise PydanticCustomError(
@@ -193,10 +193,10 @@ class Normal(Span):
 
 
 class Choice(Variation):
-    """One of several values of any kind, each as likely; a severity is a place in the list."""
+    """One of several values of any type, uniformly distributed; a severity is an index in the list."""
 
     values: Annotated[tuple[Any, ...], Field(strict=False, min_length=1, max_length=1000)]
-    """What there is to choose from, the benign one or the mildest first."""
+    """The values, the benign one or the mildest first."""
 
     def quantile(self, share: float) -> Any:
         return self.values[min(int(share * len(self.values)), len(self.values) - 1)]

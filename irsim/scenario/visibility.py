@@ -11,10 +11,9 @@ import numpy as np
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
-from irsim.geometry.sprite import Sprite
+from irsim.geometry.sprite import AREA_ROUNDING, Sprite
 from irsim.motion import CameraTrajectory
 from irsim.occluders import Occluder
-from irsim.render.composite import ROUNDING
 from irsim.scenario.model import Scenario
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box, Floats
@@ -64,7 +63,7 @@ class Watch:
     @cached_property
     def instants(self) -> tuple[Watch, ...]:
         """The same at the instants of which a frame is the mean: what hides, and is hidden, is so over an exposure."""
-        offsets = self.shown.camera.instants(self.shown.is_on)
+        offsets = self.shown.camera.exposure_offsets(self.shown.is_on)
         return tuple(self if offset == 0 else Watch(self.scenario, offset) for offset in offsets)
 
     @cached_property
@@ -110,7 +109,7 @@ class Watch:
     def hidden_of_shown(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 that this occluder alone hides of what is in the picture of target `name`; 0 where nothing is."""
         shown = self._share(name, index, lambda _, target: self._shown(target))
-        return self.hidden(occluder, name, index) / shown if shown > ROUNDING else 0.0
+        return self.hidden(occluder, name, index) / shown if shown > AREA_ROUNDING else 0.0
 
     def _shown(self, target: Sprite) -> float:
         """How much of a target is in the picture, hidden or not, px2."""

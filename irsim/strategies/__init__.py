@@ -1,8 +1,8 @@
 """Hypothesis strategies for scenes: parts, whole scenarios, and texts and files that are broken.
 
-Everything hard is a whole severity from 0 to 5, and 0 is benign: so what Hypothesis shrinks to is the mildest
-scene that still fails, with nothing in it that has no share in the failure. The scene's seed is drawn last, pixels
-never. Parts are mappings as YAML has them; `scenarios` puts them together.
+Every difficulty has an integer severity from 0 (benign) to 5, so Hypothesis shrinks to the mildest scene that still
+fails, without parts that do not contribute. The scene's seed is drawn last, pixels never. Parts are mappings as in
+YAML; `scenarios` combines them.
 
     from hypothesis import given
     from irsim import strategies
@@ -13,8 +13,8 @@ never. Parts are mappings as YAML has them; `scenarios` puts them together.
 
 from __future__ import annotations
 
-from irsim.strategies.damage import damaged_recordings
-from irsim.strategies.parts import (
+from irsim.strategies.damage import damaged_recordings, invalid_texts, mutated_texts
+from irsim.strategies.scenes import (
     TOP,
     camera_motions,
     cameras,
@@ -22,11 +22,13 @@ from irsim.strategies.parts import (
     countries,
     crossings,
     decoys,
+    documents,
     frame_faults,
     manoeuvres,
     noises,
     occlusions,
     paths,
+    scenarios,
     seeds,
     severities,
     shapes,
@@ -34,8 +36,6 @@ from irsim.strategies.parts import (
     straights,
     weaves,
 )
-from irsim.strategies.texts import invalid_texts, mutated_texts
-from irsim.strategies.whole import documents, scenarios
 
 __all__ = [
     "TOP",

@@ -1,26 +1,33 @@
-"""What targets look like."""
+"""Targets: their shapes, trajectories and drawing."""
 
 from __future__ import annotations
 
 from irsim.config.base import Family
-from irsim.targets.airliner import Airliner
+from irsim.targets.aircraft import Airliner, Fighter, Helicopter, Missile, Quadrotor
+from irsim.targets.animals import Bird, Pedestrian
 from irsim.targets.base import Shape, View
-from irsim.targets.bird import Bird
-from irsim.targets.boat import Boat
-from irsim.targets.body import draw_all
-from irsim.targets.car import Car
-from irsim.targets.fighter import Fighter
-from irsim.targets.flare import Flare
-from irsim.targets.helicopter import Helicopter
-from irsim.targets.hot_spot import HotSpot
-from irsim.targets.meant import MEANT
-from irsim.targets.missile import Missile
-from irsim.targets.model import Model
-from irsim.targets.pedestrian import Pedestrian
-from irsim.targets.point import Point
-from irsim.targets.quadrotor import Quadrotor
-from irsim.targets.tank import Tank
-from irsim.targets.truck import Truck
+from irsim.targets.body import draw_shapes
+from irsim.targets.mesh import MeshShape
+from irsim.targets.point import Flare, HotSpot, Point
+from irsim.targets.vehicles import Boat, Car, Tank, Truck
+
+_SYNONYMS = {
+    "fighter": "jet warplane",
+    "airliner": "plane airplane aeroplane aircraft jetliner",
+    "helicopter": "helo heli chopper rotorcraft",
+    "quadrotor": "quadcopter drone uav uas multirotor multicopter",
+    "missile": "rocket sam",
+    "bird": "gull goose duck pigeon",
+    "tank": "apc ifv armour armor",
+    "truck": "lorry bus van",
+    "car": "vehicle automobile suv sedan",
+    "boat": "ship vessel yacht frigate",
+    "pedestrian": "person human man woman people walker soldier",
+    "point": "dot blob point_source",
+    "mesh": "obj stl model",
+    "flare": "decoy",
+}
+"""Other words for each kind, for suggestions in error messages only."""
 
 SHAPES = Family(
     "shape",
@@ -38,11 +45,11 @@ SHAPES = Family(
         "car": Car,
         "boat": Boat,
         "pedestrian": Pedestrian,
-        "mesh": Model,
+        "mesh": MeshShape,
         "flare": Flare,
         "hot_spot": HotSpot,
     },
-    MEANT,
+    {word: kind for kind, words in _SYNONYMS.items() for word in words.split()},
 )
 
-__all__ = ["SHAPES", "Shape", "View", "draw_all"]
+__all__ = ["SHAPES", "Shape", "View", "draw_shapes"]

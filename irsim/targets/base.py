@@ -1,4 +1,4 @@
-"""What a shape is, and the view that it is drawn in."""
+"""Base class of target shapes, and the view in which a shape is drawn."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ from irsim.targets.flicker import FLICKERS, Flicker, Steady
 from irsim.types import Floats
 
 Angles = tuple[float, float, float]
+"""Yaw, pitch, roll, degrees."""
 
 
 class View(NamedTuple):
-    """How the camera sees a target in one frame.
+    """Pose of a target relative to the camera in one frame.
 
     position  (3,) m, camera frame
     attitude  (3, 3) body vectors (x forward, y right, z down) to camera vectors
-    time      s since frame 0: how moving parts lie
-    name      the target's id: what is random about it is addressed by it
-    age       s since its path began: how a flare burns; inf where the path has no beginning
+    context   of the scene, zoomed to this frame
+    time      s since frame 0, for moving parts and flicker
+    name      the target's id, the address of its random streams
+    age       s since the start of its path, for flares; inf on a path without a start
     """
 
     position: Floats
@@ -37,53 +39,52 @@ class View(NamedTuple):
 
 
 class Shape(Kind):
-    """A target's geometry and temperatures."""
+    """Geometry and temperatures of a target."""
 
     switches: ClassVar[Switches] = {"flicker": ("flicker", Steady())}
 
-    alike: ClassVar[Mapping[str, int]] = {}
-    """Keys that say how often a second parts of it turn or swing, and in how many places of a turn they look alike."""
-
-    lies: ClassVar[Posture] = ARROW
-    """How its kind lies along its path."""
+    rotational_symmetry: ClassVar[Mapping[str, int]] = {}
+    """Keys of rotation or oscillation rates, Hz, each with the number of identical positions in one turn."""
+    default_posture: ClassVar[Posture] = ARROW
+    """Attitude of its kind along its path."""
     grounded: ClassVar[bool] = False
-    """Does its kind stand on the ground, or float on the sea?"""
-    fastest_m_s: ClassVar[float | None] = None
-    """How fast the fastest of its kind are known to go over the ground, m/s; None where that says nothing."""
-    poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
-    behind_k: ClassVar[float] = 262.0
-    """Temperature that is often behind it, kelvin: pictures use it."""
-    from_above_deg: ClassVar[float] = 0.0
-    """How steeply down it is often looked at, degrees (below 0: from below): pictures use it."""
+    """True if its kind stands on the ground or floats on the sea."""
+    max_speed_m_s: ClassVar[float | None] = None
+    """Highest known ground speed of its kind, m/s; None if not applicable."""
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    """Typical attitudes for pictures in the documentation."""
+    picture_background_k: ClassVar[float] = 262.0
+    """Typical background temperature for pictures, kelvin."""
+    picture_depression_deg: ClassVar[float] = 0.0
+    """Typical downward viewing angle for pictures, degrees; negative from below."""
 
     flicker: Annotated[Flicker, FLICKERS] = Steady()
-    """How its brightness changes over time."""
+    """Change of its brightness over time."""
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that it is read from."""
+        """Files that it is read from."""
         return ()
 
     @property
-    def doubt(self) -> tuple[str, str] | None:
-        """A key, and why what it says is legal but may not be meant."""
+    def warning(self) -> tuple[str, str] | None:
+        """A key and the reason why its value is allowed but suspicious; None if all is plausible."""
         return None
 
     @property
     def posture(self) -> Posture:
-        """How it lies along its path."""
-        return self.lies
+        """Attitude along its path."""
+        return self.default_posture
 
     def brightness(self, view: View) -> float:
-        """The factor that its flicker makes all its light by."""
+        """Return the factor of all its light due to flicker."""
         return self.flicker.factor(view.time, view.context.seed, view.name)
 
     @property
-    def stands_for(self) -> str:
-        """Its class in truth, where the scenario gives none."""
+    def default_class(self) -> str:
+        """Its class in the ground truth unless the scenario sets one."""
         return self.kind
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:
-        """The target alone, at its exact sub-pixel place; None where it is behind the camera."""
+        """Return the target alone at its exact sub-pixel position; None if it is behind the camera."""

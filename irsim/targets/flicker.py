@@ -1,4 +1,4 @@
-"""Brightness that changes over time: blinking lights, beating plumes, the twinkle of what tumbles."""
+"""Brightness over time: blinking lights, pulsating plumes, glints of tumbling objects."""
 
 from __future__ import annotations
 
@@ -14,61 +14,61 @@ from irsim.rng import stream
 
 
 class Flicker(Kind):
-    """How a target's brightness changes over time."""
+    """Change of a target's brightness over time."""
 
     @abstractmethod
     def factor(self, time: float, seed: int, name: str) -> float:
-        """Factor of all its light at a time, s; random ones are addressed by seed and the target's name."""
+        """Return the factor of all its light at a time, s; random kinds use a stream of seed and target name."""
 
 
 class Steady(Flicker):
-    """Always as bright."""
+    """Constant brightness."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         return 1.0
 
 
 class Blink(Flicker):
-    """Bright and dim by turns."""
+    """Alternately bright and dim."""
 
     period_s: Positive = 1.0
-    """From one flash to the next, s."""
+    """Period, s."""
     bright: Annotated[float, Field(gt=0, lt=1)] = 0.5
-    """Share of the period that it is bright."""
+    """Bright share of the period."""
     dim: NotNegative = 0.5
-    """Factor while it is dim; above 1 it is then brighter."""
+    """Factor in the dim phase; above 1 it is the brighter one."""
     phase: Fraction = 0.0
-    """Place in the period in frame 0; a period begins bright."""
+    """Phase in frame 0, a share of the period; a period begins bright."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         return 1.0 if (time / self.period_s + self.phase) % 1.0 < self.bright else self.dim
 
 
 class Wave(Flicker):
-    """A sine about its usual brightness."""
+    """Sinusoidal variation around the nominal brightness."""
 
     hz: Positive = 1.0
-    """Waves a second."""
+    """Frequency, Hz."""
     depth: Fraction = 0.3
-    """The largest change, a share of the brightness."""
+    """Amplitude, a share of the brightness."""
     phase: Fraction = 0.0
-    """Place in the wave in frame 0; a wave begins rising from the middle."""
+    """Phase in frame 0, a share of the period; a period begins at the mean, rising."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         return 1.0 + self.depth * math.sin(2 * math.pi * (self.hz * time + self.phase))
 
 
 class Flutter(Flicker):
-    """At random, log-normal with mean 1, like a flame.
+    """Random log-normal variation with mean 1, as of a flame.
 
-    Between knots a time `correlation_s` apart the logarithm turns from one normal number to the next:
-    cos(a) n_k + sin(a) n_(k+1), a from 0 to a right angle, so that its variance is the same at all times.
+    The logarithm interpolates normal numbers n_k at knots `correlation_s` apart: cos(a) n_k + sin(a) n_(k+1), a from 0
+    to a right angle, so that its variance is constant.
     """
 
     rms: Annotated[float, Field(ge=0, le=2)] = 0.2
     """Standard deviation of the logarithm of the brightness."""
     correlation_s: Positive = 0.1
-    """Time in which the brightness changes to another, s."""
+    """Correlation time, s."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         place = time / self.correlation_s

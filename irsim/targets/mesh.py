@@ -1,237 +1,236 @@
-"""Several convex polyhedra: their faces, edges, and which of them hides which."""
+"""The shape kind `mesh`: a body from a user's mesh file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import cast
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from irsim.targets.hull import Hull, Ints, hull
-from irsim.targets.joints import Rigid
-from irsim.targets.solids import Solid
-from irsim.types import Floats
+from irsim.config.base import suggestion
+from irsim.config.paths import check_unchanged, with_digest
+from irsim.config.quantities import FileName, Fraction, Kelvin, Length
+from irsim.geometry.polygon import as_row_differences, centroids, coverage
+from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_or_corner
+from irsim.geometry.sprite import Sprite
+from irsim.motion.attitude import POSTURES, Posture, PostureName
+from irsim.physics.radiometry import grey_body
+from irsim.targets.base import Shape, View
+from irsim.targets.meshfile import MAX_CACHED, Triangles, read_mesh
+from irsim.targets.parts import Ints
+from irsim.targets.rasterize import outline_edges, z_buffer
+from irsim.types import Band, Box, Floats
+
+SAMPLES = 3
+"""Visibility samples per cell and axis, where faces differ in temperature."""
+MIN_SAMPLES = 128
+"""Least samples across a body: even a distant one has the right share of light from each face."""
+_FINEST_PX = 1e-6
+"""Least spacing of samples: a body seen edge-on has no width."""
+
+_AXES: dict[str, tuple[int, int, int]] = {
+    # File axes as (forward, right, down), with signs; x forward, y left, z up is the convention of robotics.
+    "x forward, z up": (1, -2, -3),
+    "y forward, z up": (2, 1, -3),
+    "x forward, y up": (1, 3, -2),
+    "z forward, y up": (3, -1, -2),
+    "-z forward, y up": (-3, 1, -2),
+}
 
 
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """How vertices, faces and edges of several convex polyhedra hang together, however they lie.
+class MeshShape(Shape):
+    """A body from an OBJ or STL file: a closed surface with one temperature or one for each material.
 
-    Vertices (V,) and faces (F,) are of parts `vertex_part` and `face_part`, those of one part side by
-    side; vertex `corner` (F,) is one of each face's own. Each edge (E,) of part `part` runs from vertex
-    `tail` to `head` with its face `left` counter-clockwise as seen from outside, `right` on its other side.
-    Parts of the same number in `heat` (parts,) shine alike: which of them hides which does not matter.
+    Its outline is exact, as for all bodies. Faces of different temperature are distinguished at samples 1/6 px apart,
+    at least 128 across. Its position is the middle of its extent.
     """
 
-    vertex_part: Ints
-    face_part: Ints
-    corner: Ints
-    tail: Ints
-    head: Ints
-    left: Ints
-    right: Ints
-    part: Ints
-    heat: Ints
+    file: FileName
+    """Mesh file, .obj or .stl; a relative path is searched beside the scenario, then in the working directory."""
+    length_m: Length
+    """Length of its longest side, m; the unit of the file does not matter."""
+    lies_as: PostureName = "arrow"
+    """Attitude along its path. arrow: nose along the velocity; aeroplane, bird: also banks in turns; multirotor,
+    helicopter: tilts with speed, turns and braking; vehicle: follows the ground; upright: never tilts."""
+    axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
+        "x forward, z up"
+    )
+    """Orientation of the body in the file."""
+    temperature_k: Kelvin = 300.0
+    """Temperature of materials not listed in `materials_k`, kelvin."""
+    materials_k: Mapping[str, Kelvin] = Field(default_factory=dict)
+    """Temperatures of materials (OBJ: usemtl, else g or o) by name, kelvin."""
+    emissivity: Fraction = 0.95
+    """Emissivity of materials not listed in `emissivities`."""
+    emissivities: Mapping[str, Fraction] = Field(default_factory=dict)
+    """Emissivities of materials by name."""
+    digest: str = ""
+    """Digest of the mesh file, filled in automatically; a given one must match: a changed mesh is another scene."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _add_digest(cls, given: Any) -> Any:
+        return with_digest(given, lambda file: read_mesh(file).digest)
+
+    @model_validator(mode="after")
+    def _materials_exist(self) -> MeshShape:
+        groups = self.mesh.groups
+        named = ((key, name) for key in ("materials_k", "emissivities") for name in getattr(self, key))
+        for key, name in named:
+            if name not in groups:
+                what = f"{self.file} has no material {name!r}; allowed: {', '.join(filter(None, groups)) or 'none'}"
+                raise PydanticCustomError(
+                    "material", "{what}", {"what": what + suggestion(name, groups), "at": (key, name)}
+                )
+        return self
+
+    def __hash__(self) -> int:
+        named = tuple(self.materials_k.items()), tuple(self.emissivities.items())
+        return hash((self.file, self.length_m, self.axes, self.temperature_k, named))
 
     @property
-    def count(self) -> int:
-        return len(self.starts)
+    def posture(self) -> Posture:
+        return POSTURES[self.lies_as]
 
-    @cached_property
-    def starts(self) -> Ints:
-        """(parts,) first vertex of each part."""
-        return np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
+    @property
+    def mesh(self) -> Triangles:
+        """The mesh in its file. Raises InputError if the file changed since the scenario was read."""
+        mesh = read_mesh(self.file)
+        check_unchanged(self.file, self.digest, mesh.digest)
+        return mesh
 
-    @cached_property
-    def firsts(self) -> Ints:
-        """(2, parts + 1) first vertex and first face of each part, and how many there are of all."""
-        return np.stack(
-            [np.append(np.flatnonzero(np.diff(of, prepend=-1)), len(of)) for of in (self.vertex_part, self.face_part)]
+    @property
+    def files(self) -> tuple[Path, ...]:
+        return (Path(self.file),)
+
+    @property
+    def warning(self) -> tuple[str, str] | None:
+        gaps = self.mesh.gaps
+        if not gaps:
+            return None
+        return "file", (
+            f"{self.file} is no closed surface: at {gaps} of its edges a face is missing or inverted; faces show "
+            "from outside only, so it may be drawn with holes"
         )
 
-    @cached_property
-    def edges(self) -> Ints:
-        """(E, 5) tail, head, left, right and part of each edge."""
-        return np.column_stack([self.tail, self.head, self.left, self.right, self.part])
-
-    @cached_property
-    def all(self) -> Some:
-        """All of them."""
-        return self.some(tuple(range(self.count)))
-
-    def some(self, parts: tuple[int, ...]) -> Some:
-        """Some of them."""
-        return _some(self, parts)
-
-    @cached_property
-    def owner(self) -> npt.NDArray[np.float32]:
-        """(F, parts) 1 where a face is of a part, so that a product with it sums over each part's faces."""
-        belongs = self.face_part[:, None] == np.arange(self.count)
-        return cast(npt.NDArray[np.float32], belongs.astype(np.float32))
-
-    @cached_property
-    def faces(self) -> Ints:
-        """(parts, most) faces of each part, the last one again where it has fewer than others."""
-        counts = np.bincount(self.face_part)
-        begins = np.cumsum(counts) - counts
-        return np.asarray(begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1))
-
-    @cached_property
-    def later(self) -> npt.NDArray[np.bool_]:
-        """(parts, parts) is the second part's number the greater one?"""
-        return np.triu(np.ones((self.count, self.count), dtype=bool), 1)
-
-    @cached_property
-    def unlike(self) -> npt.NDArray[np.bool_]:
-        """(parts, parts) are they of unlike heat?"""
-        return np.asarray(self.heat[:, None] != self.heat)
+    def draw(self, view: View) -> Sprite | None:
+        context = view.context
+        triangles, vertices, normals = _scaled(self, self.mesh)
+        projected = _project_vertices(vertices, view)
+        if projected is None:
+            return None
+        pixels, faces = projected.pixels, triangles.faces
+        front = np.sum(normals * (projected.eye - vertices[faces[:, 0]]), axis=1) > 0
+        # A front face is clockwise with x right, y down if its corners are read backwards.
+        visible = faces[front][:, ::-1]
+        start, stop = outline_edges(pixels, visible)
+        grid = Grid.over(projected.window)
+        area = coverage(
+            (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
+        )[:, 0]
+        [[whole_area]], [[center]] = centroids(start, stop, np.ones((len(start), 1)), np.array([len(start)]))
+        glow = _material_radiance(self, triangles.groups, context.band, context.surroundings) * self.brightness(view)
+        radiances = glow[triangles.group[front]]
+        uniform = not np.ptp(radiances) > 0
+        mean = float(radiances[0]) if uniform else _mean_radiance(pixels, projected.depth, visible, radiances, grid)
+        light = np.stack([area, area * mean], axis=1)
+        range_m = float(np.linalg.norm(view.position))
+        centers = (center, _centroid(light[:, 1], grid, center))
+        return blur_to_pixels(
+            grid, as_row_differences(light), centers, float(whole_area), projected.box, context.psf, range_m
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Some:
-    """Some of the parts, numbers (n,) rising: their vertices and faces, whose each is: 0 .. n-1, and `alike`, those
-    with as many vertices as each other: which they are, and their vertices (m, count), counted from the first of all.
+class _ProjectedVertices:
+    """Projection of the n vertices of a body.
+
+    pixels  (n, 2) px
+    depth   (n,) m along the optical axis
+    box     bounding box, px
+    window  part of the box whose light can reach the frame
+    eye     (3,) m, camera position in body coordinates
     """
 
-    parts: Ints
-    vertices: Ints
-    faces: Ints
-    whose_vertex: Ints
-    whose_face: Ints
-    alike: tuple[tuple[Ints, Ints], ...]
+    pixels: Floats
+    depth: Floats
+    box: Box
+    window: Box
+    eye: Floats
 
-    def crossing(self, vertices: Floats, normals: Floats, offsets: Floats) -> Floats:
-        """(n, planes) how far each reaches, their vertices being there, behind planes normal . v = offset."""
-        heights = vertices @ normals.T
-        lowest = np.empty((len(self.parts), len(normals)))
-        for which, corners in self.alike:
-            lowest[which] = heights[corners].min(axis=1)
-        return np.asarray(offsets - lowest)
+
+def _project_vertices(vertices: Floats, view: View) -> _ProjectedVertices | None:
+    """Project vertices (n, 3) m in body coordinates; None if any lies behind the camera."""
+    points = vertices @ view.attitude.T + view.position
+    if points[:, 2].min() <= 0:
+        return None
+    pixels = view.context.geometry.project(points)
+    box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
+    eye = -view.position @ view.attitude
+    return _ProjectedVertices(pixels, points[:, 2], box, clip_or_corner(box, view.context), eye)
+
+
+def _mean_radiance(pixels: Floats, depth: Floats, faces: Ints, radiances: Floats, grid: Grid) -> Floats:
+    """Return the mean radiance (rows, columns) of the visible faces in each cell, else that of neighbouring cells."""
+    rows, columns = grid.cells
+    window = np.array([grid.columns, grid.rows])
+    corners = pixels[faces].reshape(-1, 2) - grid.corner
+    low, high = (np.clip(ends, 0, window) for ends in (corners.min(axis=0), corners.max(axis=0)))
+    step = np.clip((high - low) / MIN_SAMPLES, _FINEST_PX, 1 / (grid.fine * SAMPLES))
+    wide, tall = np.ceil((high - low) / step).astype(np.int64)
+    number = z_buffer((pixels - grid.corner - low) / step - 0.5, depth, faces, (tall, wide))
+    hit = number >= 0
+    light = np.where(hit, radiances[number], 0.0)
+    column, row = (
+        np.minimum((start + (np.arange(count) + 0.5) * size) * grid.fine, most - 1).astype(np.int64)
+        for start, count, size, most in zip(low, (wide, tall), step, (columns, rows), strict=True)
+    )
+    cell = row[:, None] * columns + column
+
+    def cells(points: Floats) -> Floats:
+        sums = np.bincount(cell.ravel(), points.ravel(), rows * columns)
+        return np.asarray(sums.reshape(rows, columns), np.float64)
+
+    count, total = cells(hit.astype(np.float64)), cells(light)
+    padded = [np.pad(array, 1) for array in (count, total)]
+    wide_count, wide_total = (
+        np.sum([array[i : i + rows, j : j + columns] for i in range(3) for j in range(3)], axis=0) for array in padded
+    )
+    mean = total.sum() / count.sum() if count.any() else radiances.mean()
+    beside = np.where(wide_count > 0, wide_total / np.maximum(wide_count, 1), mean)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), beside))
+
+
+def _centroid(field: Floats, grid: Grid, default: Floats) -> Floats:
+    """Return the centroid (2,) px of a field of areas and moments (3, rows, columns), or `default` if it is dark."""
+    area, y_moment, x_moment = field
+    light = area.sum()
+    if not light > 0:
+        return default
+    rows, columns = area.shape
+    x = (area.sum(axis=0) @ (np.arange(columns) + 0.5) + x_moment.sum()) / light
+    y = (area.sum(axis=1) @ (np.arange(rows) + 0.5) + y_moment.sum()) / light
+    return np.asarray(grid.corner + np.array([x, y]) / grid.fine)
+
+
+@lru_cache(maxsize=MAX_CACHED)
+def _scaled(shape: MeshShape, triangles: Triangles) -> tuple[Triangles, Floats, Floats]:
+    """Return the mesh, its vertices (V, 3) m in body axes about their middle, and outward face normals (F, 3)."""
+    own = triangles.vertices[:, np.abs(_AXES[shape.axes]) - 1] * np.sign(_AXES[shape.axes])
+    low, high = own.min(axis=0), own.max(axis=0)
+    vertices = (own - (low + high) / 2) * (shape.length_m / (high - low).max())
+    a, b, c = (vertices[triangles.faces[:, corner]] for corner in range(3))
+    return triangles, vertices, np.cross(b - a, c - a)
 
 
 @lru_cache(maxsize=64)
-def _some(parts: Parts, some: tuple[int, ...]) -> Some:
-    place = np.full(parts.count, -1)
-    place[list(some)] = np.arange(len(some))
-    vertices, faces = (np.flatnonzero(place[of] >= 0) for of in (parts.vertex_part, parts.face_part))
-    whose = place[parts.vertex_part[vertices]]
-    counts = np.bincount(whose)
-    starts = np.cumsum(counts) - counts
-    alike = tuple(
-        (which, starts[which][:, None] + np.arange(count))
-        for count in np.unique(counts).tolist()
-        for which in [np.flatnonzero(counts == count)]
-    )
-    return Some(np.array(some), vertices, faces, whose, place[parts.face_part[faces]], alike)
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Several convex polyhedra as they lie.
-
-    vertices (V, 3); normals (F, 3) outward and offsets (F,): a face's plane is normal . v = offset.
-    crossing (parts, F): how far each part reaches behind each face's plane.
-    """
-
-    parts: Parts
-    vertices: Floats
-    normals: Floats
-    offsets: Floats
-    crossing: Floats
-
-    @cached_property
-    def thin(self) -> float:
-        """What reaches no farther behind a face lies wholly before it, but for rounding."""
-        return float(1e-9 * self.crossing.max())
-
-    @cached_property
-    def outside(self) -> npt.NDArray[np.float32]:
-        """(parts, F) 1 where a part lies wholly before a face."""
-        return cast(npt.NDArray[np.float32], (self.crossing <= self.thin).astype(np.float32))
-
-    @cached_property
-    def parting(self) -> npt.NDArray[np.float32]:
-        """(parts, parts) how many faces of the second the first lies wholly before."""
-        return cast(npt.NDArray[np.float32], self.outside @ self.parts.owner)
-
-    @cached_property
-    def walls(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
-        """(parts, parts) twice: the wall of two parts, that face of either which the other crosses least, and is it
-        the second's?"""
-        faces, part = self.parts.faces, np.arange(self.parts.count)
-        least = faces[part, np.argmin(self.crossing[:, faces], axis=2)]
-        crossed = self.crossing[part[:, None], least]
-        of_second = crossed <= crossed.T
-        return np.where(of_second, least, least.T), np.asarray(of_second)
-
-    def hiding_order(self, eye: Floats, pixels: Floats) -> Ints:
-        """(parts,) rank of each part as seen from `eye` (3,), vertices at pixels (V, 2): nothing hides the first.
-
-        Where a face's plane parts two parts, the one beyond it from the eye does not hide the other; where
-        no plane parts them, that of their wall says which does. Only parts of unlike heat whose boxes meet in the
-        picture count. A part comes after all that hide it, and those that hide these.
-        """
-        parts = self.parts
-        to_eye = self.normals @ eye > self.offsets
-        before = (self.outside * to_eye) @ parts.owner
-        cannot = (before.T > 0) | (self.parting > before)  # (hider, hidden)
-        low, high = np.minimum.reduceat(pixels, parts.starts), np.maximum.reduceat(pixels, parts.starts)
-        meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
-        meet = meet & meet.T & parts.unlike
-        first, second = np.nonzero(meet & parts.later & ~(cannot | cannot.T))
-        wall, of_second = self.walls
-        nearer = to_eye[wall[first, second]] == of_second[first, second]  # is the first on the eye's side of it?
-        cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
-        hides = (meet & ~cannot).astype(np.float32)
-        for _ in range(parts.count.bit_length()):  # each time chains of twice the length
-            hides = np.minimum(hides + hides @ hides, 1.0)
-        rank = np.empty(parts.count, dtype=np.int64)
-        rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(parts.count)
-        return rank
-
-    def posed(self, motions: Mapping[int, Rigid], scale: float) -> Mesh:
-        """The same with some parts moved: by part, in units of `scale`."""
-        if not motions:
-            return self
-        parts, names = self.parts, tuple(sorted(motions))
-        moved = parts.some(names)
-        turns = np.array([motions[part].turn for part in names])
-        shifts = np.array([motions[part].shift for part in names]) * scale
-        vertices, normals, offsets, crossing = (
-            each.copy() for each in (self.vertices, self.normals, self.offsets, self.crossing)
-        )
-        own, face = moved.vertices, moved.faces
-        turned = (turns[moved.whose_vertex] @ vertices[own, :, None])[..., 0]
-        vertices[own] = turned + shifts[moved.whose_vertex]
-        normals[face] = (turns[moved.whose_face] @ normals[face, :, None])[..., 0]
-        offsets[face] = np.sum(normals[face] * vertices[parts.corner[face]], axis=1)
-        # What neither a part nor a face that moves is concerned with stays.
-        crossing[:, face] = parts.all.crossing(vertices, normals[face], offsets[face])
-        crossing[moved.parts] = moved.crossing(vertices[own], normals, offsets)
-        return Mesh(parts, vertices, normals, offsets, crossing)
-
-
-def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
-    """The convex hulls of solids, their lengths times `scale`. Raises ValueError where one has no volume."""
-    hulls = [_hull(part, solid) for part, solid in enumerate(solids)]
-    counts = np.array([(len(each.vertices), len(each.normals), len(each.edges)) for each in hulls])
-    vertex_part, face_part, part = (np.repeat(np.arange(len(hulls)), count) for count in counts.T)
-    before = np.cumsum(counts, axis=0) - counts  # vertices, faces and edges of the parts before each
-    corner = np.concatenate([each.corner for each in hulls]) + before[face_part, 0]
-    tail, head, left, right = (np.concatenate([each.edges for each in hulls]) + before[part][:, [0, 0, 1, 1]]).T
-    heat = np.unique([solid.heat for solid in solids], return_inverse=True)[1].astype(np.int64)
-    parts = Parts(vertex_part, face_part, corner, tail, head, left, right, part, heat)
-    places = np.concatenate([each.vertices for each in hulls]) * scale
-    planes = np.concatenate([each.normals for each in hulls])
-    offsets = np.sum(planes * places[corner], axis=1)
-    return Mesh(parts, places, planes, offsets, parts.all.crossing(places, planes, offsets))
-
-
-def _hull(part: int, solid: Solid) -> Hull:
-    try:
-        return hull(solid.points)
-    except ValueError as error:
-        raise ValueError(f"solid {part} has {error}") from None
+def _material_radiance(shape: MeshShape, groups: tuple[str, ...], band: Band, surroundings: float) -> Floats:
+    """Return the in-band radiance (groups,), W/m2/sr."""
+    temperatures = np.array([shape.materials_k.get(name, shape.temperature_k) for name in groups])
+    emissivities = np.array([shape.emissivities.get(name, shape.emissivity) for name in groups])
+    return grey_body(band, temperatures, emissivities, surroundings)

@@ -1,4 +1,4 @@
-"""Reading triangle meshes: Wavefront OBJ, and STL as text or binary."""
+"""Readers of triangle meshes: Wavefront OBJ, and STL as text or binary."""
 
 from __future__ import annotations
 
@@ -12,27 +12,31 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from irsim.config.file_digests import Stamp, stamp
-from irsim.config.files import is_irregular
+from irsim.config.paths import Stamp, is_irregular, stamp
 from irsim.types import Floats
 
-MOST_FACES = 20_000
-"""Triangles that a mesh may have: drawing takes a time about in proportion."""
-FARTHEST = 1e12
-"""No coordinate of a mesh is larger, in whatever unit: beyond, squares and cubes of them overflow."""
-REMEMBERED = 64
-"""Meshes that are not read again at each draw: more than a scene is likely to have."""
+MAX_FACES = 20_000
+"""Most triangles of a mesh: drawing time is about proportional to them."""
+MAX_COORDINATE = 1e12
+"""Largest coordinate of a mesh, in any unit: squares and cubes of larger ones overflow."""
+MAX_CACHED = 64
+"""Number of meshes kept in memory."""
 
 
 class MeshError(ValueError):
-    """A mesh that cannot be read; the text is one line with the file and, in text files, the line."""
+    """Unreadable mesh; its text is one line with the file and, in text files, the line number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """vertices (V, 3); faces (F, 3) vertex numbers, counter-clockwise from outside; group (F,) of each face;
-    groups, their names; digest of the file; gaps, the edges at which the surface is not closed, or its faces are not
-    turned alike."""
+    """Triangle mesh.
+
+    vertices  (V, 3)
+    faces     (F, 3) vertex numbers, counter-clockwise as seen from outside
+    group     (F,) material group of each face;  groups  their names
+    digest    of the file
+    gaps      number of edges where the surface is open or its faces are inconsistently oriented
+    """
 
     vertices: Floats
     faces: npt.NDArray[np.int64]
@@ -43,8 +47,8 @@ class Triangles:
 
 
 def read_mesh(path: str) -> Triangles:
-    """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
-    if is_irregular(path):  # it may have no end
+    """Return the mesh in a file, re-read if the file changed. Raises MeshError if it is unreadable."""
+    if is_irregular(path):  # such as a pipe without end
         raise MeshError(f"{path}: is no regular file; allowed: a mesh, .obj or .stl")
     try:
         found = stamp(path)
@@ -55,7 +59,7 @@ def read_mesh(path: str) -> Triangles:
     return _read(path, found)
 
 
-@lru_cache(maxsize=REMEMBERED)
+@lru_cache(maxsize=MAX_CACHED)
 def _read(path: str, stamp: Stamp) -> Triangles:
     readers: dict[str, Callable[[str, bytes], _Parsed]] = {".obj": _obj, ".stl": _stl}
     reader = readers.get(Path(path).suffix.lower())
@@ -71,14 +75,14 @@ def _read(path: str, stamp: Stamp) -> Triangles:
             f"{path}: holds no faces; allowed: a closed surface of triangles, in .obj by lines such as 'f 1 2 3', in "
             ".stl by facets"
         )
-    if len(faces) > MOST_FACES:
-        raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MOST_FACES}")
-    if not np.abs(corners).max() <= FARTHEST:  # nan, too
-        raise MeshError(f"{path}: a coordinate is no number, or too large; allowed: up to {FARTHEST:g}")
-    # One vertex a place, so that faces that touch share their edges (in STL each has its own corners).
+    if len(faces) > MAX_FACES:
+        raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MAX_FACES}")
+    if not np.abs(corners).max() <= MAX_COORDINATE:  # nan, too
+        raise MeshError(f"{path}: a coordinate is no number, or too large; allowed: up to {MAX_COORDINATE:g}")
+    # Coincident vertices are merged, so that adjacent faces share edges (in STL each face has its own corners).
     size = float(np.ptp(corners, axis=0).max())
     if not size > 0:
-        raise MeshError(f"{path}: all its points are one; allowed: a closed surface, whose points lie apart")
+        raise MeshError(f"{path}: all its points coincide; allowed: a closed surface")
     _, first, merged = np.unique(np.round(corners / size, 7), axis=0, return_index=True, return_inverse=True)
     vertices, faces = corners[first], merged.reshape(-1)[faces]
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
@@ -93,7 +97,7 @@ def _read(path: str, stamp: Stamp) -> Triangles:
 
 
 def _gaps(faces: npt.NDArray[np.int64]) -> int:
-    """Edges that faces do not pass as often one way as the other."""
+    """Return the number of edges that faces do not traverse equally often in both directions."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
     ways = np.bincount(which.reshape(-1), weights=np.sign(edges[:, 1] - edges[:, 0]))
@@ -104,7 +108,7 @@ _Parsed = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64], tuple[str,
 
 
 def _obj(path: str, data: bytes) -> _Parsed:
-    """Vertices and faces (polygons as fans) of an OBJ file; groups are its materials, else its groups or objects."""
+    """Return vertices and faces (polygons as fans) of an OBJ file, grouped by material, else by group or object."""
     corners: list[tuple[float, ...]] = []
     faces: list[tuple[int, int, int]] = []
     group: list[int] = []
@@ -115,9 +119,9 @@ def _obj(path: str, data: bytes) -> _Parsed:
         word, *rest = line.partition("#")[0].split() or [""]
         try:
             if word == "v":
-                corners.append(_three(rest[:3]))
+                corners.append(_three_numbers(rest[:3]))
             elif word == "f":
-                ring = [_index(each, len(corners)) for each in rest]
+                ring = [_vertex_index(each, len(corners)) for each in rest]
                 if len(ring) < 3:
                     raise ValueError(f"corners of a face: {len(ring)}; allowed: three or more")
                 faces += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
@@ -135,7 +139,7 @@ def _obj(path: str, data: bytes) -> _Parsed:
 
 
 def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines with the number of each, from 1 on; one that ends in a backslash goes on in the next."""
+    """Yield lines with their numbers from 1; a backslash at the end continues a line."""
     begun, first = "", 1
     for number, line in enumerate(text.splitlines(), start=1):
         first = first if begun else number
@@ -149,7 +153,7 @@ def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
         yield first, begun
 
 
-def _three(words: list[str]) -> tuple[float, ...]:
+def _three_numbers(words: list[str]) -> tuple[float, ...]:
     if len(words) != 3:
         raise ValueError(f"coordinates of a vertex: {len(words)}; allowed: three")
     try:
@@ -158,8 +162,8 @@ def _three(words: list[str]) -> tuple[float, ...]:
         raise ValueError(f"{' '.join(words)!r} are no coordinates; allowed: three numbers") from None
 
 
-def _index(word: str, count: int) -> int:
-    """Vertex number, from 0 on, of a corner such as 3, 3/1, 3//2 or -1."""
+def _vertex_index(word: str, count: int) -> int:
+    """Return the vertex number, from 0, of a corner such as 3, 3/1, 3//2 or -1."""
     try:
         number = int(word.partition("/")[0])
     except ValueError:
@@ -173,9 +177,9 @@ def _stl(path: str, data: bytes) -> _Parsed:
     count = int.from_bytes(data[80:84], "little")
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
-        return _soup(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
+        return _unindexed(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
     text = data.removeprefix(codecs.BOM_UTF8)
-    # The header of a binary file may begin with 'solid', too; no text holds a zero byte.
+    # The header of a binary file may begin with 'solid' too, but text holds no zero byte.
     if not text.lstrip().startswith(b"solid") or b"\0" in text:
         raise MeshError(
             f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
@@ -189,7 +193,7 @@ def _stl(path: str, data: bytes) -> _Parsed:
             open_at = number if word == "facet" else 0
         if word == "vertex":
             try:
-                corners.append(_three(rest))
+                corners.append(_three_numbers(rest))
             except ValueError as error:
                 raise MeshError(f"{path}:{number}: {error}") from None
         elif word == "endfacet" and len(corners) % 3:
@@ -199,9 +203,9 @@ def _stl(path: str, data: bytes) -> _Parsed:
             f"{path}:{number}: ends within the facet of line {open_at or number}; "
             "allowed: facets of three vertices, each up to its endfacet (was the file cut short?)"
         )
-    return _soup(np.array(corners, dtype=np.float64).reshape(-1, 3))
+    return _unindexed(np.array(corners, dtype=np.float64).reshape(-1, 3))
 
 
-def _soup(corners: Floats) -> _Parsed:
+def _unindexed(corners: Floats) -> _Parsed:
     faces = np.arange(len(corners), dtype=np.int64).reshape(-1, 3)
     return corners, faces, np.zeros(len(faces), dtype=np.int64), ("",)

@@ -1,38 +1,48 @@
-"""A target too small or too far to have a shape."""
+"""Point targets, flares, and elliptic hot spots: targets without a resolved shape."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, Number
+from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, NotNegative, Number, Positive
 from irsim.geometry.context import SceneContext
-from irsim.geometry.sprite import Sprite, Wanted
-from irsim.physics.optics import reaching
+from irsim.geometry.polygon import polygon_edges
+from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
+from irsim.geometry.sprite import RequestedContrast, Sprite
+from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
 from irsim.targets.base import Shape, View
-from irsim.targets.ellipse import ellipse
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
-"""Light in which a point's spread may end, as what is so much warmer at 300 K adds; brighter points have far wings."""
+"""Temperature difference at 300 K whose radiance cuts off a point's spread: brighter points have wider wings."""
 
 SMALL_PX = 1.0
-"""Diameter from which on it is drawn as a disc."""
+"""Diameter from which on a point is drawn as a disc."""
+
+_BURNT_OUT = 1e-3
+"""Share of full intensity below which a flare is absent."""
+
+_CORNERS = 20
+"""Corners of the polygon that represents an ellipse."""
+_CORNER_RADIUS = math.sqrt(2 * math.pi / (_CORNERS * math.sin(2 * math.pi / _CORNERS)))
+"""Radius of the corners that gives the polygon the ellipse's area. Rotated by half a corner, the polygon lies within
+the ellipse's box."""
 
 
 class Point(Shape):
-    """A point target: the optics spread its light, and its area says how much of a pixel it fills.
+    """A point target: its area gives its share of a pixel, and the optics spread its light.
 
-    It replaces the share phi of one pixel's light that its solid angle has of the pixel's, spread over pixels by the
-    blur. Nearer, where it is more than a pixel wide, it is a disc of that area, and the blur is that of
-    its edges; until then the blur is wider by the disc's variance, so that neither light nor width jump.
+    It replaces the share phi of one pixel's light, the ratio of its solid angle to the pixel's, spread by the blur.
+    Above one pixel in diameter it becomes a disc of that area with blurred edges. Below, the blur is widened by the
+    disc's variance, so that neither light nor width jump at the transition.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = dict.fromkeys(
@@ -42,21 +52,21 @@ class Point(Shape):
     area_m2: Area = 0.2
     """Projected area, m2."""
     temperature_k: Kelvin = 350.0
-    """Kelvin."""
+    """Temperature, kelvin."""
     emissivity: Fraction = 0.95
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point itself less that of what is behind it, K, in place of its temperature; its
-    light is worked out with nothing switched off."""
+    """Apparent temperature of the point minus that of its background, K, in place of `temperature_k`; computed with
+    nothing switched off."""
     scr: Number | None = None
-    """Signal-to-clutter ratio against what is behind it and the camera's noise there, in place of its temperature;
-    negative where it is darker (never darker than without light: a cold one needs an area); its light is worked out
-    with nothing switched off."""
+    """Signal-to-clutter ratio against its background and the camera's noise there, in place of `temperature_k`;
+    negative if darker (a point emits no less than nothing, so a cold one needs an area); computed with nothing switched
+    off."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
         if self.contrast_k is not None and self.scr is not None:
             raise PydanticCustomError(
-                "two_brightnesses", "contrast_k and scr stand together; allowed: one of them", {"at": ("scr",)}
+                "two_brightnesses", "contrast_k and scr are both set; allowed: one of them", {"at": ("scr",)}
             )
         return self
 
@@ -69,36 +79,109 @@ class Point(Shape):
         phi = self.area_m2 * context.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
         glow = float(context.glow(self.temperature_k, self.emissivity)) * gain
-        wanted = None
+        requested = None
         if self.contrast_k is not None or self.scr is not None:
-            wanted = Wanted(self.contrast_k, self.scr, gain)
+            requested = RequestedContrast(self.contrast_k, self.scr, gain)
         width = 2 * math.sqrt(phi / math.pi)
         if width <= SMALL_PX:
-            return _point(middle, phi, glow, range_m, wanted, context)
+            return _unresolved(middle, phi, glow, range_m, requested, context)
         disc = ellipse(middle, np.full(2, width / 2), glow, range_m, context)
         if disc is None:
             return None
         side = max(width, context.psf.fwhm_px)
-        return disc._replace(box=Box(*disc.center, side, side), wanted=wanted)
+        return disc._replace(box=Box(*disc.center, side, side), requested=requested)
 
 
-def _point(
-    middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, context: SceneContext
+def _unresolved(
+    middle: Floats, phi: float, glow: float, range_m: float, requested: RequestedContrast | None, context: SceneContext
 ) -> Sprite:
-    """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
+    """Return a point of solid angle `phi` pixels, its PSF widened by the variance of a disc."""
     x, y = middle.tolist()
-    spread = context.psf.wider(math.sqrt(phi / math.pi) / 2)
+    spread = context.psf.broadened(math.sqrt(phi / math.pi) / 2)
     if phi * glow > 0:
-        spread = reaching(spread, _faint(context.band) / (phi * glow))
-    reach = spread.reach_px
+        spread = with_wings(spread, _faint(context.band) / (phi * glow))
+    reach = spread.support_px
     x0, y0 = round(x) - reach, round(y) - reach
     pixels = np.arange(2 * reach + 1)
-    cover = spread.share(y0 + pixels - y, x0 + pixels - x)
+    cover = spread.pixel_integral(y0 + pixels - y, x0 + pixels - x)
     alpha, width = phi * cover, context.psf.fwhm_px
-    return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
+    return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, requested)
 
 
 @lru_cache
 def _faint(band: Band) -> float:
-    """FAINT_K as radiance, W/m2/sr."""
+    """Return FAINT_K as radiance, W/m2/sr."""
     return FAINT_K * slope(band, 300.0)
+
+
+class Flare(Point):
+    """A flare that ignites when thrown (`path: {kind: thrown, ...}`), burns, and goes out: a point target of varying
+    intensity. On a path without a beginning it burns steadily."""
+
+    area_m2: Area = 0.3
+    """Projected area at full intensity, m2."""
+    temperature_k: Kelvin = 2000.0
+    """Temperature of the fire, kelvin (magnesium and teflon: about 2000)."""
+    rise_s: NotNegative = 0.15
+    """Time constant of ignition, to 63 %, s. Above 0 it is dark in the frame of its throw, and in the ground truth from
+    the next frame on."""
+    burn_s: NotNegative = 2.5
+    """Burning time before it begins to fade, s."""
+    fade_s: Positive = 0.6
+    """Time constant of fading, to 37 %, s."""
+
+    @property
+    def default_class(self) -> str:
+        return "decoy"
+
+    def intensity(self, age_s: float) -> float:
+        """Return its intensity 0..1 at a time after it was thrown, s."""
+        if age_s == math.inf:
+            return 1.0
+        risen = 1 - math.exp(-age_s / self.rise_s) if self.rise_s > 0 else float(age_s >= 0)
+        return risen * math.exp(-max(age_s - self.burn_s, 0.0) / self.fade_s)
+
+    def draw(self, view: View) -> Sprite | None:
+        intensity = self.intensity(view.age)
+        if intensity < _BURNT_OUT:
+            return None
+        return Point.draw(self.model_copy(update={"area_m2": self.area_m2 * intensity}), view)
+
+
+class HotSpot(Shape):
+    """A warm patch, such as a fire, a sun-heated rock or a vent: an ellipse across the line of sight."""
+
+    size_m: Annotated[tuple[Positive, Positive], Field(strict=False)] = (2.0, 1.2)
+    """[width, height], m."""
+    temperature_k: Kelvin = 330.0
+    """Temperature, kelvin."""
+    emissivity: Fraction = 0.95
+
+    @property
+    def default_class(self) -> str:
+        return "decoy"
+
+    def draw(self, view: View) -> Sprite | None:
+        context = view.context
+        middle = context.geometry.project(view.position)
+        if not np.isfinite(middle).all():
+            return None
+        range_m = float(np.linalg.norm(view.position))
+        halves = np.array(self.size_m) / 2 * context.geometry.scale(view.position)
+        glow = float(context.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
+        return ellipse(middle, halves, glow, range_m, context)
+
+
+def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, context: SceneContext) -> Sprite | None:
+    """Return a uniform ellipse of radiance `glow`, W/m2/sr; None if it is larger than the frame and out of view.
+
+    middle, halves  (2,) px, its centre and semi-axes
+    """
+    angles = 2 * np.pi * (np.arange(_CORNERS) + 0.5) / _CORNERS
+    corners = middle + _CORNER_RADIUS * halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    box = Box.from_edges(*(middle - halves).tolist(), *(middle + halves).tolist())
+    window = clip_to_view(box, context) if max(box.w, box.h) > max(context.geometry.size) else box
+    if window is None:
+        return None
+    edges = (*polygon_edges(corners), np.zeros(_CORNERS, dtype=np.int64))
+    return draw_sprite(LayeredPolygons(edges, np.atleast_1d(glow), box, window, context.psf, range_m))

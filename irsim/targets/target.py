@@ -1,4 +1,4 @@
-"""A target of a scenario: what it looks like, where it goes, and when it is there."""
+"""A target of a scenario: its shape, its path, and its absences."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from irsim.targets import SHAPES, Shape
 
 
 class Target(Part):
-    """Something to be tracked, or to be mistaken for it."""
+    """An object to track, or a distractor."""
 
     switches: ClassVar[Switches] = {"spin": ("spin_deg_s", (0.0, 0.0, 0.0)), "absences": ("absent", ())}
 
     id: Name
-    """Its name in truth, overrides and --without."""
+    """Its name in ground truth, overrides and --without."""
     cls: Name | None = None
-    """Its class in truth; the shape's kind where not given (of flares and hot spots: decoy)."""
+    """Its class in the ground truth; default: the shape's kind (flares and hot spots: decoy)."""
     shape: Annotated[Shape, SHAPES]
-    """What it looks like."""
+    """Its appearance."""
     path: Annotated[Path, PATHS]
-    """Where it goes."""
+    """Its motion."""
     attitude_deg: Triple = (0.0, 0.0, 0.0)
-    """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
+    """Yaw, pitch, roll added to the attitude along its path, degrees."""
     spin_deg_s: Annotated[tuple[Turning, Turning, Turning], Field(strict=False)] = (0.0, 0.0, 0.0)
-    """Rates of the same three, degrees a second."""
+    """Rates of yaw, pitch, roll, degrees a second."""
     contrast: Annotated[float, Field(ge=0, le=2)] = 1.0
-    """Factor of its difference to what is behind it: fainter, for a neighbour of like grey; 0 is invisible."""
+    """Factor of its difference to the background; below 1 it is fainter, 0 is invisible."""
     absent: Several[Stretch] = ()
-    """List of [first, last] frame between which, both counted, it is not there: not drawn, and no truth."""
+    """List of [first, last] frames, both counted, in which it is absent: not drawn, and without ground truth."""
 
     @model_validator(mode="after")
-    def _absences_are_stretches(self) -> Target:
+    def _absences_are_ranges(self) -> Target:
         for index, (first, last) in enumerate(self.absent):
             if last < first:
                 raise PydanticCustomError(
@@ -47,6 +47,6 @@ class Target(Part):
         return self
 
     def exists(self, frame: int) -> bool:
-        """Is it there in that frame?"""
+        """Return True if it is present in a frame."""
         absent = self.absent and any(first <= frame <= last for first, last in self.absent)
         return frame >= self.path.begins and not absent

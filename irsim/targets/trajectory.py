@@ -1,4 +1,4 @@
-"""A target's whole way through a scenario, made ready."""
+"""Trajectory of a target over all frames of a scenario."""
 
 from __future__ import annotations
 
@@ -17,8 +17,12 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class TargetTrajectory:
-    """positions (n, 3) m and attitudes (n, 3, 3), body to vectors, at frames 0 .. n-1 and `offset` more, in the
-    first camera frame; mount, the camera at these frames."""
+    """Positions and attitudes of a target, in the first camera frame, and the camera's trajectory.
+
+    positions  (n, 3) m at frames offset, 1 + offset, ...
+    attitudes  (n, 3, 3) body vectors to vectors of the first camera frame
+    mount      the camera at these frames
+    """
 
     target: Target
     mount: CameraTrajectory
@@ -30,7 +34,7 @@ class TargetTrajectory:
     def of(
         cls, target: Target, mount: CameraTrajectory, context: SceneContext, offset: float = 0.0
     ) -> TargetTrajectory:
-        """The course of a target over the frames of a camera, each `offset` frames later."""
+        """Return the trajectory over the frames of a camera, each `offset` frames later."""
         numbers = np.arange(float(len(mount.turns))) + offset
         attitude = attitudes(
             target.path, numbers, context, target.id, target.attitude_deg, target.spin_deg_s, target.shape.posture
@@ -39,18 +43,20 @@ class TargetTrajectory:
 
     @cached_property
     def _poses(self) -> tuple[Floats, Floats]:
-        """Positions (n, 3) m and attitudes (n, 3, 3) as the camera of each frame sees them: all at once, as for a frame
-        alone such small products cost a hundred times as much."""
+        """Positions (n, 3) m and attitudes (n, 3, 3) in the camera frame of each frame.
+
+        Computed for all frames at once: a product for one frame alone costs a hundred times its share.
+        """
         mount = self.mount
         positions = np.einsum("nij,nj->ni", mount.rotations, self.positions - mount.places)
         return positions, np.einsum("nij,njk->nik", mount.rotations, self.attitudes)
 
     def first_m(self, index: int, pose: CameraPose) -> float | None:
-        """How far it is from the camera's first place at frame `index`, m; None where the camera is still there."""
+        """Return its distance from the first camera position at frame `index`, m; None if the camera is still there."""
         return float(np.linalg.norm(self.positions[index])) if pose.carried else None
 
     def view(self, index: int, pose: CameraPose) -> View:
-        """How the camera of frame `index` sees it."""
+        """Return its view from the camera of frame `index`."""
         positions, attitudes = self._poses
         rate_hz, number, target = pose.context.rate_hz, index + self.offset, self.target
         age = max(number - target.path.begins, 0.0) / rate_hz

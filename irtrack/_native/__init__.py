@@ -1,7 +1,6 @@
-"""Inner loops in C, `kernels`, where a compiler was at hand when irtrack was installed: then `COMPILED` is true.
+"""C kernels of trackers, `kernels`; `COMPILED` is true where they were built at installation.
 
-Each has a plain twin beside its caller, which says what it does. IRSIM_PLAIN=1 in the environment has the plain ones
-used.
+Each has a plain twin beside its caller, which documents it. IRSIM_PLAIN=1 in the environment selects the plain twins.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given; Floats of float64."""
+"""Kernels in C. Arrays are C-contiguous and of the types given; Floats of float64. Results are written to arguments."""
 
 import numpy as np
 import numpy.typing as npt
@@ -21,33 +21,19 @@ def distinct_windows(
     places: Indices,
     /,
 ) -> tuple[int, int, int, int, int]:
-    """Writes the corners (N, 2) of the distinct windows, row after row, and which of them each centre's is (N,).
+    """Write the corners (N, 2) of the distinct windows, row after row, and the window of each centre (N,).
 
-    Gives their number, and the least (left, top) and the largest (right, bottom) of the corners. Windows wholly
+    Return their number, and the least (left, top) and the largest (right, bottom) of the corners. Windows wholly
     outside the image are brought to its edge.
     """
 
-def window_masses(image: Image, table: Table, corners: Indices, kernel: Floats, mass: Floats, /) -> None:
-    """Writes the mass (N, bins + 1) of a kernel (rows, columns) in each bin of windows with their corners (N, 2), bins
-    by the table; the last bin holds what lies outside the image."""
-
-def surround_histograms(
-    image: Image,
-    table: Table,
-    left: int,
-    top: int,
-    first: Indices,
-    kernel: Floats,
-    histograms: Floats,
-    visible: Floats,
-    /,
+def window_histograms(
+    image: Image, table: Table, corners: Indices, kernels: Floats, mass: Floats, visible: Floats, /
 ) -> None:
-    """Counts a window and the ring around it, their corner at (left, top): the bins of each pixel begin at `first`
-    (rows, columns), 0 or bins + 1.
+    """Write the mass ([N,] [K,] bins + 1) of K kernels ([K,] rows, columns) in each bin of windows at corners (N, 2).
 
-    Writes the histograms (2, bins), each summing to one, and their visible shares (2,); zeros of what is wholly
-    outside the image.
-    """
+    The table gives the bins; the last bin is that of pixels outside the image. visible is empty, or has a value for
+    each histogram: then these are divided by their mass inside the image, which is written there."""
 
 def window_gradients(
     image: Image,
@@ -60,8 +46,9 @@ def window_gradients(
     gy: Singles,
     /,
 ) -> int:
-    """Sobel gradients at the places x (C,), y (R,) about centers (N, 2), times scales (N, 2), of windows that have one
-    in the image: how many there are, theirs coming first in gx and gy (N, R, C), zeros at places outside."""
+    """Write Sobel gradients gx, gy (N, R, C) at centers (N, 2) + scales (N, 2) * places x (C,), y (R,).
+
+    Windows without a place in the image are left out; the number of the others is returned. Places outside have 0."""
 
 def window_cues(
     image: Image,
@@ -79,35 +66,38 @@ def window_cues(
     visible: Floats,
     /,
 ) -> None:
-    """Counts the same windows: writes histograms (N, bins) of grey levels by the kernel (R, C), of angles by strength
-    (n, R, C) where edges (R, C) are, each summing to one, and the kernel's visible shares (N,), 1 if all is visible."""
+    """Write histograms (N, bins) of the same windows, each summing to one, and the kernel's visible shares (N,).
+
+    Grey levels are weighted by the kernel (R, C), angles by strength (n, R, C) at edges (R, C)."""
 
 def high_pass(
     image: Image, kernel: Singles, gain: float, left: int, top: int, picture: npt.NDArray[np.uint8], /
 ) -> bool:
-    """Writes the high-passed picture (rows, columns) of a part of an image with its corner at (left, top), by a kernel
-    (2L+1, 2L+1) that says how often each pixel counts. False, with nothing written, where it has too many samples."""
+    """Write the high-passed picture (rows, columns) of a part of an image with its corner at (left, top).
+
+    The kernel (2L+1, 2L+1) is the number of samples of each pixel. False, with nothing written, if too many."""
 
 def bhattacharyya(p: Floats, q: Floats, rho: Floats, /) -> None:
-    """Writes rho (N,) of histograms p (N, bins or more) to one, q (bins,)."""
+    """Write rho (N,) of histograms p (N, bins or more) with one, q (bins,)."""
 
-def below_best(prior: Floats, score: Floats, factor: float, out: Floats, /) -> bool:
-    """out = factor min(score - best, 0), all (N,), the best being that of a prior above 0; False, with nothing
-    written, where there is none, or it is -inf."""
+def scaled_log_weights(prior: Floats, lw: Floats, scale: float, weights: Floats, /) -> bool:
+    """Write weights = scale min(lw - best, 0), all (N,), best the largest lw of a prior above 0.
 
-def weighted(weights: Floats, prior: Floats, /) -> None:
-    """Weights (N,) times prior (N,), over their sum, in place."""
+    False, with nothing written, where there is none, or it is -inf."""
+
+def normalise_product(weights: Floats, prior: Floats, /) -> None:
+    """Multiply weights (N,) by prior (N,) and divide by the sum, in place."""
 
 def sorted_uniforms(exponentials: Floats, /) -> None:
-    """Running sums over their total, in place."""
+    """Replace exponentials by their running sums over the total, in place."""
 
 def pick(weights: Floats, points: Floats, picked: Indices, /) -> None:
-    """For ascending points in [0, 1): the smallest index whose cumulative weight exceeds the point's share of all."""
+    """Write the smallest index whose cumulative weight exceeds each of the ascending points in [0, 1) of all weight."""
 
-def ar2_drawn(
+def ar2(
     positions: Floats,
     previous: Floats,
-    chosen: Indices,
+    ancestors: Indices,
     damping: float,
     deviation: Floats,
     normals: Floats,
@@ -115,14 +105,15 @@ def ar2_drawn(
     origins: Floats,
     /,
 ) -> None:
-    """Where particles `chosen` (n,) of (N, 2) move by damping times their last displacement and noise, and were."""
+    """Write the places (n, 2) of ancestors (n,) after damping times their last displacement and noise, and before."""
 
-def velocity_likeness(trajectory: Floats, places: Floats, root: bool, out: Floats, /) -> None:
-    """Likeness (N,) of the velocity that each of the places (N, 2) would give the trajectory (k, 2) to the one it has;
-    `root`: the speed is the eigenvalue's root."""
+def trajectory_similarity(trajectory: Floats, places: Floats, root: bool, out: Floats, /) -> None:
+    """Write the similarity (N,) of a trajectory's velocity (k, 2) and the one after each next place (N, 2).
 
-def line(places: Floats, ahead: Floats, velocity: Floats, /) -> None:
-    """The straight line through places (k, 2): where it is one frame on, and its velocity, (2,)."""
+    root: the speed is the eigenvalue's root."""
+
+def line_fit(places: Floats, ahead: Floats, velocity: Floats, /) -> None:
+    """Write the straight line through places (k, 2): its place one frame ahead, and its velocity, (2,)."""
 
 def mean_shift(
     image: Image,
@@ -137,5 +128,6 @@ def mean_shift(
     visible: Floats,
     /,
 ) -> None:
-    """Moves windows at centers (N, 2) until a step is shorter than eps px, or by so many iterations; writes the mass
-    (N, bins) in each bin where they rest, over the whole window's, and its visible share (N,)."""
+    """Move windows at centers (N, 2) until a step is shorter than eps px, or by `iterations` steps.
+
+    Write the mass (N, bins) in each bin at their end, over the whole window's, and its visible share (N,)."""

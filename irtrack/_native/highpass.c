@@ -1,9 +1,9 @@
-/* A picture less its background, predicted from the samples of a neighbourhood; see irtrack/features/highpass.py. */
-#include "highpass.h"
+/* High-pass by background prediction from the samples of a neighbourhood; see irtrack/features/highpass.py. */
+#include "kernels.h"
 
 #include "irsim/_native/wide.h"
 
-/* Sums of so many levels of one byte, and what differs from them, fit into 16 bits; of two bytes, into 32. */
+/* Sums of so many levels of one byte, and residuals, fit into 16 bits; of two bytes, into 32. */
 #define MOST_SAMPLES 128
 
 /* A part of a picture with a rim of `reach` pixels, row after row of `stride`. */
@@ -12,13 +12,13 @@ typedef struct {
     Py_ssize_t rows, columns, reach, stride;
 } Part;
 
-/* Where the samples of a pixel lie from the upper left corner of its neighbourhood, a pixel as often as it counts. */
+/* Offsets of a pixel's samples from the upper left corner of its neighbourhood. */
 typedef struct {
     Py_ssize_t at[MOST_SAMPLES];
     int count;
 } Samples;
 
-/* The pixel that is seen at a place on an axis, which beyond the edge is mirrored at the last pixel. */
+/* Pixel of a place on an axis that is mirrored at its edge pixels. */
 static Py_ssize_t mirrored(Py_ssize_t at, Py_ssize_t edge)
 {
     if (edge == 1)
@@ -87,15 +87,15 @@ static inline uint8_t level_of(int32_t residual, float scale)
 HIGH_PASS_ROW(row_of_bytes, uint16_t, int16_t)
 HIGH_PASS_ROW(row_of_words, uint32_t, int32_t)
 
-/* Takes the samples of a kernel (2 reach + 1, 2 reach + 1) that says how often each pixel counts: 1; 0 where they are
- * more than there is room for; -1 with an exception. */
+/* Takes the samples of a kernel (side, side) of the number of samples of each pixel: 1; 0 where they are more than
+ * MOST_SAMPLES; -1 with an exception. */
 static int samples_of(const float *kernel, Py_ssize_t side, Py_ssize_t stride, Samples *samples)
 {
     samples->count = 0;
     for (Py_ssize_t i = 0; i < side * side; i++) {
         float times = kernel[i];
         if (!(times >= 0) || (times <= MOST_SAMPLES && times != (float)(int)times)) {
-            wrong("high_pass: how often a pixel counts is out of range");
+            wrong("high_pass: the samples of a pixel are out of range");
             return -1;
         }
         if (times > (float)(MOST_SAMPLES - samples->count))
@@ -103,77 +103,47 @@ static int samples_of(const float *kernel, Py_ssize_t side, Py_ssize_t stride, S
         for (int j = 0; j < (int)times; j++)
             samples->at[samples->count++] = i / side * stride + i % side;
     }
-    return samples->count > 0 || wrong("high_pass: a kernel without samples") ? 1 : -1;
+    return samples->count > 0 || wrong("high_pass: a kernel without samples") != NULL ? 1 : -1;
 }
 
-/* high_pass(image, kernel, gain, left, top, picture) -> whether the samples were few enough
- *
- * Writes the high-passed picture (rows, columns) of a part of an image with its corner at (left, top); nothing where
- * the kernel (2 reach + 1, 2 reach + 1), how often each pixel counts, has more than MOST_SAMPLES samples. */
-PyObject *high_pass(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(high_pass, 6)
 {
-    (void)self;
-    Arrays arrays = {.count = 0};
-    if (count != 6) {
-        PyErr_SetString(PyExc_TypeError, "high_pass takes 6 arguments");
+    Py_ssize_t size, pixels;
+    Picture seen = image(call, 0);
+    const float *kernel = in(call, 1, "f", &size);
+    Py_ssize_t side = !call->failed && last(call)->ndim == 2 ? last(call)->shape[0] : 0;
+    double gain = number(call, 2);
+    Py_ssize_t left = whole(call, 3), top = whole(call, 4);
+    uint8_t *picture = out(call, 5, "B", &pixels);
+    if (call->failed)
         return NULL;
-    }
-    PyObject *result = NULL;
-    void *sums = NULL;
-    Picture image;
-    Samples samples;
-    Part part = {.levels = NULL};
-    Py_ssize_t size;
-    if (!levels(&arrays, given[0], &image))
-        goto done;
-    const float *kernel = array(&arrays, given[1], "f", 0, &size);
-    uint8_t *picture = kernel ? array(&arrays, given[5], "B", 1, NULL) : NULL;
-    if (picture == NULL)
-        goto done;
-    double gain = PyFloat_AsDouble(given[2]);
-    Py_ssize_t left = PyNumber_AsSsize_t(given[3], NULL), top = PyNumber_AsSsize_t(given[4], NULL);
-    if (PyErr_Occurred())
-        goto done;
-    Py_ssize_t side = arrays.of[1].ndim == 2 ? arrays.of[1].shape[0] : 0;
-    if (side % 2 != 1 || side * side != size || arrays.of[2].ndim != 2) {
-        wrong("high_pass: sizes do not agree");
-        goto done;
-    }
-    part.rows = arrays.of[2].shape[0];
-    part.columns = arrays.of[2].shape[1];
-    part.reach = side / 2;
+    if (side % 2 != 1 || side * side != size || last(call)->ndim != 2)
+        return wrong("high_pass: sizes do not agree");
+    Part part = {.rows = last(call)->shape[0], .columns = last(call)->shape[1], .reach = side / 2};
     part.stride = part.columns + 2 * part.reach;
-    if (image.rows > MOST_PIXELS || image.columns > MOST_PIXELS || side > MOST_PIXELS || left < 0 || top < 0 ||
-        left > image.columns - part.columns || top > image.rows - part.rows) {
-        wrong("high_pass: a part out of range");
-        goto done;
-    }
+    if (seen.rows > MOST_PIXELS || seen.columns > MOST_PIXELS || side > MOST_PIXELS || left < 0 || top < 0 ||
+        left > seen.columns - part.columns || top > seen.rows - part.rows)
+        return wrong("high_pass: a part out of range");
+    Samples samples;
     int few = samples_of(kernel, side, part.stride, &samples);
     if (few < 0)
-        goto done;
-    if (few && part.rows > 0 && part.columns > 0) {
-        part.levels = PyMem_Malloc((size_t)((part.rows + 2 * part.reach) * part.stride) * sizeof *part.levels);
-        sums = part.levels ? PyMem_Malloc((size_t)part.columns * sizeof(uint32_t)) : NULL;
-        if (sums == NULL) {
-            PyErr_NoMemory();
-            goto done;
-        }
-        copy_part(&image, left, top, part);
-        float scale = (float)(gain / samples.count);
-        for (Py_ssize_t row = 0; row < part.rows; row++) {
-            const uint16_t *corner = part.levels + row * part.stride;
-            const uint16_t *middle = corner + part.reach * part.stride + part.reach;
-            uint8_t *to = picture + row * part.columns;
-            if (image.bytes == 1)
-                row_of_bytes(corner, middle, part.columns, &samples, scale, sums, to);
-            else
-                row_of_words(corner, middle, part.columns, &samples, scale, sums, to);
-        }
+        return NULL;
+    if (few == 0 || part.rows == 0 || part.columns == 0)
+        return Py_NewRef(few ? Py_True : Py_False);
+    part.levels = room(call, (part.rows + 2 * part.reach) * part.stride, sizeof *part.levels);
+    void *sums = room(call, part.columns, sizeof(uint32_t));
+    if (call->failed)
+        return NULL;
+    copy_part(&seen, left, top, part);
+    float scale = (float)(gain / samples.count);
+    for (Py_ssize_t row = 0; row < part.rows; row++) {
+        const uint16_t *corner = part.levels + row * part.stride;
+        const uint16_t *middle = corner + part.reach * part.stride + part.reach;
+        uint8_t *to = picture + row * part.columns;
+        if (seen.bytes == 1)
+            row_of_bytes(corner, middle, part.columns, &samples, scale, sums, to);
+        else
+            row_of_words(corner, middle, part.columns, &samples, scale, sums, to);
     }
-    result = Py_NewRef(few ? Py_True : Py_False);
-done:
-    PyMem_Free(part.levels);
-    PyMem_Free(sums);
-    release(&arrays);
-    return result;
+    return Py_NewRef(Py_True);
 }

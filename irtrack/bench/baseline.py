@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from irsim.config.files import replacing_text
+from irsim.recording.output import atomic_text
 from irtrack.bench import Cell, Suite, run_bench, value
 from irtrack.bench.sweep import Progress
 from irtrack.errors import InputError
@@ -126,5 +126,5 @@ def write(golden: Golden, path: Path) -> None:
         json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
         for (source, label, seed), figures in sorted(golden.items())
     ]
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write("[\n" + ",\n".join(rows) + "\n]\n")

@@ -8,7 +8,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from irsim.config.files import check_output, path_of, replacing, replacing_text
+from irsim.config.paths import path_of
+from irsim.recording.output import atomic_file, atomic_text, check_output
 from irtrack.bench.cell import Cell, Key
 from irtrack.bench.results import Results
 from irtrack.errors import InputError
@@ -53,7 +54,7 @@ def _row(cell: Cell) -> dict[str, Any]:
 
 
 def _write_csv(rows: Sequence[dict[str, Any]], path: Path) -> None:
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         writer = csv.DictWriter(file, list(_KINDS))
         writer.writeheader()
         writer.writerows(rows)
@@ -67,5 +68,5 @@ def _write_parquet(rows: Sequence[dict[str, Any]], path: Path) -> None:
         raise InputError(f"{path}: Parquet takes pyarrow: pip install 'irtrack[parquet]'; or name a .csv") from None
     kinds = {str: pyarrow.string(), int: pyarrow.int64(), bool: pyarrow.bool_(), float: pyarrow.float64()}
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in _KINDS.items()])
-    with replacing(path) as file:
+    with atomic_file(path) as file:
         parquet.write_table(pyarrow.Table.from_pylist(list(rows), schema), file)

@@ -13,7 +13,7 @@ from irtrack.bench.asked import AnySource, Asked, SourceEntry, asked
 from irtrack.bench.cell import Key, SourceRow
 from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
-from irtrack.errors import InputError, whole
+from irtrack.errors import InputError, whole_number
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker
@@ -68,12 +68,12 @@ class Seeds:
     def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
         """InputError for none, negative or doubled ones."""
         if isinstance(seeds, Iterable):
-            found = [whole("seeds", seed) for seed in seeds]
+            found = [whole_number("seeds", seed) for seed in seeds]
         else:
-            found = list(range(whole("seeds", seeds, 1)))
+            found = list(range(whole_number("seeds", seeds, 1)))
         if not found or len(set(found)) < len(found):
             raise InputError(f"seeds {seeds}: allowed: at least one, from 0 up, none twice")
-        return cls(found, whole("tracker seeds", repeats, 1))
+        return cls(found, whole_number("tracker seeds", repeats, 1))
 
     def of_tracker(self, scene: int) -> Iterator[int]:
         """The tracker seeds of a scene seed."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from irsim.config.files import check_input, path_of
+from irsim.config.paths import check_input, path_of
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
 from irtrack.bench.packing import packed_trace, unpacked_trace
 from irtrack.bench.shown import results_card

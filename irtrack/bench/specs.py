@@ -41,8 +41,8 @@ class Spec:
 
 def parse_tracker_spec(text: str) -> Entry:
     """The entry of one spec; without a label the whole spec is the label. InputError as `read_spec`, and for what
-    `irtrack.trackers.make` refuses."""
-    from irtrack.trackers import make
+    `irtrack.registry.table.make` refuses."""
+    from irtrack.registry.table import make
 
     spec = read_spec(text)
     return Entry(spec.label or text.strip(), make(spec.name, spec.parameters))
@@ -83,7 +83,7 @@ def read_spec(text: str) -> Spec:
 def entry(tracker: str | GivenTracker | Entry) -> Entry:
     """An entry from what a caller may give: a spec, a tracker, plain or not, or an entry as it is."""
     from irtrack.registry.identity import tracker_name
-    from irtrack.trackers import of
+    from irtrack.registry.table import of
 
     if isinstance(tracker, Entry):
         return tracker

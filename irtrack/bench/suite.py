@@ -145,7 +145,7 @@ def _entry(source: SuiteSource, folder: Path) -> SourceEntry:
 
 
 def _tracker(tracker: SuiteTracker) -> Entry:
-    from irtrack.trackers import make
+    from irtrack.registry.table import make
 
     if tracker.label is None and not tracker.parameters:
         return parse_tracker_spec(tracker.tracker)

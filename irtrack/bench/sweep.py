@@ -23,7 +23,7 @@ from irtrack.bench.plan import Plan, Seeds, contestants, plans
 from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
-from irtrack.errors import InputError, IrtrackError, WorkerError, whole
+from irtrack.errors import InputError, IrtrackError, WorkerError, whole_number
 from irtrack.runner import NO_LIMIT, Limit, one_thread
 from irtrack.types import GivenTracker
 
@@ -72,7 +72,7 @@ def run_bench(
     """
     compared = contestants(trackers)
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
-    whole("jobs", jobs, 1)
+    whole_number("jobs", jobs, 1)
     limit = _limit(time_limit_s, frame_limit_s)
     kept = Results(results, create=True)
     try:

@@ -15,7 +15,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
@@ -45,7 +44,7 @@ def main() -> None:
 def list_trackers(as_json: AsJson = False) -> None:
     """Show the trackers: name, what each does, and who described it."""
     from irtrack.external import HINT, offered
-    from irtrack.trackers import describe
+    from irtrack.registry.table import describe
 
     try:
         peers, broken = offered(), False
@@ -111,6 +110,8 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and how to repeat it."""
+    from irsim.recording.output import check_output
+
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
@@ -122,7 +123,7 @@ def run(
         from irtrack.registry.identity import source_file
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
-        from irtrack.trackers import find, make
+        from irtrack.registry.table import find, make
 
         if init is not None:
             start = start_box(init)
@@ -210,6 +211,8 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of a results file and print its path."""
+    from irsim.recording.output import check_output
+
     check_output(output, results)
     from irtrack.report import write_report
 

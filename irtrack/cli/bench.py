@@ -15,8 +15,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.cli.bench_words import read_words, suite_of
 from irtrack.cli.options import (
     TRACKERS,
@@ -107,7 +106,9 @@ def bench(
 
 
 def check_results(path: Path, *inputs: Path) -> None:
-    """InputError where no results file can be written there: see `irsim.config.files.check_output`."""
+    """InputError where no results file can be written there: see `irsim.recording.output.check_output`."""
+    from irsim.recording.output import check_output
+
     check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 

@@ -11,7 +11,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.config.files import check_output, make_folder, replacing_text
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -45,6 +44,8 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
+    from irsim.recording.output import check_output, make_folder
+
     effort, wanted = _profile(profile), names("--only", only)
     from irtrack.bench import parse_tracker_spec
     from irtrack.properties import PROPERTIES
@@ -136,11 +137,13 @@ def _scene(text: str) -> str:
 
 def _write(outcomes: Sequence[Outcome], folder: Path | None) -> Iterator[Path]:
     """The scenes of the least examples, as files in a folder that is there; each when it is written."""
+    from irsim.recording.output import atomic_text
+
     if folder is None:
         return
     for outcome in outcomes:
         if outcome.verdict == "broken" and outcome.scenario is not None:
             path = folder / f"{outcome.property.name}.yaml"
-            with replacing_text(path) as file:
+            with atomic_text(path) as file:
                 file.write(outcome.scenario)
             yield path

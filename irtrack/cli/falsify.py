@@ -11,7 +11,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
 from irtrack.cli.output import print_json, tell_unheeded
 from irtrack.errors import InputError

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from irtrack.errors import how_it_ended
+from irtrack.errors import exit_status_text
 
 if TYPE_CHECKING:
     from irsim.types import Frame
@@ -143,6 +143,6 @@ def _how_it_ended(process: int) -> str:
     """In words; field 52 of proc(5)'s stat, which waits for whoever started the process to take it."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-        return how_it_ended(os.waitstatus_to_exitcode(int(fields[52 - 3])))
+        return exit_status_text(os.waitstatus_to_exitcode(int(fields[52 - 3])))
     except (OSError, ValueError):
         return "its exit status tells how"

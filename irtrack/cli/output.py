@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from irsim.wording import counted
+from irsim.errors import counted
 
 if TYPE_CHECKING:
     from irtrack.bench import SummaryRow

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli import terminal
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs
 from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError

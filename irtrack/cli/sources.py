@@ -11,7 +11,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.cli.options import Jobs, command_line, names
 
 

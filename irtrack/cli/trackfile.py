@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from irsim.config.files import path_of, replacing_text
+from irsim.config.paths import path_of
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
@@ -16,8 +16,10 @@ COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy
 
 def track_to_csv(track: Track, path: str | Path) -> Path:
     """Write one row a frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
+    from irsim.recording.output import atomic_text
+
     path = path_of(path)
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for row in _rows(track):

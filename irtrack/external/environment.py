@@ -9,7 +9,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from irtrack.errors import InputError, how_it_ended
+from irtrack.errors import InputError, exit_status_text
 from irtrack.external import server
 
 VARIABLE = "IRTRACK_PEERS"
@@ -68,7 +68,7 @@ def _answered(interpreter: Path) -> tuple[str, ...]:
     except subprocess.CalledProcessError as error:
         words = error.stderr.decode(errors="replace").split("\n")
         last = next((line.strip() for line in reversed(words) if line.strip()), "")
-        ended = f"it ended ({how_it_ended(error.returncode)})"
+        ended = f"it ended ({exit_status_text(error.returncode)})"
         raise _refused(interpreter, ended + (last and f"; it last wrote: {last}")) from None
     except (ValueError, TypeError):
         raise _refused(interpreter, "it does not say which peers it has") from None

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import irsim
-from irsim.config.files import check_output, replacing_text
+from irsim.recording.output import atomic_text, check_output
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify.apart import Groups
 from irtrack.falsify.hunt import Failure, Hunt, Luck
@@ -71,7 +71,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
     irsim.record(drawn, folder / f"{MINIMAL}.mcap", compression="zstd")
     head = [f"{hunt.subject.label}: {hunt.broken(failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True, folder=folder))
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
@@ -89,7 +89,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
             commands += [("All of the search", command)] if command else []
             finding = finding_of(hunt, failure, scene, name, tuple(commands))
             write_finding(kept, folder / REPLAY, finding, drawn)
-    with replacing_text(folder / REPORT) as file:
+    with atomic_text(folder / REPORT) as file:
         file.write(finding.as_markdown(REPORT))
 
 

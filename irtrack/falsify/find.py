@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import irsim
-from irsim.config.files import make_folder, path_of
+from irsim.config.paths import path_of
+from irsim.recording.output import make_folder
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry

@@ -11,10 +11,10 @@ import numpy as np
 
 import irsim
 from irsim.config.base import suggestion
+from irsim.errors import counted
 from irsim.rng import stream
 from irsim.types import Floats
-from irsim.wording import counted
-from irtrack.errors import InputError, whole
+from irtrack.errors import InputError, whole_number
 from irtrack.falsify.case import Case, droppable, moves, shrink
 from irtrack.falsify.rules import UNTRIED, in_words, shortest
 from irtrack.falsify.search import SEARCHES, Tried, search
@@ -232,4 +232,4 @@ def check(scenario: irsim.Scenario, name: str, search: str, budget: int, jobs: i
     if search not in SEARCHES:
         raise InputError(f"search '{search}': allowed: {', '.join(SEARCHES)}{suggestion(search, SEARCHES)}")
     for count, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
-        whole(count, number, least)
+        whole_number(count, number, least)

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.config.files import make_folder, path_of, replacing, replacing_text
+from irsim.config.paths import path_of
+from irsim.recording.output import atomic_file, atomic_text, make_folder
 from irsim.types import Input
-from irtrack.errors import InputError, IrtrackError, whole
+from irtrack.errors import InputError, IrtrackError, whole_number
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.order import in_order
@@ -70,7 +71,7 @@ class Kept:
 
     def verdict(self, scene: irsim.Scenario, runner: Run = here) -> Verdict:
         """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
-        from irtrack.trackers import make
+        from irtrack.registry.table import make
 
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
         return examine(subject, irsim.open_recording(self.recording), scene.seed, runner)[0]
@@ -165,7 +166,7 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limi
 
     frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
-    whole("jobs", jobs, 1)
+    whole_number("jobs", jobs, 1)
     with in_order(jobs) as apply, apart(jobs) as processes:
 
         def tried(each: Kept) -> Revisited:
@@ -201,9 +202,9 @@ def keep(
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:
-        with replacing(kept.recording) as file:
+        with atomic_file(kept.recording) as file:
             file.write((found / f"{MINIMAL}.mcap").read_bytes())
-        with replacing_text(kept.path) as text:
+        with atomic_text(kept.path) as text:
             text.write(_head(found / f"{MINIMAL}.yaml") + irsim.dumps(scene, short=True, folder=folder))
         _note(kept)
     except BaseException:
@@ -230,7 +231,7 @@ def _head(path: Path) -> str:
 
 def _note(kept: Kept) -> None:
     values = {key: value for key, value in asdict(kept).items() if key not in ("path", "fault")}
-    with replacing_text(kept.note) as file:
+    with atomic_text(kept.note) as file:
         file.write(json.dumps(values, indent=1) + "\n")
 
 

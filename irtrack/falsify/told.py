@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.falsify.rules import claims_while_gone, margin, rules_of
 from irtrack.falsify.trial import ENDS, RAISES, RULE
 from irtrack.metrics import Trace

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import irsim
-from irsim.config.files import replacing_text
+from irsim.recording.output import atomic_text
 from irtrack.errors import InputError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, here
 from irtrack.falsify.order import Map
@@ -89,7 +89,7 @@ def _read(journal: Path) -> dict[str, Verdict]:
         text = journal.read_text(encoding="utf-8")
         whole = text[: text.rfind("\n") + 1]
         if whole != text:
-            with replacing_text(journal) as file:
+            with atomic_text(journal) as file:
                 file.write(whole)
     except FileNotFoundError:
         return {}

@@ -1,1 +1,1 @@
-"""What trackers measure in a picture: windows, grey histograms, correlation, centroids."""
+"""Image features of trackers: windows, histograms, gradients, background models, correlation, mean shift, flow."""

@@ -1,10 +1,10 @@
-"""A scene's own picture behind what moves: learned pixel by pixel, and laid under each new frame.
+"""Background model learned pixel by pixel and registered to each frame, and the target's foreground before it.
 
-A normal distribution for each pixel, of running mean and variance (C. Wren, A. Azarbayejani, T. Darrell,
-A. Pentland, "Pfinder", IEEE TPAMI 19(7), 1997, section 3.2), in coordinates that go along with the camera.
-A frame is laid on it by a shift, a gain and an offset: the shift by phase correlation (C. Kuglin, D. Hines,
-1975), then all four by reweighted least squares on the picture's slopes (B. Lucas, T. Kanade, 1981), so
-that automatic gain and a camera that pans or shakes are no change. A camera that rolls or zooms is one.
+A normal distribution for each pixel, of running mean and variance (C. Wren, A. Azarbayejani, T. Darrell, A. Pentland,
+"Pfinder", IEEE TPAMI 19(7), 1997, section 3.2), in coordinates that move with the camera. A frame is registered by a
+shift, a gain and an offset: the shift by phase correlation (C. Kuglin, D. Hines, 1975), then all four by reweighted
+least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). Automatic gain and a camera that pans or shakes are
+so no change. Roll and zoom of the camera are.
 """
 
 from __future__ import annotations
@@ -16,45 +16,50 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import MEDIAN_TO_SIGMA, Image
+from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
+from irtrack.features.quantiser import MARGIN, levels_between
 
 Grid = npt.NDArray[np.float32]
-Hole = tuple[slice, slice]
+Region = tuple[slice, slice]
 """Rows and columns of a part of the picture."""
 
 ROUNDING = 1 / 12
-"""Counts^2: the variance that rounding to whole counts gives."""
+"""Counts^2. Variance of rounding to whole counts."""
 START_SHIFT = 0.3
-"""px. Shift that a pixel's first variance allows for: until it is learned, slopes count as unsure."""
+"""px. Shift allowed for in a pixel's first variance: until it is learned, slopes count as unsure."""
 SHIFT = 0.1
-"""px. Shift that is always allowed for: how far interpolation and registration err on slopes."""
+"""px. Shift always allowed for: the error of interpolation and registration on slopes."""
 MOVING_RATE = 0.03
-"""Share of the new picture that enters where something else stands: 33 frames until a thing that has come
-to rest is background."""
+"""Share of the new picture learned where the foreground is: after 33 frames a thing at rest is background."""
 BETTER = 0.98
-"""A shift or gain is taken where it brings the mean deviation below this share of what it was without it;
-without the bound, noise would make a still camera tremble."""
+"""A shift or gain is taken where it brings the mean deviation below this share of the deviation without it; without
+the bound, noise would make a still camera tremble."""
 SURE = 4.0
-"""Standard errors by which a jump of more than a pixel has to bring frames nearer. It is the best of all shifts there
-are: before an even sky it came to 3.3 by noise alone, in 1,392 frames; jumps of a shaking camera come to 5 and more."""
+"""Standard errors by which a jump of more than a pixel has to reduce the deviation. It is the best of all shifts:
+before an even sky it reached 3.3 by noise alone, in 1,392 frames; jumps of a shaking camera reach 5 and more."""
 SMOOTH = 1.0
-"""px. Deviation of the normal kernel that frames are smoothed by before they are laid on each other."""
+"""px. Standard deviation of the normal kernel that smooths frames before registration."""
 OUTLIER = 9.0
-"""Square of the deviations beyond which a residual adds no more to a variance."""
+"""Squared deviations beyond which a residual adds no more to a variance."""
 LEAST_SIDE = 16
-"""px. Smaller frames are not registered: there is no picture to do it by."""
+"""px. Smaller frames are not registered."""
 SMOOTHINGS = 200
-"""Passes of a 3 x 3 mean by which a hole is filled from its edge."""
+"""Passes of a 3 x 3 mean that fill a masked region from its edge."""
+
+BINS = 32
+"""Grey levels of the target's histogram: those of Cheng et al. 2006, section 3."""
+UNEXPLAINED = 0.05
+"""Share of pixels that follow neither distribution, spread evenly over all greys: no pixel is ever certain."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LaidFrame:
-    """A frame laid on the backdrop.
+class RegisteredFrame:
+    """Frame registered to the background model.
 
-    picture    (rows, columns) the frame in the backdrop's grey scale;  mean, variance: what is behind it
-    known      (rows, columns) whether the backdrop was ever seen there
-    shift      (dx, dy) px between canvas and frame, less than a pixel;  moved: (dx, dy) px that the scene
-               moved by since the last frame
+    picture    (rows, columns) the frame in the model's grey scale;  mean, variance: the model under the frame
+    known      (rows, columns) whether the background was ever seen there
+    shift      (dx, dy) px between the model's canvas and the frame, less than a pixel
+    moved      (dx, dy) px of the scene since the last frame
     """
 
     picture: Grid
@@ -66,28 +71,28 @@ class LaidFrame:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Backdrop:
-    """mean (counts), variance (counts^2) and number of looks of each pixel, on a canvas of the frame's size.
+class BackgroundModel:
+    """Mean (counts), variance (counts^2) and number of observations of each pixel, on a canvas of the frame's size.
 
-    The canvas keeps to whole pixels: what is left of the shift stands in `shift`. noise: variance of a
-    pixel that does not change, counts^2; gain and offset of the last frame.
+    The canvas moves by whole pixels; the rest of the shift is kept in `shift`. noise: variance of a pixel that does
+    not change, counts^2; gain and offset of the last frame.
     """
 
     mean: Grid
     variance: Grid
-    looks: Grid
+    observations: Grid
     noise: float
     shift: tuple[float, float] = (0.0, 0.0)
     gain: float = 1.0
     offset: float = 0.0
 
     @classmethod
-    def begin(cls, image: Image, hole: Hole) -> Backdrop:
-        """By a first frame, of which a part is not the backdrop: that is filled smoothly from its edge, and unsure."""
+    def initial(cls, image: Image, target: Region) -> BackgroundModel:
+        """Return the model of a first frame; the target's region is filled smoothly from its edge, and unsure."""
         picture = image.astype(np.float32)
-        rows, columns = hole
+        rows, columns = target
         unknown = np.zeros(picture.shape, bool)
-        unknown[hole] = True
+        unknown[target] = True
         steps = np.abs(np.diff(picture, axis=1))
         noise = max((MEDIAN_TO_SIGMA * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
         margin = max(rows.stop - rows.start, columns.stop - columns.start)
@@ -101,14 +106,14 @@ class Backdrop:
         filled[inside] = np.median(ring) if ring.size else np.median(picture)
         for _ in range(SMOOTHINGS):
             filled[inside] = cv2.blur(filled, (3, 3))[inside]
-        variance = (noise + START_SHIFT**2 * _steepness(picture)).astype(np.float32)
+        variance = (noise + START_SHIFT**2 * _squared_slope(picture)).astype(np.float32)
         variance[unknown] = max(float(ring.var()) if ring.size else 0.0, noise)
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
-    def lay(self, image: Image, register: bool) -> tuple[Backdrop, LaidFrame]:
-        """The backdrop moved under a frame, and how the frame lies on it."""
+    def register(self, image: Image, align: bool) -> tuple[BackgroundModel, RegisteredFrame]:
+        """Return the model moved to a frame, and the frame in its scale; without `align` both are taken as they are."""
         raw = image.astype(np.float32)
-        moved = self._registered(raw) if register and min(raw.shape) >= LEAST_SIDE else self
+        moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
         whole = (round(moved.shift[0]), round(moved.shift[1]))
         if any(whole):
@@ -118,57 +123,59 @@ class Backdrop:
             moved.shift[0] + whole[0] - self.shift[0],
             moved.shift[1] + whole[1] - self.shift[1],
         )
-        variance = moved.variance + np.float32(SHIFT**2) * _steepness(mean)
-        return moved, LaidFrame(picture, mean, variance, moved.looks >= 1, moved.shift, travel)
+        variance = moved.variance + np.float32(SHIFT**2) * _squared_slope(mean)
+        return moved, RegisteredFrame(picture, mean, variance, moved.observations >= 1, moved.shift, travel)
 
-    def learn(self, laid: LaidFrame, foreground: Grid, rate: float, hole: Hole | None) -> Backdrop:
-        """The backdrop after a frame: quickly where it is the backdrop that is seen, not at all in the hole."""
-        share = np.maximum(1 / (self.looks + 1), np.float32(rate))
+    def updated(
+        self, registered: RegisteredFrame, foreground: Grid, rate: float, target: Region | None
+    ) -> BackgroundModel:
+        """Return the model after a frame: learned at `rate` where it is visible, not at all in the target's region."""
+        share = np.maximum(1 / (self.observations + 1), np.float32(rate))
         open_ = np.ones(foreground.shape, np.float32)
-        if hole is not None:
-            open_[hole] = 0
+        if target is not None:
+            open_[target] = 0
         clear = share * (1 - foreground) * open_
-        residual = _shifted(laid.picture - laid.mean, (-laid.shift[0], -laid.shift[1]))
-        spread = np.minimum(residual**2, OUTLIER * self.variance)
-        variance = np.maximum(self.variance + clear * (spread - self.variance), np.float32(self.noise / OUTLIER))
+        residual = _shifted(registered.picture - registered.mean, (-registered.shift[0], -registered.shift[1]))
+        squares = np.minimum(residual**2, OUTLIER * self.variance)
+        variance = np.maximum(self.variance + clear * (squares - self.variance), np.float32(self.noise / OUTLIER))
         rates = clear + np.float32(MOVING_RATE) * foreground * open_
         mean = (self.mean + rates * residual).astype(np.float32)
-        return replace(self, mean=mean, variance=variance, looks=self.looks + open_)
+        return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
-    def _registered(self, raw: Grid) -> Backdrop:
-        """With the shift, gain and offset that bring the backdrop nearest to a frame."""
-        # Shifted by half a pixel, noise is smoothed and fits better: so all of it is smooth from the start.
+    def _aligned(self, raw: Grid) -> BackgroundModel:
+        """Return the model with the shift, gain and offset that bring it nearest to a frame."""
+        # A shift by half a pixel smooths noise and fits better; so everything is smoothed from the start.
         still, raw = _smooth(self.mean), _smooth(raw)
-        best, laid = self, _shifted(still, self.shift)
-        apart = best._apart(laid, raw)
-        # OpenCV multiplies what it is given by the window, in place.
-        (dx, dy), _ = cv2.phaseCorrelate(laid.copy(), raw.copy(), _window(raw.shape))
+        best, under = self, _shifted(still, self.shift)
+        deviation = best._deviation(under, raw)
+        # OpenCV multiplies its arguments by the window in place.
+        (dx, dy), _ = cv2.phaseCorrelate(under.copy(), raw.copy(), _window(raw.shape))
         coarse = replace(self, shift=(self.shift[0] + dx, self.shift[1] + dy))
         moved = _shifted(still, coarse.shift)
         if abs(dx) < raw.shape[1] / 2 and abs(dy) < raw.shape[0] / 2:
-            nearer = coarse._apart(moved, raw)
+            nearer = coarse._deviation(moved, raw)
             is_jump = max(abs(dx), abs(dy)) > 1  # finer steps reach no further
-            if nearer.mean() < BETTER * apart.mean() and (not is_jump or _no_chance(apart - nearer)):
-                best, laid, apart = coarse, moved, nearer
+            if nearer.mean() < BETTER * deviation.mean() and (not is_jump or _significant(deviation - nearer)):
+                best, under, deviation = coarse, moved, nearer
         for _ in range(2):
-            finer = best._refined(laid, raw)
+            finer = best._refined(under, raw)
             moved = _shifted(still, finer.shift)
-            nearer = finer._apart(moved, raw)
-            if not nearer.mean() < BETTER * apart.mean():
+            nearer = finer._deviation(moved, raw)
+            if not nearer.mean() < BETTER * deviation.mean():
                 break
-            best, laid, apart = finer, moved, nearer
+            best, under, deviation = finer, moved, nearer
         return best
 
-    def _apart(self, laid: Grid, raw: Grid) -> Grid:
-        """How far a frame is from the backdrop laid under it, large deviations cut off; every fourth pixel."""
-        apart = np.abs(raw[::2, ::2] - np.float32(self.gain) * laid[::2, ::2] - np.float32(self.offset))
+    def _deviation(self, under: Grid, raw: Grid) -> Grid:
+        """Return the absolute deviation of a frame from the model under it, clipped; every fourth pixel."""
+        apart = np.abs(raw[::2, ::2] - np.float32(self.gain) * under[::2, ::2] - np.float32(self.offset))
         return np.minimum(apart, np.float32(12 * self.noise**0.5))
 
-    def _refined(self, laid: Grid, raw: Grid) -> Backdrop:
-        """One step of least squares, weighted by Cauchy's 1 / (1 + (r / 2 s)^2), s from the median deviation."""
+    def _refined(self, under: Grid, raw: Grid) -> BackgroundModel:
+        """Return one step of least squares, weighted by Cauchy's 1 / (1 + (r / 2 s)^2), s from the median deviation."""
         inner = (slice(1, -1, 2), slice(1, -1, 2))
-        across, down = (cv2.Sobel(laid, cv2.CV_32F, *axes, scale=1 / 8)[inner].ravel() for axes in ((1, 0), (0, 1)))
-        grey = laid[inner].ravel()
+        across, down = (cv2.Sobel(under, cv2.CV_32F, *axes, scale=1 / 8)[inner].ravel() for axes in ((1, 0), (0, 1)))
+        grey = under[inner].ravel()
         middle = float(grey.mean())
         residual = raw[inner].ravel() - np.float32(self.gain) * grey - np.float32(self.offset)
         scale = MEDIAN_TO_SIGMA * float(np.median(np.abs(residual))) + ROUNDING
@@ -176,7 +183,7 @@ class Backdrop:
         slopes = np.stack([-self.gain * across, -self.gain * down, grey - middle, np.ones_like(grey)]).astype(
             np.float64
         )
-        # A picture without slopes says nothing of a shift, one without contrast nothing of a gain.
+        # A picture without slopes does not determine a shift, one without contrast no gain.
         least = np.array([0.01 * self.noise, 0.01 * self.noise, 1.0, 1e-3]) * 1e-3 * grey.size
         dx, dy, gain, offset = np.linalg.solve(
             (slopes * weights) @ slopes.T + np.diag(least), (slopes * weights) @ residual
@@ -190,8 +197,8 @@ class Backdrop:
             offset=self.offset + float(offset) - float(gain) * middle,
         )
 
-    def _rolled(self, whole: tuple[int, int], picture: Grid) -> Backdrop:
-        """On a canvas moved by whole pixels; what comes into view is taken from the frame, as seen once."""
+    def _rolled(self, whole: tuple[int, int], picture: Grid) -> BackgroundModel:
+        """Return the model on a canvas moved by whole pixels; pixels that come into view are taken from the frame."""
         matrix = np.array([[1, 0, whole[0]], [0, 1, whole[1]]], np.float64)
         size = picture.shape[::-1]
         fresh = cv2.warpAffine(np.ones(picture.shape, np.uint8), matrix, size, flags=cv2.INTER_NEAREST) == 0
@@ -200,17 +207,108 @@ class Backdrop:
             moved = cv2.warpAffine(canvas, matrix, size, flags=cv2.INTER_NEAREST)
             return np.where(fresh, np.float32(new), moved)
 
+        unsure = np.float32(self.noise) + np.float32(START_SHIFT**2) * _squared_slope(picture)
         return replace(
             self,
             mean=roll(self.mean, picture),
-            variance=roll(self.variance, np.float32(self.noise) + np.float32(START_SHIFT**2) * _steepness(picture)),
-            looks=roll(self.looks, 1.0),
+            variance=roll(self.variance, unsure),
+            observations=roll(self.observations, 1.0),
             shift=(self.shift[0] - whole[0], self.shift[1] - whole[1]),
         )
 
 
-def _no_chance(gain: Grid) -> bool:
-    """Whether a mean of differences is surely above 0, of those so far apart that smoothing has not tied them."""
+@dataclass(frozen=True, slots=True, eq=False)
+class GreyDensities:
+    """Densities of grey levels, (bins,) per count over low .. high: of the target, and of the ring around it."""
+
+    low: float
+    high: float
+    target: Grid
+    ring: Grid
+
+    @classmethod
+    def of(cls, image: Image, region: Region, kernel: Floats) -> GreyDensities:
+        """Return the densities in a first frame: the target's, weighted by a kernel (rows, columns), and its ring's."""
+        rows, columns = region
+        picture = image.astype(np.float32)
+        low, high = levels_between(picture, picture[region])
+        margin = max(MARGIN * (high - low), (BINS - high + low) / 2)  # a bin is a count at least
+        around = np.zeros(picture.shape, np.float32)
+        tall, wide = rows.stop - rows.start, columns.stop - columns.start
+        around[max(rows.start - tall, 0) : rows.stop + tall, max(columns.start - wide, 0) : columns.stop + wide] = 1
+        around[region] = 0
+        empty = np.zeros(BINS, np.float32)
+        blank = cls(low - margin, high + margin, empty, empty)
+        return replace(blank, target=blank._density(picture, kernel), ring=blank._density(picture, around))
+
+    def foreground(self, registered: RegisteredFrame) -> Grid:
+        """Return the probability (rows, columns) that a pixel shows the target; both are equally likely beforehand.
+
+        Where the background was never seen, it may have any grey level of the first ring.
+        """
+        even = np.float32(UNEXPLAINED / (self.high - self.low))
+        squares = np.minimum((registered.picture - registered.mean) ** 2 / registered.variance, 60)
+        behind = np.exp(-0.5 * squares) / np.sqrt(np.float32(2 * np.pi) * registered.variance)
+        place = np.clip((registered.picture - self.low) * (BINS / (self.high - self.low)) - 0.5, 0, BINS - 1)
+        cell = np.minimum(place.astype(np.intp), BINS - 2)
+        part = (place - cell).astype(np.float32)
+        target = (1 - part) * self.target[cell] + part * self.target[cell + 1]
+        unknown = ~registered.known
+        ring = (1 - part[unknown]) * self.ring[cell[unknown]] + part[unknown] * self.ring[cell[unknown] + 1]
+        behind[unknown] = np.maximum(behind[unknown], ring)
+        likely, unlikely = (1 - UNEXPLAINED) * target + even, (1 - UNEXPLAINED) * behind + even
+        probability: Grid = (likely / (likely + unlikely)).astype(np.float32)
+        return probability
+
+    def updated(self, registered: RegisteredFrame, foreground: Grid, region: Region, rate: float) -> GreyDensities:
+        """Return the densities after a frame, the target's learned from the foreground of its region."""
+        density = self._density(registered.picture[region], foreground[region])
+        if foreground[region].sum() < 3:
+            return self
+        return replace(self, target=self.target + np.float32(rate) * (density - self.target))
+
+    def _density(self, picture: Grid, weights: Floats | Grid) -> Grid:
+        """Return (bins,) per count, smoothed over neighbouring bins; uniform where all weights are 0."""
+        cells = np.clip((picture - self.low) * (BINS / (self.high - self.low)), 0, BINS - 1).astype(np.intp)
+        counts = np.bincount(cells.ravel(), np.asarray(weights, np.float64).ravel(), BINS)
+        counts = counts / counts.sum() if counts.sum() > 0 else np.full(BINS, 1 / BINS)
+        smooth = cv2.GaussianBlur(counts[None].astype(np.float32), (0, 0), 1.0, borderType=cv2.BORDER_REFLECT)[0]
+        density: Grid = smooth * np.float32(BINS / (self.high - self.low))
+        return density
+
+
+def local_foreground(foreground: Grid, deviations: tuple[float, float]) -> Grid:
+    """Return the mean excess of foreground over background, max(2 p - 1, 0), about each pixel; 0 beyond the frame.
+
+    Weighted by a normal kernel of deviations (x, y) px.
+    """
+    x, y = deviations
+    return cv2.GaussianBlur(  # type: ignore[return-value]  # OpenCV's stubs know no element types
+        np.maximum(2 * foreground - 1, 0), (0, 0), sigmaX=x, sigmaY=y, borderType=cv2.BORDER_CONSTANT
+    )
+
+
+def peaks(heights: Grid, reach: tuple[int, int], least: float, most: int) -> tuple[Floats, Floats]:
+    """Return centres (n, 2) px and heights (n,) of the maxima within reach (x, y) px, the highest first.
+
+    Centres lie between pixels by parabolas along each axis.
+    """
+    tops = cv2.dilate(heights, np.ones((2 * reach[1] + 1, 2 * reach[0] + 1), np.uint8))
+    rows, columns = np.nonzero((heights == tops) & (heights > least))
+    order = np.argsort(-heights[rows, columns], kind="stable")[:most]
+    rows, columns = rows[order], columns[order]
+    y, x = np.clip(rows, 1, heights.shape[0] - 2), np.clip(columns, 1, heights.shape[1] - 2)
+    at = heights[y, x].astype(np.float64)
+    centers = np.stack([columns, rows], axis=1).astype(np.float64)
+    sides = (heights[y, x - 1], heights[y, x + 1]), (heights[y - 1, x], heights[y + 1, x])
+    for axis, (before, after) in enumerate(sides):
+        bend = np.minimum(before - 2 * at + after, -1e-9)
+        centers[:, axis] += np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
+    return centers, heights[rows, columns].astype(np.float64)
+
+
+def _significant(gain: Grid) -> bool:
+    """Return whether the mean of differences is above 0 by `SURE` errors, of those too far apart to be correlated."""
     single = gain[::2, ::2]
     error = float(single.std()) / np.sqrt(single.size)
     return bool(single.mean() > SURE * error)
@@ -220,16 +318,16 @@ def _smooth(picture: Grid) -> Grid:
     return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]  # OpenCV's stubs know no element types
 
 
-def _steepness(picture: Grid) -> Grid:
-    """Squared slope of each pixel, (counts/px)^2 (Sobel)."""
-    steep: Grid = (
+def _squared_slope(picture: Grid) -> Grid:
+    """Return the squared slope of each pixel, (counts/px)^2 (Sobel)."""
+    squares: Grid = (
         cv2.Sobel(picture, cv2.CV_32F, 1, 0, scale=1 / 8) ** 2 + cv2.Sobel(picture, cv2.CV_32F, 0, 1, scale=1 / 8) ** 2
     )
-    return steep
+    return squares
 
 
 def _shifted(picture: Grid, shift: tuple[float, float]) -> Grid:
-    """The picture moved by (dx, dy) px, cubic; edges are repeated."""
+    """Return the picture moved by (dx, dy) px, by cubic interpolation; edges are repeated."""
     if max(abs(shift[0]), abs(shift[1])) < 1e-3:
         return picture
     matrix = np.array([[1, 0, shift[0]], [0, 1, shift[1]]], np.float64)

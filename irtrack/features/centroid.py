@@ -1,4 +1,4 @@
-"""The centroid of what stands out in a gate: the plainest measurement of a target's place."""
+"""Contrast of a target with its background, and the centroid of its pixels in a gate."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from irsim.types import Image
 
 
 def contrast(patch: Image, region: Image) -> float:
-    """How far the target stands out, counts: positive for a hot one, negative for a cold one.
+    """Return the target's contrast, counts: positive for a hot target, negative for a cold one.
 
-    `region` holds the patch and what surrounds it; its median is the level. The patch holds target
-    and background, in any shares (boxes may be tight or loose): it is split in two where the
-    threshold is midway between the means of its halves (Ridler, Calvard, "Picture thresholding
-    using an iterative selection method", IEEE Trans. SMC 8, 1978); the target is the half whose mean
-    is farther from the level. 0 where the patch is constant.
+    `region` holds the patch and its surroundings; its median is the background level. The patch holds target and
+    background in any shares. It is split by a threshold midway between the means of both halves (Ridler, Calvard,
+    "Picture thresholding using an iterative selection method", IEEE Trans. SMC 8, 1978). The target is the half
+    whose mean is farther from the level. 0 where the patch is constant.
     """
     if patch.min() == patch.max():
         return 0.0
@@ -27,10 +26,10 @@ def contrast(patch: Image, region: Image) -> float:
 
 
 def centroid(region: Image, contrast: float, threshold: float) -> tuple[float, float] | None:
-    """(x, y) of what passes `threshold` times the contrast, weighted by its excess, region's px.
+    """Return the centroid (x, y), px of the region, of pixels above `threshold` times the contrast.
 
-    The level is the region's median, so the region should be at least twice as large as the target.
-    None where nothing passes; with a contrast of zero there is nothing to look for.
+    Pixels are weighted by their excess over the threshold. The background level is the region's median, so the region
+    should be at least twice as large as the target. None where no pixel passes, or the contrast is 0.
     """
     if contrast == 0:
         return None

@@ -14,14 +14,14 @@ from irtrack.features.window import Window
 
 
 def ncc(region: Image | Floats, template: Floats) -> Floats:
-    """r in -1 .. 1 for every place of the template (h, w) within the region (H, W).
+    """Return r in -1 .. 1 for every place of the template (h, w) within the region (H, W).
 
-    Returns (H-h+1, W-w+1); [0, 0] has the template's corner on the region's. Where the window or
-    the template is constant, r is undefined and given as 0.
+    The result is (H-h+1, W-w+1); [0, 0] has the template's corner on the region's. Where the window or the template
+    is constant, r is undefined and given as 0.
     """
     if float(np.ptp(template)) == 0.0:
         return np.zeros((region.shape[0] - template.shape[0] + 1, region.shape[1] - template.shape[1] + 1))
-    # float32 with the level taken off: counts of 16 bits would otherwise lose the contrast in the sums.
+    # float32 less the mean level: sums of 16-bit counts would otherwise lose the contrast.
     level = float(template.mean())
     scores = cv2.matchTemplate(
         (region - level).astype(np.float32), (template - level).astype(np.float32), cv2.TM_CCOEFF_NORMED
@@ -29,16 +29,16 @@ def ncc(region: Image | Floats, template: Floats) -> Floats:
     return np.clip(np.nan_to_num(scores, nan=0.0, posinf=0.0, neginf=0.0), -1.0, 1.0)
 
 
-def peak(scores: Floats, usual: tuple[float, float] | None = None) -> tuple[tuple[float, float], float]:
-    """The highest place (x, y), refined to a fraction of a pixel, and the score there.
+def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tuple[float, float], float]:
+    """Return the highest place (x, y), refined to a fraction of a pixel, and its score.
 
-    usual   the place where none is higher than another, as for a template without structure; else the first of all
+    default   the place where all scores are equal, as for a template without structure
 
-    Each axis takes the top of the parabola through the peak and its two neighbours; a peak on the
-    edge has no neighbour there and stays whole on that axis.
+    Each axis takes the top of the parabola through the peak and its two neighbours. A peak on the edge has no
+    neighbour there and stays whole on that axis.
     """
-    if usual is not None and float(np.ptp(scores)) == 0.0:
-        return usual, float(scores.flat[0])
+    if default is not None and float(np.ptp(scores)) == 0.0:
+        return default, float(scores.flat[0])
     row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
     y, x = int(row), int(column)
     top = float(scores[y, x])
@@ -47,10 +47,10 @@ def peak(scores: Floats, usual: tuple[float, float] | None = None) -> tuple[tupl
     return (x + dx, y + dy), top
 
 
-def rival(scores: Floats, corner: tuple[int, int], window: Window) -> float:
-    """The highest score where the window, moved from `corner`, no longer overlaps itself.
+def best_distractor(scores: Floats, corner: tuple[int, int], window: Window) -> float:
+    """Return the highest score of windows that do not overlap the one at `corner`, the likeliest false match.
 
-    It is what the likeliest false match reaches; 0 where there is no such place, or none above 0.
+    0 where there is no such place, or none above 0.
     """
     apart = np.ones(scores.shape, bool)
     x, y = corner
@@ -59,6 +59,6 @@ def rival(scores: Floats, corner: tuple[int, int], window: Window) -> float:
 
 
 def _vertex(before: float, top: float, after: float) -> float:
-    """Where the parabola through (-1, before), (0, top), (1, after) is highest; top is the largest."""
+    """Return the place of the highest point of the parabola through (-1, before), (0, top), (1, after)."""
     curvature = before - 2 * top + after
     return 0.5 * (before - after) / curvature if curvature < 0 else 0.0

@@ -1,13 +1,13 @@
-"""High-pass by background prediction: what a small target is brighter than its surroundings by.
+"""High-pass filter by background prediction, which leaves a small target's contrast with its surroundings.
 
     residual = frame - background,  background = mean of the frame over a neighbourhood
 
 The fast one of Xue, Yuan, Xie 2011 (section 1.1) predicts from a ring neighbourhood, eq. 1: the
 pixels nearest to (i + r cos theta, j + r sin theta) for r = 0, 1 ... L and theta = 0, 2 pi / m ...,
-and only on a grid; other pixels take the nearest prediction. The one that it hastens (its reference
-12: Peng, Zhou 1999) predicts every pixel from its whole n x n neighbourhood. The paper leaves open L,
-m, the grid's step, the samples' weights (here equal, each place (r, theta) one sample and the centre
-one) and how residuals become grey levels (here `HighPass`). Beyond the frame its edge is mirrored.
+and only on a grid; other pixels take the nearest prediction. The method that it accelerates (its
+reference 12: Peng, Zhou 1999) predicts every pixel from its whole n x n neighbourhood. The paper leaves
+open L, m, the grid's step, the samples' weights (here equal, each place (r, theta) one sample and the
+centre one) and the mapping of residuals to grey levels (here `HighPass`). The frame is mirrored at its edge.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ import numpy.typing as npt
 
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
 from irtrack._native import COMPILED, kernels
-from irtrack.features.quantise import contiguous
+from irtrack.features.quantiser import contiguous
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles
-"""(2L+1, 2L+1): how many samples each pixel of a neighbourhood is. Whole numbers, as are their sums over counts: a part
-of a picture is the same by itself as in the whole."""
+"""(2L+1, 2L+1): the number of samples of each pixel of a neighbourhood. Whole numbers, as are their sums over counts,
+so that a part of a picture is exactly that of the whole."""
 
 Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
-"""Standard deviations of the residual on each side of the middle grey. Chosen here, the source maps
-to 0 ... 255 and does not say how: a target of SCR 8 is then just white."""
+"""Standard deviations of the residual on each side of the middle grey: a target of SCR 8 is just white. Chosen here;
+the source maps to 0 ... 255 and does not say how."""
 
 ROUNDING = 1 / sqrt(12)
-"""Counts. The deviation that rounding to whole counts alone gives; no frame's noise counts as less."""
+"""Standard deviation of rounding to whole counts, the least noise of any frame."""
 
 DIRECT = 7
-"""Side of the largest kernel that OpenCV sums up sample by sample on any machine: from an area of 50 on it may take
-Fourier's transform (filter2D's documentation says from about 11x11 on)."""
+"""Side of the largest kernel that OpenCV sums sample by sample on any machine; from an area of 50 on it may take a
+Fourier transform (filter2D's documentation says from about 11x11 on)."""
 
 
 def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
-    """(2L+1, 2L+1) samples of the ring neighbourhood of eq. 1.
+    """Return the samples (2L+1, 2L+1) of the ring neighbourhood of eq. 1, m on each radius.
 
-    inner is the least radius: 0 as in the source; beyond the target's half size, the target does
-    not enter the prediction of its own background.
+    inner is the least radius, 0 in the source. Beyond the target's half size, the target is left out of the
+    prediction of its own background.
     """
     kernel = np.zeros((2 * L + 1, 2 * L + 1), np.float32)
     for r in range(inner, L + 1):
@@ -57,15 +57,15 @@ def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
 
 
 def full_kernel(L: int) -> Kernel:
-    """(2L+1, 2L+1), each 1: all pixels of the neighbourhood (Peng, Zhou 1999)."""
+    """Return the full neighbourhood, (2L+1, 2L+1) ones (Peng, Zhou 1999)."""
     return np.ones((2 * L + 1, 2 * L + 1), np.float32)
 
 
-def background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
-    """The predicted background of float32 pixels (rows, columns), counts.
+def predicted_background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
+    """Return the predicted background of float32 pixels (rows, columns), counts.
 
-    Of each grid x grid block the middle pixel is predicted (the upper left one of the middle four);
-    the others, and what is left over on the right and below, take the nearest prediction.
+    Of each grid x grid block the middle pixel is predicted (the upper left of the middle four). All other pixels take
+    the nearest prediction.
     """
     predicted = cv2.filter2D(pixels, cv2.CV_32F, kernel / kernel.sum(), borderType=cv2.BORDER_REFLECT_101)
     nearest: Singles = _on_grid(predicted, grid).astype(np.float32, copy=False)
@@ -87,10 +87,10 @@ def _nearest_blocks(sums: Any, grid: int) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HighPass:
-    """Frames to high-passed 8-bit pictures: 128 + gain * residual, rounded and clipped.
+    """High-pass filter to 8-bit pictures: 128 + gain * residual, rounded and clipped.
 
-    The gain, grey levels per count, is set once: were it set in each frame by its extremes, a grey
-    level would mean something else in every frame, and a histogram could not be compared.
+    The gain, grey levels per count, is set once. Set anew in each frame, a grey level would mean something else in
+    every frame, and histograms could not be compared.
     """
 
     kernel: Kernel
@@ -99,35 +99,35 @@ class HighPass:
 
     @classmethod
     def fitted(cls, image: Image, kernel: Kernel, grid: int) -> HighPass:
-        """The gain that gives `REACH` deviations of a first frame's residual 128 grey levels.
+        """Return the filter whose gain maps `REACH` deviations of a first frame's residual to 128 grey levels.
 
-        The deviation is told by the median absolute residual, which targets do not sway.
+        The deviation is estimated by the median absolute residual, which targets change little.
         """
         pixels = image.astype(np.float32)
-        deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(pixels - background(pixels, kernel, grid))))
+        deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(pixels - predicted_background(pixels, kernel, grid))))
         return cls(kernel, grid, 128 / (REACH * max(deviation, ROUNDING)))
 
     def __call__(self, image: Image) -> Picture:
-        """The high-passed picture (rows, columns) of a frame."""
+        """Return the high-passed picture (rows, columns) of a frame."""
         picture = np.empty(image.shape, np.uint8)
-        return picture if self.write(image, (0, 0), picture) else self.passes(image)
+        return picture if self.write(image, (0, 0), picture) else self.full_picture(image)
 
-    def view(self, image: Image) -> HighPassed | Picture:
-        """The same for who looks at a part of it only; the whole where predictions lie on a grid."""
-        return HighPassed(image, self) if self.grid == 1 else self(image)
+    def view(self, image: Image) -> HighPassedFrame | Picture:
+        """Return the picture computed part by part on demand; the whole where predictions lie on a grid."""
+        return HighPassedFrame(image, self) if self.grid == 1 else self(image)
 
     def write(self, image: Image, corner: tuple[int, int], picture: Picture) -> bool:
-        """Writes the part of the picture with its corner at (left, top), where there is a compiled loop for it."""
+        """Write the part of the picture with its corner at (left, top) by the C kernel; False where it cannot."""
         return (
             COMPILED
             and self.grid == 1
             and kernels.high_pass(contiguous(image), self.kernel, self.gain, *corner, picture)
         )
 
-    def passes(self, image: Image) -> Picture:
-        """The picture by passes over all of it."""
+    def full_picture(self, image: Image) -> Picture:
+        """Return the whole picture by array operations."""
         samples = float(self.kernel.sum())
-        # Singles hold whole numbers below 2^24, and OpenCV sums up many samples by Fourier's transform.
+        # float32 holds whole numbers below 2^24, and OpenCV sums many samples by a Fourier transform.
         exact = len(self.kernel) <= DIRECT and samples * np.iinfo(image.dtype).max < 2**24
         pixels: Floats = image.astype(np.float32 if exact else np.float64)
         sums = cv2.filter2D(pixels, -1, self.kernel, borderType=cv2.BORDER_REFLECT_101)
@@ -140,11 +140,11 @@ class HighPass:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HighPassed:
-    """A frame's high-passed picture, worked out where it is looked at."""
+class HighPassedFrame:
+    """High-passed picture of a frame, computed part by part on demand."""
 
     image: Image
-    by: HighPass
+    high_pass: HighPass
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -152,18 +152,18 @@ class HighPassed:
         return self.image.shape[0], self.image.shape[1]
 
     def __getitem__(self, part: tuple[slice, slice]) -> Picture:
-        """(rows, columns) of a part, whose slices have both ends, within the frame."""
+        """Return (rows, columns) of a part inside the frame; both slices have both ends."""
         rows, columns = part
         picture = np.empty((max(rows.stop - rows.start, 0), max(columns.stop - columns.start, 0)), np.uint8)
-        if picture.size == 0 or self.by.write(self.image, (columns.start, rows.start), picture):
+        if picture.size == 0 or self.high_pass.write(self.image, (columns.start, rows.start), picture):
             return picture
-        reach = self.by.kernel.shape[0] // 2
+        reach = self.high_pass.kernel.shape[0] // 2
         top, left = max(rows.start - reach, 0), max(columns.start - reach, 0)
-        around = self.by.passes(self.image[top : rows.stop + reach, left : columns.stop + reach])
+        around = self.high_pass.full_picture(self.image[top : rows.stop + reach, left : columns.stop + reach])
         picture[:] = around[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
         return picture
 
 
 def _nearest(value: float) -> int:
-    """The nearest whole number; what lies midway but for rounding goes up, the same on any machine."""
+    """Return the nearest whole number; halves, up to rounding errors, go up on any machine."""
     return int(np.floor(value + 0.5 + 1e-9))

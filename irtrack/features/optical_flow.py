@@ -1,4 +1,4 @@
-"""Optical flow of points between two pictures, and which of it can be trusted."""
+"""Optical flow of points between two pictures, with forward-backward errors."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)
 def forward_backward(
     before: Picture, after: Picture, points: Floats, window: int, levels: int
 ) -> tuple[Floats, Floats]:
-    """Where points (N, 2) px of one picture are in the next, and their forward-backward errors (N,) px.
+    """Return the places of points (N, 2) px in the next picture, and their forward-backward errors (N,) px.
 
     Pyramidal Lucas-Kanade (J.-Y. Bouguet, "Pyramidal Implementation of the Affine Lucas Kanade Feature
-    Tracker", Intel, 2001), forth and back again: the error is how far from its start a point ends
+    Tracker", Intel, 2001), forward and back: the error is the distance of a point's end from its start
     (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that
-    is lost on the way, or leaves the picture, has the error infinity.
+    is lost on the way, or leaves the picture, has an infinite error.
     """
     start = points.astype(np.float32).reshape(-1, 1, 2)
 
@@ -43,8 +43,8 @@ def forward_backward(
     return moved, errors
 
 
-def spread_ratio(before: Floats, after: Floats) -> float:
-    """How much farther apart points (N, 2) have come: the median ratio of their distances; 1 for fewer than two.
+def scale_change(before: Floats, after: Floats) -> float:
+    """Return the median ratio of the distances between points (N, 2) after and before; 1 for fewer than two.
 
     Kalal et al. 2010, section 3.
     """

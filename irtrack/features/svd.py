@@ -1,8 +1,8 @@
-"""Background suppression by singular values, and candidates for small targets in what is left.
+"""Background suppression by singular values, and candidates for small targets in the residual.
 
 L. Cui, J. Zheng, X. Li, "Detecting small targets based on SVD for background suppression and particle
 filter", Application Research of Computers 28(4), 2011: of the frame A = sum s_i u_i v_i', the large
-singular values carry the background, which is alike along rows and columns; a small target is not.
+singular values carry the background, which is similar along rows and columns; a small target is not.
 """
 
 from __future__ import annotations
@@ -16,34 +16,30 @@ import numpy.typing as npt
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
 from irtrack.features.correlation import peak
 
-ROUNDING = 1e-5
-"""Of 32-bit sums over a few hundred pixels, of the largest count."""
-
 Residual = npt.NDArray[np.float32]
 
 OVERSAMPLING = 5
-"""Further directions that are looked at (Halko et al. 2011, section 1.3.1: five to ten)."""
+"""Further random directions (Halko et al. 2011, section 1.3.1: five to ten)."""
 THINNED = 4
-"""Every so-manyth row and column is taken for the spread of a residual: of 320x240 px these are 4800, enough
-for 2 %."""
+"""Step of rows and columns sampled for the deviation of a residual: 4800 of 320x240 px give it to 2 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """A frame (rows, columns), and its largest singular parts: left (rows, k) times right (k, columns)."""
+    """Frame (rows, columns) and its largest singular parts, left (rows, k) times right (k, columns)."""
 
     frame: Residual
     left: Residual
     right: Residual
 
     def less(self, components: int) -> Residual:
-        """The frame without its `components` largest singular parts, counts."""
+        """Return the frame without its `components` largest singular parts, counts."""
         residual: Residual = self.frame - self.left[:, :components] @ self.right[:components]
         return residual
 
 
 def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Parts:
-    """The `components` largest singular parts of a frame, found by random directions.
+    """Return the `components` largest singular parts of a frame, by random projection.
 
     N. Halko, P. Martinsson, J. Tropp, "Finding Structure with Randomness", SIAM Review 53(2), 2011,
     algorithm 4.4 with one power iteration, and 5.1; in 32 bits.
@@ -59,29 +55,26 @@ def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Pa
     return Parts(frame, basis @ turned, turned.T @ small)
 
 
-def standardised(residual: Residual, size: tuple[int, int], sign: float, level: float) -> Residual:
-    """z: the mean over a target's (w, h) px, less the frame's middle, in robust standard deviations.
+def standardised(residual: Residual, size: tuple[int, int], sign: float) -> Residual:
+    """Return z: the mean over a target's (w, h) px less the median, in robust standard deviations.
 
-    The deviation is told by the median distance from the median, which targets and edges hardly
-    move. sign is 1 for hot targets, -1 for cold ones. level is the largest count of the frame: what
-    spreads no more than 32 bits round is nothing, and gives zeros.
+    The deviation is estimated by the median distance from the median, which targets and edges change little. sign is
+    1 for hot targets, -1 for cold ones. A residual within rounding errors gives zeros.
     """
     mean = cv2.blur(residual, size, borderType=cv2.BORDER_REFLECT)
     some = mean[::THINNED, ::THINNED]
     middle = np.median(some)
     deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(some - middle)))
-    if deviation <= 1e-6 * max(
-        float(np.abs(residual).max()), 1.0
-    ):  # what 32 bits leave of a background that is all gone
+    if deviation <= 1e-6 * max(float(np.abs(residual).max()), 1.0):  # rounding of 32 bits alone
         return np.zeros_like(residual)
     z: Residual = (mean - middle) * np.float32(sign / deviation)
     return z
 
 
 def candidates(z: Residual, size: tuple[int, int], threshold: float, most: int) -> tuple[Floats, Floats]:
-    """Centres (n, 2) px and z (n,) of the highest places above a threshold, the highest first, at most `most`.
+    """Return centres (n, 2) px and z (n,) of the highest places above a threshold, the highest first, at most `most`.
 
-    A place is a maximum over a target's (w, h) px on all sides; its centre is refined by parabolas.
+    A place is a maximum within a target's (w, h) px on all sides; its centre is refined by parabolas.
     """
     highest = cv2.dilate(z, np.ones((2 * size[1] - 1, 2 * size[0] - 1), np.uint8))
     rows, columns = np.nonzero((z == highest) & (z > threshold))

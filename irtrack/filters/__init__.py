@@ -1,1 +1,1 @@
-"""How trackers carry a state through time: motion models, resampling, the Kalman filter."""
+"""Filters of trackers: particle and Kalman filters, motion models, resampling, data association."""

@@ -1,4 +1,4 @@
-"""The linear Kalman filter as plain functions (Kalman 1960; Bar-Shalom et al. 2001, section 5.2.4).
+"""Linear Kalman filter as functions (Kalman 1960; Bar-Shalom et al. 2001, section 5.2.4).
 
 mean (n,), covariance P (n, n), transition F (n, n), process noise Q (n, n), measurement z (m,),
 measurement matrix H (m, n), measurement noise R (m, m).
@@ -12,32 +12,32 @@ from irsim.types import Floats
 
 
 def predict(mean: Floats, P: Floats, F: Floats, Q: Floats) -> tuple[Floats, Floats]:
-    """The state one step on: F mean and F P F' + Q."""
+    """Return the predicted state, F mean and F P F' + Q."""
     return F @ mean, F @ P @ F.T + Q
 
 
 def innovation(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
-    """What the measurement says beyond the prediction, z - H mean, and its covariance S."""
+    """Return the innovation z - H mean and its covariance S."""
     return z - H @ mean, H @ P @ H.T + R
 
 
 def update(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
-    """The state after a measurement."""
+    """Return the state after a measurement."""
     nu, S = innovation(mean, P, z, H, R)
     gain = np.linalg.solve(S, H @ P).T
-    return mean + gain @ nu, covariance_after(P, gain, H, R)
+    return mean + gain @ nu, updated_covariance(P, gain, H, R)
 
 
-def covariance_after(P: Floats, gain: Floats, H: Floats, R: Floats) -> Floats:
-    """(n, n) the covariance after a measurement that entered by a gain (n, m).
+def updated_covariance(P: Floats, gain: Floats, H: Floats, R: Floats) -> Floats:
+    """Return the covariance (n, n) after a measurement that entered by a gain (n, m).
 
-    Joseph's form, which keeps P symmetric and positive, whatever the gain.
+    Joseph's form, which keeps P symmetric and positive for any gain.
     """
     rest = np.eye(len(P)) - gain @ H
     after: Floats = rest @ P @ rest.T + gain @ R @ gain.T
     return after
 
 
-def distance2(nu: Floats, S: Floats) -> float:
-    """Squared Mahalanobis distance nu' S^-1 nu: chi-square with len(nu) degrees of freedom."""
+def squared_distance(nu: Floats, S: Floats) -> float:
+    """Return the squared Mahalanobis distance nu' S^-1 nu: chi-square with len(nu) degrees of freedom."""
     return float(nu @ np.linalg.solve(S, nu))

@@ -1,31 +1,35 @@
-"""How a target's centre moves from one frame to the next. Lengths in px, time in frames."""
+"""Motion models of a target's centre from one frame to the next. Lengths in px, time in frames."""
 
 from __future__ import annotations
 
-from math import pi
+from math import cos, pi, sin
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from irsim.types import Floats
 from irtrack._native import COMPILED, kernels
+from irtrack.filters.resampling import Indices
 
 Propagation = Literal["gaussian", "disc"]
-"""How particles spread within a radius: normal, of a third of it; or even over the disc."""
+"""Distribution of particles within a radius: normal, with a deviation of a third of it, or uniform over the disc."""
+
+_STRAIGHT = 1e-4
+"""rad/frame. Below, sin(omega) / omega and the like are taken from their series: the omitted terms of third order are
+below 1e-12."""
 
 
 def random_walk(positions: Floats, radius: float, propagation: Propagation, rng: np.random.Generator) -> Floats:
-    """Places (N, 2) px spread about where they were, within a radius in px (normal: 98.9 % of them)."""
+    """Draw places (N, 2) px about positions (N, 2), within a radius in px (normal: 98.9 % of them)."""
     if propagation == "gaussian":
         return positions + radius / 3 * rng.standard_normal(positions.shape)
     distance, angle = radius * np.sqrt(rng.random(len(positions))), 2 * pi * rng.random(len(positions))
-    spread: Floats = positions + np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=1)
-    return spread
+    places: Floats = positions + np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=1)
+    return places
 
 
 def random_walk_density(places: Floats, origins: Floats, radius: float, propagation: Propagation) -> Floats:
-    """(N,) density per px^2 of `random_walk` at places (N, 2) px from origins (M, 2), each as likely."""
+    """Return the density (N,) per px^2 of `random_walk` at places (N, 2) px, from equally likely origins (M, 2)."""
     square = ((places[:, None] - origins[None]) ** 2).sum(axis=2)
     if propagation == "disc":
         inside: Floats = (square <= radius**2).mean(axis=1) / (pi * radius**2)
@@ -35,52 +39,71 @@ def random_walk_density(places: Floats, origins: Floats, radius: float, propagat
     return density
 
 
-def ar2(positions: Floats, previous: Floats, damping: float, noise: Floats) -> Floats:
-    """x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u for x (N, 2), u (N, 2) px.
-
-    Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With damping 1 and
-    noise of deviation R the spread after n frames is R sqrt(n (n+1) (2n+1) / 6).
-    """
-    return positions + damping * (positions - previous) + noise
-
-
-def ar2_drawn(
+def ar2(
     positions: Floats,
     previous: Floats,
-    chosen: npt.NDArray[np.intp],
+    ancestors: Indices,
     damping: float,
     deviation: Floats,
     rng: np.random.Generator,
 ) -> tuple[Floats, Floats]:
-    """`ar2` of the particles `chosen` (n,) among positions and previous ones (N, 2) px, their noise normal of a
-    deviation (n,) px: where they are (n, 2), and where they come from."""
-    normals = rng.standard_normal((len(chosen), 2))
-    if not COMPILED:
-        return _ar2_drawn_plain(positions, previous, chosen, damping, deviation, normals)
-    moved, origins = np.empty_like(normals), np.empty_like(normals)
-    kernels.ar2_drawn(positions, previous, chosen, damping, deviation, normals, moved, origins)
-    return moved, origins
+    """Draw x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u, and return it with x_{t-1}, (n, 2) px each.
 
-
-def _ar2_drawn_plain(
-    positions: Floats,
-    previous: Floats,
-    chosen: npt.NDArray[np.intp],
-    damping: float,
-    deviation: Floats,
-    normals: Floats,
-) -> tuple[Floats, Floats]:
-    origins = positions.take(chosen, axis=0)
-    return ar2(origins, previous.take(chosen, axis=0), damping, deviation[:, None] * normals), origins
+    positions and previous are x_{t-1}, x_{t-2} (N, 2) px, of which the ancestors (n,) move; u is normal, of a
+    deviation (n,) px. Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With damping 1 and
+    a deviation R, x has after n frames the deviation R sqrt(n (n+1) (2n+1) / 6).
+    """
+    normals = rng.standard_normal((len(ancestors), 2))
+    if COMPILED:
+        moved, before = np.empty_like(normals), np.empty_like(normals)
+        kernels.ar2(positions, previous, ancestors, damping, deviation, normals, moved, before)
+        return moved, before
+    origins = positions.take(ancestors, axis=0)
+    return origins + damping * (origins - previous.take(ancestors, axis=0)) + deviation[:, None] * normals, origins
 
 
 def constant_velocity(acceleration: float) -> tuple[Floats, Floats]:
-    """Transition F and process noise Q (4, 4) of the state (x, y, vx, vy) over one frame.
+    """Return transition F and process noise Q (4, 4) of the state (x, y, vx, vy) over one frame.
 
-    Discrete white-noise acceleration of standard deviation `acceleration` px/frame^2 (Bar-Shalom,
-    Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001, eq. 6.3.2-4).
+    Discrete white-noise acceleration of standard deviation `acceleration` px/frame^2 (Bar-Shalom, Li, Kirubarajan,
+    "Estimation with Applications to Tracking and Navigation", 2001, eq. 6.3.2-4).
     """
     eye = np.eye(2)
     transition = np.block([[eye, eye], [np.zeros((2, 2)), eye]])
     noise = acceleration**2 * np.block([[eye / 4, eye / 2], [eye / 2, eye]])
     return transition, noise
+
+
+def coordinated_turn(state: Floats) -> tuple[Floats, Floats]:
+    """Return the state (x, y, vx, vy, omega) a frame ahead, and its Jacobian (5, 5).
+
+    Constant speed and turn rate omega, rad/frame from +x towards +y (Bar-Shalom, Li, Kirubarajan 2001, eq. 11.7.1-4
+    and 11.7.2-3).
+    """
+    x, y, vx, vy, w = state.tolist()
+    s, c = sin(w), cos(w)
+    if abs(w) < _STRAIGHT:
+        along, across = 1 - w * w / 6, w / 2
+        d_along, d_across = -w / 3, 0.5 - w * w / 8
+    else:
+        along, across = s / w, (1 - c) / w
+        d_along, d_across = (c - along) / w, (s - across) / w
+    moved = np.array([x + along * vx - across * vy, y + across * vx + along * vy, c * vx - s * vy, s * vx + c * vy, w])
+    jacobian = np.array(
+        [
+            [1, 0, along, -across, d_along * vx - d_across * vy],
+            [0, 1, across, along, d_across * vx + d_along * vy],
+            [0, 0, c, -s, -s * vx - c * vy],
+            [0, 0, s, c, c * vx - s * vy],
+            [0, 0, 0, 0, 1],
+        ]
+    )
+    return moved, jacobian
+
+
+def turn_noise(acceleration: float, turn_rate: float) -> Floats:
+    """Return Q (5, 5) of accelerations of deviation px/frame^2 and a turn rate that changes by rad/frame per frame."""
+    noise = np.zeros((5, 5))
+    noise[:4, :4] = constant_velocity(acceleration)[1]
+    noise[4, 4] = turn_rate**2
+    return noise

@@ -1,75 +1,204 @@
-"""Weighted particles: their weights by Bayes' rule, effective number, mean, covariance."""
+"""Sequential Monte Carlo: the one step that all particle filters take, weights, and the number of particles.
+
+    resample -> move -> weigh -> estimate            (Doucet, de Freitas, Gordon 2001, chapter 1)
+
+A tracker gives three functions: `resample` picks ancestors by their weights, `move` draws from the proposal, and
+`likelihood` gives the logarithms of the likelihoods. `smc_step` puts them together; `particle_estimate` makes an
+`Estimate` of the outcome.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from irsim.types import Floats
 from irtrack._native import COMPILED, kernels
+from irtrack.filters.resampling import Indices
+from irtrack.types import Estimate, Status
 
 
-def reweigh(prior: Floats, score: Floats, sharpness: float = 1.0) -> Floats | None:
-    """Weights proportional to prior exp(sharpness * score), each set summing to one: Bayes' rule, where the score is
-    the logarithm of the likelihood up to a factor, the sharpness, and any constant.
+class Weights:
+    """Normalised importance weights W of particles, from the logarithms of their unnormalised ones.
 
-    prior, score   (N,) of one set of particles, or (..., N) of many; prior at least 0, of any sum; score finite, or
-                   -inf for a likelihood of 0, where the sharpness is above 0
-    sharpness      0: all particles are alike, but for their priors
+    W (..., N) is proportional to prior exp(scale lw), each set summing to one: Bayes' rule. lw (..., N) are
+    log-likelihoods up to a factor, the scale, and any constant; finite, or -inf for a likelihood of 0 where the scale
+    is above 0. prior (..., N), at least 0, of any sum; equal for all by default.
 
-    None where nothing is left in a set: every particle in it has a prior or a likelihood of 0. The best score among
-    the particles of a prior above 0 is taken as 0, so that those cannot all underflow, whatever the others score.
+    degenerate is True where every particle of a set has a prior or a likelihood of 0: then all weights are equal. The
+    largest lw of a prior above 0 is subtracted first, so that not all likelihoods can underflow.
     """
-    if COMPILED and prior.ndim == 1:
-        prior, score = np.ascontiguousarray(prior, np.float64), np.ascontiguousarray(score, np.float64)
-        weights = np.empty_like(score)
-        if not kernels.below_best(prior, score, sharpness, weights):
-            return None
-        np.exp(weights, out=weights)
-        kernels.weighted(weights, prior)
-        return weights
-    return _reweigh_plain(prior, score, sharpness)
+
+    __slots__ = ("W", "degenerate")
+
+    def __init__(self, lw: Floats, prior: Floats | None = None, scale: float = 1.0) -> None:
+        prior = np.ones(lw.shape) if prior is None else prior
+        weights = (_posterior if COMPILED and lw.ndim == 1 else _posterior_plain)(lw, prior, scale)
+        self.degenerate = weights is None
+        self.W: Floats = equal_weights(lw.shape) if weights is None else weights
+
+    @property
+    def ESS(self) -> Floats:  # noqa: N802  # as in the literature
+        """Effective sample size (...) of each set."""
+        return ess(self.W)
 
 
-def _reweigh_plain(prior: Floats, score: Floats, sharpness: float) -> Floats | None:
-    best = score.max(axis=-1, keepdims=True, initial=-np.inf, where=prior > 0)
-    if (best == -np.inf).any():
+def equal_weights(shape: int | tuple[int, ...]) -> Floats:
+    """Return weights 1/N of a shape (..., N)."""
+    return np.full(shape, 1 / (shape if isinstance(shape, int) else shape[-1]))
+
+
+def _posterior(lw: Floats, prior: Floats, scale: float) -> Floats | None:
+    prior, lw = np.ascontiguousarray(prior, np.float64), np.ascontiguousarray(lw, np.float64)
+    weights = np.empty_like(lw)
+    if not kernels.scaled_log_weights(prior, lw, scale, weights):
         return None
-    weights: Floats = np.minimum(score - best, 0)
-    weights *= sharpness
     np.exp(weights, out=weights)
-    weights *= prior
-    weights /= weights.sum(axis=-1, keepdims=True)
+    kernels.normalise_product(weights, prior)
     return weights
 
 
-def shares(weights: Floats) -> Floats | None:
-    """Weights (N,), at least 0, over their sum; None where all are 0."""
-    total = weights.sum()
-    return weights / total if total > 0 else None
+def _posterior_plain(lw: Floats, prior: Floats, scale: float) -> Floats | None:
+    best = lw.max(axis=-1, keepdims=True, initial=-np.inf, where=prior > 0)
+    if (best == -np.inf).any():
+        return None
+    weights: Floats = np.minimum(lw - best, 0)
+    weights *= scale
+    np.exp(weights, out=weights)
+    weights *= prior
+    return normalise(weights)
 
 
-def neff(weights: Floats) -> Floats:
-    """(...,) effective number of particles, 1 / sum w^2 (Kong, Liu, Wong 1994), 1 .. N, of sets of weights (..., N)."""
-    squares = weights @ weights if weights.ndim == 1 else np.einsum("...n,...n->...", weights, weights)
-    numbers: Floats = 1 / squares
-    return numbers
+def normalise(weights: Floats) -> Floats:
+    """Return weights (..., N) over their sums."""
+    whole: Floats = weights / weights.sum(axis=-1, keepdims=True)
+    return whole
 
 
-def mean(weights: Floats, particles: Floats) -> Floats:
-    """(d,) weighted mean of particles (N, d) (Cheng et al. 2006, eq. 3)."""
-    average: Floats = weights @ particles
+def ess(W: Floats) -> Floats:
+    """Return the effective sample size (...), 1 / sum W^2 (Kong, Liu, Wong 1994), 1 .. N, of weights (..., N)."""
+    squares = W @ W if W.ndim == 1 else np.einsum("...n,...n->...", W, W)
+    sizes: Floats = 1 / squares
+    return sizes
+
+
+def mean(W: Floats, particles: Floats) -> Floats:
+    """Return the weighted mean (d,) of particles (N, d) (Cheng et al. 2006, eq. 3)."""
+    average: Floats = W @ particles
     return average
 
 
-def covariance(weights: Floats, particles: Floats, center: Floats) -> Floats:
-    """(d, d) weighted covariance of particles (N, d) about their mean."""
+def covariance(W: Floats, particles: Floats, center: Floats) -> Floats:
+    """Return the weighted covariance (d, d) of particles (N, d) about their mean."""
     off = (particles - center).T
-    spread: Floats = (off * weights) @ off.T
-    return spread
+    squares: Floats = (off * W) @ off.T
+    return squares
 
 
-def normalised(logarithms: Floats) -> Floats:
-    """Weights (N,) that sum to one from their logarithms, each up to the same constant."""
-    weights: Floats = np.exp(logarithms - logarithms.max())
-    weights /= weights.sum()
-    return weights
+@dataclass(slots=True, eq=False)
+class Likelihood:
+    """Log-likelihoods of N particles: scale lw (N,), up to a constant.
+
+    visible (N,): share of each particle's window inside the frame; 0: its likelihood is 0.
+    """
+
+    lw: Floats
+    scale: float
+    visible: Floats
+
+
+L = TypeVar("L", bound=Likelihood)
+
+
+@dataclass(slots=True, eq=False)
+class Step(Generic[L]):
+    """Outcome of an SMC step: particles (N, d), weights W (N,), their likelihood, whether any is inside the frame."""
+
+    particles: Floats
+    W: Floats
+    likelihood: L
+    in_view: bool
+
+
+def smc_step(
+    W: Floats,
+    resample: Callable[[Floats], Indices] | None,
+    move: Callable[[Indices | None], Floats],
+    likelihood: Callable[[Floats], L],
+) -> Step[L]:
+    """Resample, move and weigh the particles of weights W (M,).
+
+    resample    gives the ancestors (N,) by their weights; None: every particle is its own, and keeps its weight
+    move        draws particles (N, d) from the proposal, for their ancestors
+    likelihood  of the particles
+
+    Where all likelihoods are 0, all weights are equal.
+    """
+    particles = move(None if resample is None else resample(W))
+    found = likelihood(particles)
+    prior = W * (found.visible > 0) if resample is None else np.sign(found.visible)
+    weights = Weights(found.lw, prior, found.scale)
+    return Step(particles, weights.W, found, not weights.degenerate or bool(found.visible.any()))
+
+
+def particle_estimate(
+    particles: Floats,
+    W: Floats,
+    center: Floats,
+    velocity: Floats,
+    size: tuple[float, float],
+    status: Status,
+    score: float,
+) -> Estimate:
+    """Return the estimate of particles (N, d), x and y px first, with weights W (N,); centre and velocity (2,)."""
+    x, y = center.tolist()
+    vx, vy = velocity.tolist()
+    return Estimate(
+        center=(x, y),
+        size=size,
+        status=status,
+        score=score,
+        velocity=(vx, vy),
+        covariance=covariance(W, particles[:, :2], center),
+        neff=float(ess(W)),
+        particles=particles,
+        weights=W,
+    )
+
+
+def kld_bound(cells: Floats, epsilon: float, z: float) -> Floats:
+    """Return the particles needed to keep the Kullback-Leibler distance to the sampled distribution below epsilon.
+
+        n = (k - 1) / (2 epsilon) (1 - 2 / (9 (k - 1)) + sqrt(2 / (9 (k - 1))) z)^3
+
+    with a probability of normal quantile z, for particles in k `cells` (...); one cell needs one particle (Fox,
+    "Adapting the Sample Size in Particle Filters through KLD-Sampling", Int. J. Robotics Research 22(12), 2003,
+    eq. 14).
+    """
+    free = np.maximum(cells - 1, 1)
+    ninths = 2 / (9 * free)
+    bound = free / (2 * epsilon) * (1 - ninths + np.sqrt(ninths) * z) ** 3
+    return np.where(cells > 1, bound, 1.0)
+
+
+def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: float) -> int:
+    """Return how many of the moved particles (N, 2) px to keep: the first n that reach the bound.
+
+    They must be in random order. A particle counts where it falls into an empty cell of `cell` px. At least `least`
+    are kept; N where the bound is not reached.
+    """
+    places = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
+    _, firsts = np.unique(places @ np.array([2**31, 1]), return_index=True)
+    new = np.zeros(len(positions))
+    new[firsts] = 1
+    enough = np.arange(1, len(positions) + 1) >= np.maximum(kld_bound(new.cumsum(), epsilon, z), least)
+    return int(enough.argmax()) + 1 if enough.any() else len(positions)
+
+
+def ess_count(count: int, size: float, wanted: float, least: int, most: int) -> int:
+    """Return the number of particles that would have had the effective sample size wanted, least .. most."""
+    return min(max(ceil(count * wanted / size), least), most)

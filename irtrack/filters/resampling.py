@@ -1,8 +1,9 @@
-"""Resampling: n indices drawn so that index i comes n w_i times in the mean.
+"""Resampling: n indices drawn so that index i comes n w_i times on average; and weight selection.
 
 Douc, Cappe, Moulines, "Comparison of resampling schemes for particle filtering", ISPA 2005, gives
 the four schemes; multinomial by cumulative weights is the one that Cheng et al. 2006 (section 2.3,
-step 2) print. Weights (N,) are not negative and sum to one; n is N unless another count is asked for.
+step 2) print. Weights (N,) are not negative and sum to one; n is N by default. Weight selection (Li, Li 2014,
+section 2) keeps the particles of largest weight in front; it works on one set of weights or many, (..., N).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from irtrack._native import COMPILED, kernels
 
 Indices = npt.NDArray[np.intp]
 Resampling = Literal["multinomial", "systematic", "stratified", "residual"]
+Restoring = Literal["own", "equal"]
 
 
 class Resampler(Protocol):
@@ -24,7 +26,7 @@ class Resampler(Protocol):
 
 
 def _pick(weights: Floats, points: Floats) -> Indices:
-    """For ascending points in [0, 1): the smallest j whose cumulative weight exceeds the point.
+    """Return the smallest j whose cumulative weight exceeds each of the ascending points in [0, 1).
 
     The last cumulative weight is left out of the search: rounding may leave it just below one.
     """
@@ -52,22 +54,22 @@ def _sorted_uniforms(n: int, rng: np.random.Generator) -> Floats:
 
 
 def multinomial(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
-    """Independent draws, in the order of their index.
+    """Draw indices independently, in ascending order.
 
-    The order statistics of n uniform draws are the running sums of n + 1 exponential ones over
-    their total (Devroye, "Non-Uniform Random Variate Generation", 1986, section V.3), so no sort.
+    The order statistics of n uniform draws are the running sums of n + 1 exponential ones over their total (Devroye,
+    "Non-Uniform Random Variate Generation", 1986, section V.3); no sort is needed.
     """
     return _pick(weights, _sorted_uniforms(count or len(weights), rng))
 
 
 def systematic(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
-    """One draw, then steps of 1/n: index i comes floor(n w_i) or ceil(n w_i) times."""
+    """Draw one point, then step by 1/n: index i comes floor(n w_i) or ceil(n w_i) times."""
     n = count or len(weights)
     return _pick(weights, (np.arange(n) + rng.random()) / n)
 
 
 def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
-    """(R, N) how often `systematic` takes each particle, of many sets at once: weights (R, N).
+    """Return how often `systematic` takes each particle (R, N), of many sets of weights (R, N).
 
     Point j, at (j + u) / N, falls on the first i with N c_i - u > j for cumulative weights c: up to i
     fall ceil(N c_i - u) points.
@@ -77,19 +79,19 @@ def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
     marks *= n / marks[:, -1:]
     marks -= rng.random((count, 1))
     ends = np.ceil(marks, out=marks).astype(np.intp)
-    ends[:, -1] = n  # whatever rounding says
+    ends[:, -1] = n  # despite rounding
     copies: Indices = np.diff(ends, axis=1, prepend=0)
     return copies
 
 
 def stratified(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
-    """One draw in each of n strata of 1/n."""
+    """Draw one point in each of n strata of 1/n."""
     n = count or len(weights)
     return _pick(weights, (np.arange(n) + rng.random(n)) / n)
 
 
 def residual(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
-    """floor(n w_i) copies for certain, the rest multinomial from what is left over."""
+    """Take floor(n w_i) copies, and draw the rest multinomially from the remainders."""
     n = count or len(weights)
     copies = np.floor(n * weights).astype(np.intp)
     certain = np.repeat(np.arange(len(weights)), copies)
@@ -106,3 +108,26 @@ RESAMPLERS: dict[Resampling, Resampler] = {
     "stratified": stratified,
     "residual": residual,
 }
+
+
+def largest_first(weights: Floats, count: int) -> Indices:
+    """Return indices (..., N) with those of the `count` largest weights in front, in no order (Li, Li 2014, Step 3)."""
+    n = weights.shape[-1]
+    if count >= n:
+        return np.broadcast_to(np.arange(n), weights.shape)
+    front_last: Indices = weights.argpartition(n - count, axis=-1)[..., ::-1]
+    return front_last
+
+
+def after_selection(weights: Floats, count: int, restoring: Restoring) -> Floats:
+    """Return weights (..., N) after the `count` in front were resampled among themselves (Li, Li 2014, Step 6).
+
+    The formula is lost in print. `own`: those in front share their total weight, and those set aside keep theirs, so
+    that all still represent the same distribution. `equal`: 1/N for all, which gives those set aside an unearned
+    share: at Np = .56 N, 44 %.
+    """
+    if restoring == "equal":
+        return np.full(weights.shape, 1 / weights.shape[-1])
+    after = weights.copy()
+    after[..., :count] = weights[..., :count].mean(axis=-1, keepdims=True)
+    return after

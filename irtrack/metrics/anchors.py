@@ -9,7 +9,7 @@ import numpy as np
 
 import irsim
 from irsim.types import Frame, Input, Source, Truth
-from irtrack.errors import whole
+from irtrack.errors import whole_number
 from irtrack.metrics import AnchorRun, Reference, Trace
 from irtrack.replay.replay import Player, named
 from irtrack.replay.start import Start, find_start, shows
@@ -36,12 +36,12 @@ def run_anchors(
 
     target, input, seed   as in `irtrack.run`. InputError for bad input, TrackerError for what the tracker raises.
     """
-    step = whole("every", every, least=1)
+    step = whole_number("every", every, least=1)
     chosen, opened = named(tracker), irsim.open_source(source)
     truths = list(opened.truths())
     followed = find_start(opened, truths, target).target
     return [
-        _run(chosen, opened, truths, followed, order, input, whole("seed", seed))
+        _run(chosen, opened, truths, followed, order, input, whole_number("seed", seed))
         for order in orders(truths, followed, step)
     ]
 

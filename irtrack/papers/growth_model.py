@@ -15,9 +15,8 @@ import numpy as np
 
 from irsim.rng import stream
 from irsim.types import Floats
-from irtrack.filters import particle as particles
-from irtrack.filters.resampling import systematic_copies
-from irtrack.filters.selection import Restoring, chosen, largest_first, restored
+from irtrack.filters.particle import Weights, ess, normalise
+from irtrack.filters.resampling import Restoring, after_selection, largest_first, systematic_copies
 
 PROCESS_VARIANCE, MEASUREMENT_VARIANCE, START_VARIANCE = 10.0, 1.0, 2.0
 
@@ -30,7 +29,7 @@ class GrowthFilter:
     share      Np / N: the particles of largest weight that are averaged and, when it is time,
                resampled among themselves (Li, Li 2014, section 2: .56); 1: all
     threshold  Nth / N: resampled where Neff is below (section 4.3: 2/3); 1: at every step
-    restoring  weights after that, see `irtrack.filters.selection.restored`
+    restoring  weights after that, see `irtrack.filters.resampling.after_selection`
     """
 
     particles: int = 100
@@ -93,20 +92,18 @@ def run(growth: Growth, filter: GrowthFilter, seed: int) -> Filtered:
         if count < n:
             order = largest_first(weights, count)
             x, weights = np.take_along_axis(x, order, axis=1), np.take_along_axis(weights, order, axis=1)
-        kept = chosen(weights, count)
+        kept = normalise(weights[:, :count])
         estimates[:, k - 1] = np.einsum("rn,rn->r", kept, x[:, :count])
-        neff[:, k - 1] = particles.neff(weights)
+        neff[:, k - 1] = ess(weights)
         due = neff[:, k - 1] < filter.threshold * n
         x[due, :count] = resampled(x[due, :count], kept[due], rng)
-        weights[due] = restored(weights[due], count, filter.restoring)
+        weights[due] = after_selection(weights[due], count, filter.restoring)
     return Filtered(estimates, neff)
 
 
 def weighed(weights: Floats, y: Floats, x: Floats) -> Floats:
     """(R, N) weights times p(y | x), each row summing to one; y (R, 1), x (R, N)."""
-    after = particles.reweigh(weights, -((y - x * x / 20) ** 2), 0.5 / MEASUREMENT_VARIANCE)
-    assert after is not None  # rows sum to one, and squares are finite: something is left in each
-    return after
+    return Weights(-((y - x * x / 20) ** 2), weights, 0.5 / MEASUREMENT_VARIANCE).W
 
 
 def resampled(x: Floats, weights: Floats, rng: np.random.Generator) -> Floats:

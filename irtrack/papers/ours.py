@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from irtrack.external import PEERS
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 OF_PAPERS = (
     "grey_pf",

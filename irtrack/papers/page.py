@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 import irsim
-from irsim.config.files import make_folder, replacing_text
-from irtrack.errors import InputError, whole
+from irsim.recording.output import atomic_text, make_folder
+from irtrack.errors import InputError, whole_number
 from irtrack.external import PEERS
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.papers.cheng import CHENG
@@ -97,7 +97,7 @@ def write_sources(
     if unknown:
         raise InputError(f"{unknown[0]}: there is no such part; allowed: {', '.join(PARTS)}")
     for name, number, least in (("seeds", seeds, 1), ("first", first, 0), ("jobs", jobs, 1)):
-        whole(name, number, least)
+        whole_number(name, number, least)
     chosen = set(only or PARTS)
     make_folder(folder)
     results = folder / RESULTS
@@ -122,7 +122,7 @@ def write_sources(
     then_and_now = [speed for _, speeds in parts for speed in speeds]
     text = render([part for part, _ in parts], then_and_now, growth, hard, real_table, taken, development, command)
     path = folder / PAGE
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write(text)
     return path
 

@@ -87,7 +87,7 @@ class Case:
             "frames": FRAMES,
             "camera": {**CAMERA, "noise": [{"kind": "white"}]},
             "path": strategies.straights(SIZE, FRAMES, st.integers(*speed)),
-            "shape": st.just(strategies.parts.HOT_SPOT),
+            "shape": st.just(strategies.scenes.HOT_SPOT),
             "background": strategies.skies(st.just(0)),
             "noise": strategies.noises(st.integers(1, 3)),
             "decoy": False,

@@ -73,14 +73,14 @@ def _frozen(images: Any) -> Image:
 
 def scene(seed: int, noise: int = 2, speed: int = 3, heading: int = 0, **changes: Any) -> dict[str, Any]:
     """A scene as `Case.clip` draws them, by severities: a patch of 14 x 10 px on its straight way."""
-    path = strategies.parts.straight(strategies.parts.SPEEDS[speed], 45.0 * heading, SIZE, FRAMES)
+    path = strategies.scenes.straight(strategies.scenes.SPEEDS[speed], 45.0 * heading, SIZE, FRAMES)
     camera = {"size": list(SIZE), "ifov_mrad": 0.5, "range_k": [270.0, 330.0], "noise": [{"kind": "white"}]}
     return {
         "seed": seed,
         "frames": FRAMES,
-        "camera": {**camera, "netd_mk": strategies.parts.NETD_MK[noise], **CAMERA},
+        "camera": {**camera, "netd_mk": strategies.scenes.NETD_MK[noise], **CAMERA},
         "background": {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0},
-        "targets": [{"id": "target", "shape": dict(strategies.parts.HOT_SPOT), "path": path}],
+        "targets": [{"id": "target", "shape": dict(strategies.scenes.HOT_SPOT), "path": path}],
         "follow": "target",
     } | changes
 

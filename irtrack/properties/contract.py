@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from irsim.errors import counted
 from irsim.rng import stream
 from irsim.types import Box, Frame
-from irsim.wording import counted
 from irtrack.properties.case import Broken, Case, NotAsked, Walk, expect_same, numbers, walk
 from irtrack.properties.clip import Clip
 from irtrack.properties.process import in_another_process

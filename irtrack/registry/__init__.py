@@ -1,1 +1,1 @@
-"""Trackers by name, with their parameters and the digest of their code."""
+"""Registry of trackers: the table of names and `make` (`table`), their configuration and code hash (`identity`)."""

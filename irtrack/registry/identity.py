@@ -1,4 +1,4 @@
-"""What tells one tracker from another: its name, its parameters, its source code."""
+"""Identity of a tracker: its name, its parameters, and a hash of its source code."""
 
 from __future__ import annotations
 
@@ -25,31 +25,29 @@ from irsim.config.base import Part
 from irtrack.errors import InputError, IrtrackError
 from irtrack.types import Tracker
 
-_SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
-"""In a repr: an address, which differs from run to run, or what numpy writes for what it leaves out."""
+_AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
+"""Parts of a repr that do not identify a value: an address, which differs from run to run, or numpy's ellipsis."""
 
-_PLACES = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
-"""What a class has that says where it is written, or nothing of what it does."""
-
-
-_LOOPS = "irtrack._native"
-"""Inner loops in C. What they compute is what their plain twins do, so what a compiler made of them does not count."""
+_LOCATION = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
+"""Attributes of a class that give its place in a file, or its documentation."""
+_KERNELS = "irtrack._native"
+"""Package of the C kernels. Their source counts; a compiled binary does not, as it computes the same everywhere."""
 
 
 def tracker_name(tracker: Tracker) -> str:
-    """Its name in irtrack's table, or module:Class."""
-    from irtrack.trackers import NAMED
+    """Return its name in the table, or module:Class."""
+    from irtrack.registry.table import NAMED
 
     kind = _kind(tracker)
     return next((name for name, known in NAMED.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
 
 
 def tracker_config(tracker: Tracker) -> dict[str, Any]:
-    """{"tracker": name, "parameters": {...}}, plain values that JSON can hold.
+    """Return {"tracker": name, "parameters": {...}} in values that JSON can hold.
 
-    Parameters are a Part's or a dataclass' fields, else the object's attributes. Different values
-    give different configurations: an array is told by its dtype, shape and a digest of its bytes, an
-    infinity as YAML writes it, anything else by its repr. InputError where a repr does not tell.
+    Parameters are a Part's or a dataclass' fields, else the object's attributes. Different values give different
+    configurations: an array is its dtype, shape and a digest of its bytes, an infinity is written as in YAML, any
+    other object is its repr. InputError where a repr does not identify the value.
     """
     name = tracker_name(tracker)
     parameters = _fields(tracker)
@@ -57,11 +55,11 @@ def tracker_config(tracker: Tracker) -> dict[str, Any]:
 
 
 def remade(config: Mapping[str, Any]) -> Tracker | None:
-    """The tracker of a configuration (`tracker_config`); None of one that cannot be made here.
+    """Return the tracker of a configuration (`tracker_config`); None where it cannot be made here.
 
-    A configuration may come from anywhere, with a results file: what it names is not imported for it.
+    A configuration may come from an untrusted results file: no module is imported for it.
     """
-    from irtrack.trackers import make
+    from irtrack.registry.table import make
 
     module, colon, _ = config["tracker"].partition(":")
     if colon and module not in sys.modules:
@@ -73,21 +71,21 @@ def remade(config: Mapping[str, Any]) -> Tracker | None:
 
 
 def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a configuration that are not the tracker's defaults; all where these are not known here."""
+    """Return the parameters of a configuration that differ from the tracker's defaults; all where those are unknown."""
     usual = remade({"tracker": config["tracker"], "parameters": {}})
     defaults = {} if usual is None else tracker_config(usual)["parameters"]
     return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
 
 
 def _kind(tracker: Tracker) -> type[object]:
-    """The class that does the tracking."""
-    from irtrack.trackers.plain import Plain
+    """Return the tracker's class, without its adapter."""
+    from irtrack.trackers.adapters import Plain
 
     return tracker.kind if isinstance(tracker, Plain) else type(tracker)
 
 
 def _fields(value: Any) -> dict[str, Any]:
-    from irtrack.trackers.plain import Plain
+    from irtrack.trackers.adapters import Plain
 
     if isinstance(value, Plain):
         return dict(value.parameters)
@@ -99,7 +97,7 @@ def _fields(value: Any) -> dict[str, Any]:
 
 
 def _plain(value: Any, place: str) -> Any:
-    """The value as strict JSON can hold it."""
+    """Return the value as strict JSON can hold it."""
     if isinstance(value, np.ndarray) and value.dtype != object:
         digest = hashlib.blake2b(value.tobytes(), digest_size=16).hexdigest()
         return {"array": digest, "dtype": str(value.dtype), "shape": list(value.shape)}
@@ -118,23 +116,22 @@ def _plain(value: Any, place: str) -> Any:
     if isinstance(value, Part) or (dataclasses.is_dataclass(value) and not isinstance(value, type)):
         return {"type": type(value).__qualname__, **{k: _plain(v, f"{place}.{k}") for k, v in _fields(value).items()}}
     text = repr(value)
-    if _SAYS_TOO_LITTLE.search(text):
+    if _AMBIGUOUS.search(text):
         raise InputError(
-            f"{place}: {type(value).__name__} does not say what it is, so results could not be told apart; allowed: "
-            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ that says its parameters"
+            f"{place}: {type(value).__name__} has no repr that identifies it, so results could be confused; allowed: "
+            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ with its parameters"
         )
     return text
 
 
 def code_hash(tracker: Tracker) -> str:
-    """Hex digest of the source code that decides what the tracker does.
+    """Return a hex digest of the tracker's source code.
 
-    That is the file of its class and every module that this file imports, one through the other, if it is irtrack's,
-    of the same package, or no installed one: what lies about in folders of its own changes from run to run, compiled
-    modules too. Of irtrack's own inner loops in C the source counts, compiled or not. What is installed does not
-    count, nor what code opens by itself (libraries by ctypes, weights). A class that has no file (typed into a prompt
-    or a notebook) is told by its methods as they are compiled, and by the functions and classes that they name: of the
-    same prompt, or in such files.
+    Counted are the file of its class and all modules that it imports, directly or not, if they are irtrack's, of the
+    same package, or not installed (compiled modules too). Of irtrack's C kernels the source counts, compiled or not.
+    Installed packages do not count, nor files opened at run time (libraries by ctypes, weights). A class without a
+    file (typed into a prompt or a notebook) is identified by its compiled methods and by the functions and classes
+    that they name, of the same prompt or in such files.
     """
     kind = _kind(tracker)
     file = source_file(kind)
@@ -147,7 +144,7 @@ def code_hash(tracker: Tracker) -> str:
 
 
 def module_code_hash(module: str) -> str:
-    """Hex digest of the source code of an irtrack module, and of every one that it imports as in `code_hash`."""
+    """Return a hex digest of the source of an irtrack module and of its imports, as in `code_hash`."""
     spec = importlib.util.find_spec(module)
     assert spec is not None
     assert spec.origin is not None
@@ -162,7 +159,7 @@ def _files_hash(paths: set[Path]) -> str:
 
 
 def source_file(kind: type[object]) -> Path | None:
-    """The file that a class is written in; None of one typed into a prompt or a notebook, or read from a pipe."""
+    """Return the source file of a class; None of one typed into a prompt or a notebook, or read from a pipe."""
     try:
         file = inspect.getsourcefile(kind)
     except (TypeError, OSError):
@@ -171,7 +168,7 @@ def source_file(kind: type[object]) -> Path | None:
 
 
 def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
-    """Texts that say what a class or function of the module does, and all that it names there."""
+    """Yield texts of the compiled code of a class or function, and of all that it names in its module."""
     if id(value) in seen:
         return
     seen[id(value)] = value
@@ -179,7 +176,7 @@ def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[s
         for base in value.__bases__:
             yield from _compiled(base, module, seen)
         for name, member in vars(value).items():
-            if name not in _PLACES:
+            if name not in _LOCATION:
                 yield from _named(f"{value.__qualname__}.{name}", member, module, seen)
     elif isinstance(value, staticmethod | classmethod):
         yield from _compiled(value.__func__, module, seen)
@@ -191,20 +188,20 @@ def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[s
         for name in _names(value.__code__):
             yield from _named(name, value.__globals__.get(name), module, seen)
     elif isinstance(value, type | FunctionType):
-        yield from _elsewhere(value.__module__)
+        yield from _imported_module(value.__module__)
     elif isinstance(value, ModuleType):
-        yield from _elsewhere(value.__name__)
+        yield from _imported_module(value.__name__)
 
 
-def _elsewhere(module: str) -> Iterator[str]:
-    """What is imported into a prompt is told by its files."""
+def _imported_module(module: str) -> Iterator[str]:
+    """Yield the hash of the files of a module imported into a prompt."""
     file = _counted_file(module, "")
     if file is not None:
         yield f"{module} {_files_hash(_with_imports(file, module))}"
 
 
 def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
-    """A plain value by itself; a class or function by what it does."""
+    """Yield a plain value itself; of a class or function, its compiled code."""
     if isinstance(value, bool | int | float | str | tuple):
         yield f"{name} = {value!r}"
     else:
@@ -212,13 +209,13 @@ def _named(name: str, value: object, module: str, seen: dict[int, object]) -> It
 
 
 def _instructions(code: CodeType) -> tuple[object, ...]:
-    """What a code object does, without the place that it was typed at."""
+    """Return the instructions of a code object, without line numbers."""
     constants = [_instructions(each) if isinstance(each, CodeType) else _ordered(each) for each in code.co_consts]
     return code.co_code, code.co_names, code.co_varnames, code.co_exceptiontable, constants
 
 
 def _ordered(constant: object) -> object:
-    """A set's repr is in another order in each process."""
+    """Return a constant in a fixed order: a set's repr differs between processes."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 
@@ -230,7 +227,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _with_imports(path: Path, module: str) -> set[Path]:
-    """The file and the files of all modules that count and that it imports, directly or not."""
+    """Return the file and the files of all counted modules that it imports, directly or not."""
     found = {path}
     waiting = [(path, module)]
     while waiting:
@@ -240,14 +237,14 @@ def _with_imports(path: Path, module: str) -> set[Path]:
             if file is not None and file not in found:
                 found.add(file)
                 waiting.append((file, name))
-                if name == _LOOPS:
+                if name == _KERNELS:
                     found.update(file.parent.glob("*.[ch]"))
                     found.update(Path(irsim._native.__file__).parent.glob("*.h"))
     return found
 
 
 def _imported(path: Path, module: str) -> tuple[str, ...]:
-    """Names of what a file imports: modules, and names in modules that may be modules, too."""
+    """Return the names that a file imports: modules, and names in modules that may be modules, too."""
     if path.suffix != ".py":
         return ()
     return _imports(path.read_bytes(), module if path.name == "__init__.py" else module.rpartition(".")[0])
@@ -255,7 +252,7 @@ def _imported(path: Path, module: str) -> tuple[str, ...]:
 
 @cache
 def _imports(source: bytes, package: str) -> tuple[str, ...]:
-    """The same of a file's text, read once for all trackers that share it."""
+    """Return the same of a file's text, parsed once for all trackers that share it."""
     found: list[str] = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -268,14 +265,14 @@ def _imports(source: bytes, package: str) -> tuple[str, ...]:
 
 
 def _counted_file(name: str, importer: str) -> Path | None:
-    """The file of a module whose code counts as that of a tracker in the module `importer`; None of another one."""
+    """Return the file of a module that counts for a tracker in the module `importer`; None of any other."""
     top = name.partition(".")[0]
     if top in sys.stdlib_module_names or top == "irsim":
         return None
     package = _spec(top)
     if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
-        return None  # and nothing below it is looked for: that would import it
-    if name.startswith(f"{_LOOPS}."):
+        return None  # its submodules are not searched: that would import it
+    if name.startswith(f"{_KERNELS}."):
         return None  # its source counts, whether it is compiled here or not
     spec = package if name == top else _spec(name)
     if spec is None or spec.origin is None or not Path(spec.origin).is_file():
@@ -284,17 +281,17 @@ def _counted_file(name: str, importer: str) -> Path | None:
 
 
 def _spec(name: str) -> ModuleSpec | None:
-    """How a module would be imported, if it is one; the packages that it lies in are."""
+    """Return the import spec of a module; None where there is none. Its parent packages are imported."""
     parent = name.rpartition(".")[0]
     try:
         if parent and not hasattr(importlib.import_module(parent), "__path__"):
             return None  # a name in a module
         return importlib.util.find_spec(name)
-    except Exception:  # what a file names need not be there, and may raise anything
+    except Exception:  # an imported module need not exist, and may raise anything
         return None
 
 
 def _is_installed(package: ModuleSpec) -> bool:
-    """Does it lie where pip (site-packages) or Debian (dist-packages) put what they install?"""
+    """Return whether a package lies in a folder of pip (site-packages) or Debian (dist-packages)."""
     places = [*(package.submodule_search_locations or ()), package.origin or ""]
     return any(folder in Path(place).parts for place in places for folder in ("site-packages", "dist-packages"))

@@ -15,7 +15,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError, told, whole
+from irtrack.errors import IrtrackError, TrackerError, told, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
@@ -136,7 +136,7 @@ def run(
     """Run one tracker over one source.
 
     tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
-              `irtrack.trackers.plain`);  parameters  of a named one
+              `irtrack.trackers.adapters`);  parameters  of a named one
     source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
               its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
     target, init   see `irtrack.replay.start.find_start`
@@ -148,9 +148,9 @@ def run(
     """
     chosen = named(tracker, parameters or {})
     opened = irsim.open_source(source)
-    wanted = None if frames is None else whole("frames", frames, 1)
+    wanted = None if frames is None else whole_number("frames", frames, 1)
     start = find_start(opened, opened.truths(), target, init)
-    player = Player(chosen, start, whole("seed", seed), label)
+    player = Player(chosen, start, whole_number("seed", seed), label)
     stop = None if wanted is None else start.frame + wanted
     replay(opened, [player.see], input, player.start.frame, stop, progress)
     return player.track(opened, input)
@@ -217,6 +217,6 @@ def _read_only(frame: Frame) -> Frame:
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
     """The tracker of a name with parameters (see `irtrack.make`), or the one given, a plain one wrapped."""
-    from irtrack.trackers import make, of
+    from irtrack.registry.table import make, of
 
     return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from irsim.config.base import suggestion
 from irsim.types import Box, Source, TargetTruth, Truth
-from irtrack.errors import InputError, whole
+from irtrack.errors import InputError, whole_number
 from irtrack.types import LEAST_PX
 
 
@@ -68,7 +68,7 @@ def _given(init: object) -> tuple[Box, int]:
     if not (isinstance(init, tuple | list) and len(init) == 2 and isinstance(init[0], Box)):
         raise InputError(f"init {reprlib.repr(init)}: allowed: (irsim.Box(cx, cy, w, h), frame)")
     box, frame = init
-    return box, whole("start frame", frame)
+    return box, whole_number("start frame", frame)
 
 
 def shows(target: TargetTruth) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from irsim.config.files import replacing_text
+from irsim.recording.output import atomic_text
 from irsim.types import Source
 from irtrack.bench import Results
 from irtrack.report.figures import failures, source_figures
@@ -68,5 +68,5 @@ def write_finding(results: Results, out: Path, finding: Finding, source: Source)
         has_replay=shown.pictures.replay is not None,
         versions=versions(results.runs()),
     )
-    with replacing_text(out) as file:
+    with atomic_text(out) as file:
         file.write(page)

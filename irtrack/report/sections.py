@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from irsim import IrsimError
+from irsim.errors import counted
 from irsim.types import Source
-from irsim.wording import counted
 from irtrack.report.figures import SourceFigures
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.measured import Measured

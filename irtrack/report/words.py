@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from irsim.wording import counted
+from irsim.errors import counted
 from irtrack.bench import SummaryRow
 
 NOTHING = "–"

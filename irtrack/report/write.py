@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from irsim.config.base import suggestion
-from irsim.config.files import check_output, path_of, replacing_text
+from irsim.config.paths import path_of
+from irsim.recording.output import atomic_text, check_output
 from irtrack.bench import Cell, Results, summary
 from irtrack.errors import InputError
 from irtrack.report.figures import Figures, failures, severity_figures, source_figures
@@ -38,7 +39,7 @@ def write_report(
     if not cells:
         raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
     text = FORMATS[path.suffix.lower().removeprefix(".")](results, cells)
-    with replacing_text(path) as file:
+    with atomic_text(path) as file:
         file.write(text)
     return path
 

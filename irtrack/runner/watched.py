@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Any
 
 from irsim.render.interrupts import ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, how_it_ended, told
+from irtrack.errors import IrtrackError, exit_status_text, told
 from irtrack.runner.beginning import begin_worker
 from irtrack.runner.board import Board
 from irtrack.runner.gone import SENDABLE, GoneError, NotSentError
@@ -121,10 +121,10 @@ class _Process:
             return GoneError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == Board.EMPTY:  # not by chance: the next one would, too
             raise IrtrackError(
-                f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
-                'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
+                f"a worker process ended as it began ({exit_status_text(code)}): what it imports ends it; a script "
+                'that asks for workers is imported too, and needs the guard if __name__ == "__main__":'
             ) from None
-        how = "it closed its pipe and went on" if code is None else how_it_ended(code)
+        how = "it closed its pipe and went on" if code is None else exit_status_text(code)
         return GoneError(at, overdue, moved, how, went_on=code is None)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""`grey_pf`: the particle filter on grey distributions of Cheng, Zhou, Cai and Yang 2006."""
+"""`grey_pf`: the particle filter on grey histograms of Cheng, Zhou, Cai and Yang 2006; `background_restrained_pf`."""
 
 from __future__ import annotations
 
@@ -11,19 +11,26 @@ from pydantic import Field, model_validator
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
-from irtrack.features.histogram import Judged
-from irtrack.filters import particle as cloud
-from irtrack.filters.adaptive import kld_count, neff_count
-from irtrack.filters.motion import ar2_drawn
-from irtrack.filters.resampling import RESAMPLERS, Resampling
-from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
-from irtrack.trackers.grey import Appearance, GreyPart, Seen, blend, weigh
+from irtrack.filters.motion import ar2
+from irtrack.filters.particle import (
+    equal_weights,
+    ess,
+    ess_count,
+    kld_count,
+    mean,
+    normalise,
+    particle_estimate,
+    smc_step,
+)
+from irtrack.filters.resampling import RESAMPLERS, Indices, Resampling
+from irtrack.trackers.appearance import Appearance, GreyTracker, blend
+from irtrack.trackers.base import Deviation, Ratio, Spread, VisibilityMonitor
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyPFState:
-    """positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
+    """State: positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
 
     appearance: Appearance
     reference: Floats
@@ -31,10 +38,10 @@ class GreyPFState:
     previous: Floats
     weights: Floats
     distances: Floats
-    sight: Sight
+    monitor: VisibilityMonitor
 
 
-class GreyPF(GreyPart):
+class GreyPF(GreyTracker):
     """Particle filter on the kernel-weighted grey histogram, second-order motion, adaptive noise.
 
     J. Cheng, Y. Zhou, N. Cai, J. Yang, "Infrared object tracking based on particle filters",
@@ -42,14 +49,13 @@ class GreyPF(GreyPart):
     eq. 4, weigh by eq. 10, estimate by eq. 3; then the reference is updated by eq. 13.
 
     What the paper leaves open, and what is chosen here: the values of R0, Rmin, Rmax, w_T, alpha;
-    the first cloud (normal in place and speed); the scale of the kernel (eq. 6 says "size of the
+    the first particles (normal in place and speed); the scale of the kernel (eq. 6 says "size of the
     target's area", section 3 calls (14, 10) the sizes; here half sizes); the grey range (fitted to
     the first frame). None of these is tuned to a scene. On the shipped examples sky and ground a
-    narrower kernel and a slower update (kernel_scale 0.25, alpha 0.02) were seen to point better:
-    with half sizes the kernel is still .61 at the window's corner, with quarters .14. That is a
-    variant, and no measurement of it elsewhere stands behind it. w_T stands on rho of eq. 8, and
-    without a value follows the same calibrated threshold as the status (see
-    `irtrack.trackers.base.Sight`). The text calls R a variance, but U = R U0 with U0 standard normal
+    narrower kernel and a slower update (kernel_scale 0.25, alpha 0.02) gave smaller errors: with half
+    sizes the kernel is still .61 at the window's corner, with quarters .14. That variant was measured
+    nowhere else. w_T is a value of rho of eq. 8; without a value the status' own threshold is taken
+    (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance, but U = R U0 with U0 standard normal
     makes it a standard deviation, px. A histogram is taken at the whole pixel nearest to a particle.
     The size stays that of the start box.
     """
@@ -71,20 +77,20 @@ class GreyPF(GreyPart):
     damping: Fraction = 1.0
     """Factor of the last displacement in eq. 4; the paper's is 1."""
     resampling: Resampling = "multinomial"
-    """How particles are drawn (section 2.3, step 2: multinomial by cumulative weights)."""
+    """Resampling scheme (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
-    """Whether the reference follows the target (eq. 13)."""
+    """Whether the reference is updated (eq. 13)."""
     alpha: Fraction = 0.05
     """alpha of eq. 13; the paper says only: small."""
     w_t: Fraction | None = None
     """w_T, the rho at the estimate from which on the reference is updated; see above."""
     start_sd: Spread = 1.0
-    """Spread of the first cloud on each axis, px."""
+    """Standard deviation of the first particles on each axis, px."""
     start_speed_sd: Spread = 2.0
-    """Spread of the first cloud's speed on each axis, px per frame."""
+    """Standard deviation of the first particles' speed on each axis, px per frame."""
     adapt: Literal["none", "kld", "neff"] = "none"
-    """Number of particles in a frame, N at most: N; by KLD-sampling; or so that Neff stays at `neff_wanted`. The
-    paper calls for it (sections 3, 4) and gives none."""
+    """Number of particles in a frame, N at most: N; by KLD-sampling; or so that the effective sample size
+    stays at `neff_wanted`. The paper calls for it (sections 3, 4) and gives none."""
     n_min: int = Field(default=20, ge=2, le=1_000_000)
     """kld, neff: least number of particles."""
     kld_cell: Ratio = 2.0
@@ -94,7 +100,7 @@ class GreyPF(GreyPart):
     kld_z: Annotated[float, Field(ge=0, le=6)] = 2.326
     """kld: normal quantile of the probability of keeping the bound; 2.326: 99 %."""
     neff_wanted: Ratio = 50.0
-    """neff: the effective number of particles asked for."""
+    """neff: effective sample size to hold."""
 
     @model_validator(mode="after")
     def _ordered(self) -> GreyPF:
@@ -103,74 +109,122 @@ class GreyPF(GreyPart):
         return self
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyPFState:
-        """The reference histogram and a cloud of equal weights about the box's centre."""
-        appearance, reference = self.look(frame, box)
+        """Return the reference histogram and particles of equal weights about the box's centre."""
+        appearance, reference = self.appearance(frame, box)
         positions = np.array([box.cx, box.cy]) + self.start_sd * rng.standard_normal((self.particles, 2))
         return GreyPFState(
             appearance=appearance,
             reference=reference,
             positions=positions,
             previous=positions - self.start_speed_sd * rng.standard_normal((self.particles, 2)),
-            weights=np.full(self.particles, 1 / self.particles),
+            weights=equal_weights(self.particles),
             distances=np.zeros(self.particles),
-            sight=Sight(),
+            monitor=VisibilityMonitor(),
         )
 
     def step(self, state: GreyPFState, frame: Frame, rng: np.random.Generator) -> tuple[GreyPFState, Estimate]:
         """Resample, move, weigh, estimate, update the reference."""
-        appearance = state.appearance
+        appearance, reference = state.appearance, state.reference
         picture = appearance.view(frame)
-        positions, previous = self._moved(state, rng)
-        rho, visible = appearance.likeness(picture, positions, state.reference)
-        weights, in_view = weigh(rho, visible, self.lam / 2)
-        restrained = self.restrained(weights)
-        share = self.pointing(weights, restrained)
-        center, velocity = cloud.mean(share, positions), cloud.mean(share, positions - previous)
-        judged = appearance.judge(picture, (float(center[0]), float(center[1])), state.reference)
-        sight = self.sight_after(state.sight, judged, in_view)
+        previous: Floats = state.positions
+
+        def move(ancestors: Indices | None) -> Floats:
+            nonlocal previous
+            assert ancestors is not None
+            if self.adapt == "kld":
+                ancestors = rng.permutation(ancestors)  # so that the first n are a fair sample, too
+            deviation = self.deviation(state.distances.take(ancestors), appearance.size)
+            positions, previous = ar2(state.positions, state.previous, ancestors, self.damping, deviation, rng)
+            if self.adapt == "kld":
+                count = kld_count(positions, self.n_min, self.kld_cell, self.kld_epsilon, self.kld_z)
+                positions, previous = positions[:count], previous[:count]
+            return positions
+
+        step = smc_step(
+            state.weights,
+            lambda W: RESAMPLERS[self.resampling](W, rng, self._count(W)),
+            move,
+            lambda positions: appearance.likelihood(picture, positions, reference, self.lam / 2),
+        )
+        W = self.truncated_weights(step.W)
+        estimator = self.estimator_weights(step.W, W)
+        center, velocity = mean(estimator, step.particles), mean(estimator, step.particles - previous)
+        match = appearance.match(picture, center, reference)
+        monitor = self.monitor_after(state.monitor, match, step.in_view)
+        trusted = monitor.misses == 0 if self.w_t is None else match.score > self.w_t
         after = GreyPFState(
             appearance=appearance,
-            reference=self._updated(state.reference, judged, sight),
-            positions=positions,
+            reference=blend(reference, match, self.alpha) if self.update and trusted else reference,
+            positions=step.particles,
             previous=previous,
-            weights=restrained,
-            distances=np.sqrt(1 - rho),
-            sight=sight,
+            weights=W,
+            distances=np.sqrt(1 - step.likelihood.lw),
+            monitor=monitor,
         )
-        return after, self.of_cloud(Seen(appearance, judged, sight, in_view), positions, restrained, center, velocity)
+        status = self.status(monitor, step.in_view)
+        return after, particle_estimate(step.particles, W, center, velocity, appearance.size, status, match.score)
 
-    def restrained(self, weights: Floats) -> Floats:
-        """Weights (N,) that estimate and are drawn from; here all."""
-        return weights
+    def truncated_weights(self, W: Floats) -> Floats:
+        """Return the weights (N,) of estimation and resampling; here all."""
+        return W
 
-    def pointing(self, weights: Floats, restrained: Floats) -> Floats:
-        """(N,) what each particle's place counts in the estimate; here all their weights (eq. 3)."""
-        return weights
-
-    def _moved(self, state: GreyPFState, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """The particles drawn and moved by eq. 4 (n, 2), and where they come from."""
-        count = self.particles
-        if self.adapt == "neff":
-            neff = float(cloud.neff(state.weights))
-            count = neff_count(len(state.weights), neff, self.neff_wanted, self.n_min, count)
-        chosen = RESAMPLERS[self.resampling](state.weights, rng, count)
-        if self.adapt == "kld":
-            chosen = rng.permutation(chosen)  # so that the first n are a fair sample, too
-        deviation = self.deviation(state.distances.take(chosen), state.appearance.size)
-        positions, previous = ar2_drawn(state.positions, state.previous, chosen, self.damping, deviation, rng)
-        if self.adapt == "kld":
-            count = kld_count(positions, self.n_min, self.kld_cell, self.kld_epsilon, self.kld_z)
-        return positions[:count], previous[:count]
+    def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
+        """Return the weights (N,) of the particles' places in the estimate; here all (eq. 3)."""
+        return W
 
     def deviation(self, distances: Floats, size: tuple[float, float]) -> Floats:
-        """(N,) R of each particle, px: max(min(R0 D, Rmax), Rmin) (eq. 12), or r0 for all."""
+        """Return R of each particle (N,), px: max(min(R0 D, Rmax), Rmin) (eq. 12), or r0 for all."""
         if self.noise == "fixed":
             return np.full(len(distances), self.r0)
         r_max = sqrt(size[0] * size[1]) / 2 if self.r_max is None else self.r_max
         clipped: Floats = np.maximum(np.minimum(self.r0 * distances, r_max), self.r_min)
         return clipped
 
-    def _updated(self, reference: Floats, judged: Judged, sight: Sight) -> Floats:
-        """q <- (1 - alpha) q + alpha p(estimate) where the estimate is trusted (eq. 13)."""
-        trusted = sight.missed == 0 if self.w_t is None else judged.score > self.w_t
-        return blend(reference, judged, self.alpha) if self.update and trusted else reference
+    def _count(self, W: Floats) -> int:
+        if self.adapt != "neff":
+            return self.particles
+        return ess_count(len(W), float(ess(W)), self.neff_wanted, self.n_min, self.particles)
+
+
+class BackgroundRestrainedPF(GreyPF):
+    """`grey_pf` with estimate and resampling restricted to its particles of largest weight.
+
+    G. An, J. Gao, X. Chen, Z. Wu, "Particle filter face tracking algorithm with background
+    restraint", J. Southeast University 37(5), 2007, of which a fragment is left. It shows that the mean
+    over all particles (its eq. 10b, MMSE) is drawn towards a false target of similar appearance: with
+    particles about both of mass W and 1 - W, by W_false (X_false - X_true). The heaviest particle (eq.
+    10a, MAP) is good where there are many particles and little noise. Its remedy is the mean over "a
+    suitable number" of the heaviest, which are also the ones resampled. The share kept, and the
+    filter around it, are open: here that of Cheng et al. 2006. With keep = 1 it is that filter. Two
+    equally good modes both stay among the heaviest.
+    """
+
+    source: ClassVar[str] = "An, Gao, Chen, Wu 2007"
+
+    keep: Fraction = 0.3
+    """Share of the particles that is kept, the heaviest first; one at least. Not printed."""
+    keep_by: Literal["count", "mass"] = "count"
+    """Whether the share is of their number (the source's) or of their weight."""
+    estimate: Literal["restrained", "mean", "map"] = "restrained"
+    """The mean over the particles kept; over all (eq. 10b); or the heaviest (eq. 10a)."""
+
+    def truncated_weights(self, W: Floats) -> Floats:
+        """Return the weights (N,) of the particles kept, summing to one; 0 for the others."""
+        if self.keep == 1:
+            return W
+        order = np.argsort(-W, kind="stable")
+        if self.keep_by == "count":
+            kept = max(round(self.keep * len(W)), 1)
+        else:
+            kept = int(np.searchsorted(W[order].cumsum(), self.keep)) + 1
+        truncated: Floats = np.zeros(len(W))
+        truncated[order[:kept]] = W[order[:kept]]
+        return normalise(truncated)
+
+    def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
+        """Return the weights (N,) of the particles' places in the estimate."""
+        if self.estimate != "map":
+            return truncated if self.estimate == "restrained" else W
+        heaviest: Floats = np.zeros(len(W))
+        heaviest[W.argmax()] = 1.0
+        return heaviest

@@ -1,19 +1,257 @@
-"""`kalman`: a constant-velocity Kalman filter on one plain measurement of the target's place."""
+"""Kalman filters on plain measurements of a target's place: `kalman` and `ekf`, and the gated filter behind them."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from math import ceil, pi, sqrt
+from typing import Annotated, ClassVar, Literal
 
-from irtrack.trackers.place import PlacePart
+import numpy as np
+from pydantic import Field
+
+from irsim.config.quantities import Fraction
+from irsim.types import Box, Floats, Frame, Image
+from irtrack.features.centroid import centroid, contrast
+from irtrack.features.correlation import best_distractor, ncc, peak
+from irtrack.features.histogram import LocalBackground, epanechnikov_kernel
+from irtrack.features.mean_shift import Bandwidth, bandwidth, kernel_histogram, mean_shift
+from irtrack.features.quantiser import Quantiser, fitted_range
+from irtrack.features.window import Window, region
+from irtrack.filters import kalman
+from irtrack.filters.motion import constant_velocity, coordinated_turn, turn_noise
+from irtrack.trackers.base import (
+    Deviation,
+    Footage,
+    Ratio,
+    Spread,
+    TrackerPart,
+    VisibilityMonitor,
+    footage,
+    start_window,
+)
+from irtrack.types import Estimate, Status
+
+BINS = 32
+"""Grey levels of the mean shift's histogram: those of Cheng et al. 2006, section 3."""
+FASTEST_TURN = pi / 2
+"""rad/frame. A faster turn rate is noise: at a quarter turn a frame, left cannot be distinguished from right."""
 
 
-class Kalman(PlacePart):
+class GatedKalman(TrackerPart):
+    """Mixin of Gaussian filters of the target's motion, measured by its place (x, y) px within a gate.
+
+    The mean (n,) holds x, y px, vx, vy px/frame, then further quantities of the motion; its covariance is (n, n). The
+    gate is the chi-square region of the predicted measurement (Bar-Shalom et al. 2001, section 2.3.2).
+    """
+
+    acceleration: Deviation = 0.5
+    """Standard deviation of the acceleration on each axis, px/frame^2."""
+    measurement_sd: Deviation = 1.0
+    """Standard deviation of the measured place on each axis, px."""
+    start_speed_sd: Spread = 3.0
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
+    gate: Ratio = 13.8
+    """Largest squared Mahalanobis distance of a measurement; chi-square, 2 degrees: 99.9 %."""
+
+    def start(self, box: Box) -> tuple[Floats, Floats]:
+        """Return mean (4,) and covariance (4, 4) in the first frame: at the box's centre, at rest."""
+        variances = [self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2
+        return np.array([box.cx, box.cy, 0.0, 0.0]), np.diag(variances)
+
+    def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+        """Return mean and covariance a frame ahead, by velocity and white-noise acceleration (section 6.3.2 there)."""
+        return kalman.predict(mean, covariance, *constant_velocity(self.acceleration))
+
+    def within_gate(self, mean: Floats, covariance: Floats, place: Floats) -> bool:
+        """Return whether a place (2,) px is near enough to the predicted one to be the target's."""
+        return kalman.squared_distance(*kalman.innovation(mean, covariance, place, *self._measured(mean))) <= self.gate
+
+    def update(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
+        """Return mean and covariance after a measurement at a place (2,) px."""
+        return kalman.update(mean, covariance, place, *self._measured(mean))
+
+    def _measured(self, mean: Floats) -> tuple[Floats, Floats]:
+        """Return H (2, n), which takes the place from the mean, and R (2, 2) px^2, the measurement's noise."""
+        return np.eye(2, len(mean)), self.measurement_sd**2 * np.eye(2)
+
+
+def kalman_estimate(
+    mean: Floats, covariance: Floats, size: tuple[float, float], status: Status, score: float | None
+) -> Estimate:
+    """Return the estimate of a filter's mean (n,) and covariance (n, n), of a target of `size` (w, h) px."""
+    x, y, vx, vy = mean[:4].tolist()
+    return Estimate(
+        center=(x, y), size=size, status=status, score=score, velocity=(vx, vy), covariance=covariance[:2, :2]
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GreyReference:
+    """Grey histograms of the target: of mean shift's kernel, and of the window with its local background."""
+
+    levels: Quantiser
+    reference: Floats
+    h: Bandwidth
+    background: LocalBackground
+    window_histogram: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """First frame's description of the target; each measurement uses its own part.
+
+    contrast              counts, for centroid
+    template, distractor  (rows, columns) counts and the best distractor's score, for ncc
+    grey                  for mean_shift
+    """
+
+    footage: Footage
+    size: tuple[float, float]
+    window: Window
+    contrast: float
+    template: Floats
+    distractor: float
+    grey: GreyReference
+
+    @classmethod
+    def of(cls, frame: Frame, box: Box) -> Target:
+        """Return the description of a box; InputError where it does not meet the frame, or is none."""
+        window, corner = start_window(frame, box)
+        patch, center = window.cut(frame.image, corner), (box.cx, box.cy)
+        template = patch.astype(np.float64)
+        left, top, around = region(frame.image, window, corner, (window.columns, window.rows))
+        levels = fitted_range(frame.image, patch, BINS)
+        whole = Window.of(box)
+        margin = (ceil(whole.columns / 2), ceil(whole.rows / 2))
+        background = LocalBackground.of(whole, epanechnikov_kernel(whole), margin, levels)
+        return cls(
+            footage=footage(frame),
+            size=(box.w, box.h),
+            window=window,
+            contrast=contrast(patch, around),
+            template=template,
+            distractor=best_distractor(ncc(around, template), (corner[0] - left, corner[1] - top), window),
+            grey=GreyReference(
+                levels=levels,
+                reference=kernel_histogram(frame.image, center, bandwidth(box), levels)[0],
+                h=bandwidth(box),
+                background=background,
+                window_histogram=background.histograms(frame.image, center)[0][0],
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KalmanState:
+    """State: mean (n,), x, y px, vx, vy px/frame, then further quantities of the motion; its covariance (n, n)."""
+
+    target: Target
+    mean: Floats
+    covariance: Floats
+    monitor: VisibilityMonitor
+
+
+Measured = tuple[tuple[float, float] | None, float | None, VisibilityMonitor]
+"""Measured place, None where the target was not found; its score; the monitor after it."""
+
+
+class PositionFilter(GatedKalman):
+    """Base of Gaussian filters with one of three measurements; without one in the gate, the prediction is kept."""
+
+    measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
+    """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first
+    patch, or the mode of similarity that mean shift reaches from the predicted place."""
+    threshold: Fraction = 0.5
+    """centroid: share of the target's first contrast that a pixel must pass."""
+    seen: Fraction = 0.5
+    """ncc: share of the way from the best distractor's score to the target's usual one that counts as visible;
+    mean_shift: from the local background's score."""
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
+    """Frames in a row without a measurement after which the status is lost."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
+        """Return the state at the box's centre, at rest within `start_speed_sd`."""
+        return KalmanState(Target.of(frame, box), *self.start(box), VisibilityMonitor())
+
+    def step(self, state: KalmanState, frame: Frame, rng: np.random.Generator) -> tuple[KalmanState, Estimate]:
+        """Predict, measure within the gate, update."""
+        target = state.target
+        target.footage.check(frame)
+        mean, covariance = self.predict(state.mean, state.covariance)
+        variance = np.diag(covariance)[:2] + self.measurement_sd**2
+        measured, score, monitor = self._measure(state, frame.image, mean, variance)
+        if measured is not None:
+            place = np.array(measured)
+            if self.within_gate(mean, covariance, place):
+                mean, covariance = self.update(mean, covariance, place)
+            else:
+                monitor = state.monitor.miss()
+        after = replace(state, mean=mean, covariance=covariance, monitor=monitor)
+        return after, kalman_estimate(mean, covariance, target.size, monitor.status(self.lost_after), score)
+
+    def _measure(self, state: KalmanState, image: Image, mean: Floats, variance: Floats) -> Measured:
+        target = state.target
+        if self.measurement == "mean_shift":
+            return self._mode(target.grey, state.monitor, image, mean)
+        window, corner = target.window, target.window.corner((float(mean[0]), float(mean[1])))
+        gate = [ceil(min(sqrt(self.gate * v), max(image.shape))) for v in variance.tolist()]
+        if self.measurement == "centroid":
+            # At least twice the target's size, so that the region's median is the background's level.
+            reach = (max(gate[0], ceil(window.columns / 2)), max(gate[1], ceil(window.rows / 2)))
+            left, top, pixels = region(image, window, corner, reach)
+            found = centroid(pixels, target.contrast, self.threshold)
+            if found is None:
+                return None, None, state.monitor.miss()
+            return (left + found[0], top + found[1]), None, state.monitor.hit()
+        left, top, pixels = region(image, window, corner, (gate[0], gate[1]))
+        (x, y), score = peak(ncc(pixels, target.template))
+        monitor = state.monitor.after(score, target.distractor, self.seen)
+        return (window.center((left + x, top + y)) if monitor.misses == 0 else None), score, monitor
+
+    def _mode(self, grey: GreyReference, monitor: VisibilityMonitor, image: Image, mean: Floats) -> Measured:
+        modes = mean_shift(image, mean[None, :2], grey.h, grey.levels, grey.reference)
+        if modes.visible[0] == 0:
+            return None, 0.0, monitor.miss()
+        x, y = modes.centers[0].tolist()
+        match = grey.background.score(image, (x, y), grey.window_histogram)
+        monitor = monitor.after(match.score, match.background_score, self.seen)
+        return ((x, y) if monitor.misses == 0 else None), match.score, monitor
+
+
+class Kalman(PositionFilter):
     """Constant-velocity Kalman filter, measured by a centroid in a gate, by correlation, or by mean shift.
 
     The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), which leave everything
     open but the name. Here: white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and
-    three measurements to choose from, since what is measured decides how well the filter does: a
+    three measurements to choose from, since the measurement decides the filter's accuracy: a
     centroid alone would be a straw man.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
+
+
+class EKF(PositionFilter):
+    """Extended Kalman filter of a target at constant speed with a wandering turn rate.
+
+    A baseline of J. Cheng et al. 2006, section 3, of which they give only the name. Here: the nearly
+    coordinated turn of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; the
+    measurements are those of `kalman`.
+    """
+
+    source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
+
+    turn_sd: Annotated[float, Field(ge=0, le=1)] = 0.02
+    """Standard deviation of the change of the turn rate, rad/frame a frame."""
+    start_turn_sd: Annotated[float, Field(ge=0, le=1)] = 0.1
+    """Standard deviation of the unknown first turn rate, rad/frame."""
+
+    def start(self, box: Box) -> tuple[Floats, Floats]:
+        """Return mean (5,) and covariance (5, 5) in the first frame: those of constant velocity, without a turn."""
+        mean, covariance = super().start(box)
+        return np.append(mean, 0.0), np.diag([*np.diag(covariance), self.start_turn_sd**2])
+
+    def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+        """Return mean and covariance a frame ahead along the circle: F P F' + Q, F the Jacobian at the mean."""
+        bounded = np.array([*mean[:4], np.clip(mean[4], -FASTEST_TURN, FASTEST_TURN)])
+        moved, F = coordinated_turn(bounded)
+        return moved, F @ covariance @ F.T + turn_noise(self.acceleration, self.turn_sd)

@@ -1,4 +1,4 @@
-"""`template`: matching by normalised cross-correlation, the classic that Cheng et al. compare with."""
+"""`template`: matching by normalised cross-correlation, a baseline of Cheng et al. 2006."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
-from irtrack.features.correlation import ncc, peak, rival
+from irtrack.features.correlation import best_distractor, ncc, peak
 from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, Sight, TrackerPart, footage, start_window
+from irtrack.trackers.base import Footage, TrackerPart, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TemplateState:
-    """template (rows, columns) counts; center (x, y) px of the last estimate; floor, the best false match's score."""
+    """State: template (rows, columns) counts; center (x, y) px of the last estimate; the best distractor's score."""
 
     footage: Footage
     size: tuple[float, float]
     window: Window
     template: Floats
     center: tuple[float, float]
-    floor: float
-    sight: Sight
+    distractor: float
+    monitor: VisibilityMonitor
 
 
 class Template(TrackerPart):
@@ -35,9 +35,9 @@ class Template(TrackerPart):
     The method is the template matching of J. Cheng et al. 2006, section 3 (their reference 1), which
     searches the whole frame; the coefficient is Lewis's (Vision Interface 1995, eq. 2). The source
     leaves open the measure, sub-pixel peaks and whether the template is updated: not updated by
-    default. The estimate is always the best match, also where the status says that it is none; where all
-    match alike, as with a template without structure (a saturated target that fills its box), the last
-    place. The template must lie in the frame, so a target that leaves is followed up to the edge.
+    default. The estimate is always the best match, whatever the status. Where all scores are equal, as with
+    a template without structure (a saturated target that fills its box), it is the last place. The template
+    must lie in the frame, so a target that leaves is followed up to the edge.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
@@ -45,32 +45,34 @@ class Template(TrackerPart):
     window: int | None = Field(default=None, ge=1, le=10_000)
     """Half size of the search about the last estimate, px; without a value the whole frame."""
     update: Fraction = 0.0
-    """Share of the new patch that enters the template where the target is seen."""
+    """Share of the new patch that enters the template where the target is visible."""
     seen: Fraction = 0.5
-    """Share of the way from the best false match's score to the target's usual one that counts as seen."""
+    """Share of the way from the best distractor's score to the target's usual one that counts as visible."""
     lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without sight after which the status is lost."""
+    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
-        """The template is the part of the start box that lies in the frame."""
+        """Return the template, the part of the start box inside the frame."""
         window, corner = start_window(frame, box)
         template = window.cut(frame.image, corner).astype(np.float64)
-        left, top, searched = region(frame.image, window, corner, self.window)
-        floor = rival(ncc(searched, template), (corner[0] - left, corner[1] - top), window)
-        return TemplateState(footage(frame), (box.w, box.h), window, template, (box.cx, box.cy), floor, Sight())
+        left, top, pixels = region(frame.image, window, corner, self.window)
+        distractor = best_distractor(ncc(pixels, template), (corner[0] - left, corner[1] - top), window)
+        return TemplateState(
+            footage(frame), (box.w, box.h), window, template, (box.cx, box.cy), distractor, VisibilityMonitor()
+        )
 
     def step(self, state: TemplateState, frame: Frame, rng: np.random.Generator) -> tuple[TemplateState, Estimate]:
-        """The best match in the region searched."""
+        """Find the best match in the search region."""
         state.footage.check(frame)
         window = state.window
         corner = window.corner(state.center)
-        left, top, searched = region(frame.image, window, corner, self.window)
-        (x, y), score = peak(ncc(searched, state.template), (corner[0] - left, corner[1] - top))
+        left, top, pixels = region(frame.image, window, corner, self.window)
+        (x, y), score = peak(ncc(pixels, state.template), (corner[0] - left, corner[1] - top))
         center = window.center((left + x, top + y))
-        sight = state.sight.after(score, state.floor, self.seen)
+        monitor = state.monitor.after(score, state.distractor, self.seen)
         template = state.template
-        if self.update > 0 and sight.missed == 0:
+        if self.update > 0 and monitor.misses == 0:
             patch = window.cut(frame.image, window.corner(center))
             template = (1 - self.update) * template + self.update * patch
-        after = replace(state, template=template, center=center, sight=sight)
-        return after, Estimate(center=center, size=state.size, status=sight.status(self.lost_after), score=score)
+        after = replace(state, template=template, center=center, monitor=monitor)
+        return after, Estimate(center=center, size=state.size, status=monitor.status(self.lost_after), score=score)

@@ -182,8 +182,8 @@ def by_two(report: Report) -> None:
     same of two programs that share nothing, and of two loops that touch no memory, which two threads of one core do no
     faster than one. Speed changes from second to second, on both cores alike or on one: of each its best turn is told,
     as of speeds, and the median of what turns next to each other gave."""
-    turns, timed, ahead = 10, 512, 192  # ahead: more than two have rendered by their turn, so that they are at it again
-    started = 2048  # by then the worker has, and the two have found the faster way and their balance
+    turns, timed, ahead = 10, 512, 320  # ahead: more than the workers' queues, which they filled during other turns
+    started = 64  # by then the workers have
     frames = started + (turns + 1) * (ahead + timed)
     scenario = irsim.load(str(SCENARIO), [f"frames={frames}"])
     one, two = (irsim.frames(scenario, jobs=jobs) for jobs in (1, 2))

@@ -83,7 +83,7 @@ def test_changes_of_what_is_switched_off_are_warned_of_and_of_nothing_else(
         for more in ([], ["--without", "jet"])
     )
     warned = "override targets.jet.shape.temperature_k: warning: "
-    assert [line.removeprefix(warned) for line in off if "override" in line] == ["what it changes is switched off"]
+    assert [line.removeprefix(warned) for line in off if "override" in line] == ["its part is switched off"]
     assert [line.split(",")[0] for line in on if "override" in line] == [f"{warned}does not count beside scr"]
 
 

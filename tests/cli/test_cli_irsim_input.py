@@ -61,10 +61,6 @@ BAD = {
     "no region": (["noise", "good.mcap", "--region", "1,2"], "irsim: --region '1,2': is no region; allowed: x,y,w,h"),
     "a region outside": (["fit", "good.mcap", "--region", "0,0,8,999"], "irsim: --region '0,0,8,999': does not fit; "),
     "masks of nobody": (["masks", "scene.yaml", "--target", "x"], "irsim: --target 'x': there is no such target; "),
-    "nothing that was displayed": (
-        ["fit", "good.mcap", "--display", "nothere", "-o", "x.yaml"],
-        "irsim: --display nothere: there is no such file or folder; allowed: ",
-    ),
     "unknown AGC": (
         ["import", "clip", "-o", "x.mcap", "--agc", "platau"],
         "irsim: import: agc.kind: unknown agc kind 'platau'; allowed: ",

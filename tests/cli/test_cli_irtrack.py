@@ -15,7 +15,7 @@ import irsim
 import irtrack
 from irsim.render.frame import Renderer
 from irtrack.cli.output import print_run
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 
 def test_list_names_every_tracker(call: Call) -> None:

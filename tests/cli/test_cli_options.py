@@ -18,7 +18,7 @@ from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
 from irtrack.cli.options import parameters, split_settings, start_box
-from irtrack.trackers import find
+from irtrack.registry.table import find
 
 ROOT = Path(__file__).parents[2]
 
@@ -71,7 +71,7 @@ def _named(option: str, row: str) -> bool:
     return option in row or short.get(option, option) in row
 
 
-COMMAND_LINE = {"irsim/frame_range.py", "irtrack/bench/baseline.py"}
+COMMAND_LINE = {"irsim/errors.py", "irtrack/bench/baseline.py"}
 """Modules besides those of the commands whose errors speak of options: only the command line comes there."""
 
 

@@ -27,7 +27,7 @@ def test_all_bodies_that_need_no_file_are_in_it() -> None:
 @pytest.mark.parametrize("kind", list(bodies()))
 def test_a_body_fills_its_crop_and_stands_out(kind: str) -> None:
     shape = typical(kind)
-    for pose in shape.poses:
+    for pose in shape.picture_poses:
         picture = crop(shape, pose)
         assert picture.shape == (CROP, CROP)
         behind = np.median(picture[[0, -1]])
@@ -41,7 +41,7 @@ def test_a_body_fills_its_crop_and_stands_out(kind: str) -> None:
 def test_a_pose_is_one_that_its_kind_can_be_in(kind: str) -> None:
     shape = typical(kind)
     posture = shape.posture
-    for _, pitch, roll in shape.poses:
+    for _, pitch, roll in shape.picture_poses:
         if isinstance(posture, Rotorcraft):
             assert np.cos(np.radians(pitch)) * np.cos(np.radians(roll)) >= np.cos(np.radians(posture.steepest_deg))
         elif isinstance(posture, Pitched):

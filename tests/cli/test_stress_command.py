@@ -12,7 +12,7 @@ from irtrack.bench import Entry
 from irtrack.bench.stress import stress_suite
 from irtrack.cli import main
 from irtrack.errors import InputError
-from irtrack.trackers import make
+from irtrack.registry.table import make
 
 Cli = Callable[..., tuple[int, str, str]]
 

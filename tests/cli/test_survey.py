@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli.app import app
 from irsim.cli.truth_summary import Spell, survey
+from irsim.errors import decimal_text
 from irsim.types import Box, TargetTruth, Truth
-from irsim.wording import plain
 
 SIZE = (64, 48)
 
@@ -136,4 +136,4 @@ def test_a_truth_without_ratios_has_none_that_is_known() -> None:
     [(100.0, 2, "100"), (1234.0, 3, "1230"), (0.25, 2, "0.25"), (1.5e-7, 2, "0.00000015"), (9.96, 2, "10")],
 )
 def test_plain_numbers(value: float, digits: int, text: str) -> None:
-    assert plain(value, digits) == text
+    assert decimal_text(value, digits) == text

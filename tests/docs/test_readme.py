@@ -47,7 +47,7 @@ def commands() -> Iterator[str]:
         yield path
 
 
-LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "measure.md"}
+LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "calibration.md"}
 """Each of these tracks dozens of scenes, or fits displays: half a minute and more."""
 
 
@@ -130,7 +130,7 @@ def resolved(name: str) -> object:
     return found
 
 
-TOLD_AS_MODULES = {"irsim.measure", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+TOLD_AS_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
 """What readers are told of as a module or a group of entry points; any other name is a function or a class."""
 
 TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
@@ -169,7 +169,7 @@ def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> No
 
 
 def calls(code: ast.Module, package: ModuleType) -> list[ast.Call]:
-    """The calls of a package's names: `irsim.load(...)`, `irsim.measure.measure_noise(...)`."""
+    """The calls of a package's names: `irsim.load(...)`, `irsim.calibration.measure_noise(...)`."""
     return [
         each
         for each in ast.walk(code)

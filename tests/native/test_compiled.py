@@ -19,9 +19,9 @@ import irtrack._native
 from irsim._native.loading import load
 from irtrack.features.histogram import bhattacharyya
 from irtrack.features.mean_shift import mean_shift
-from irtrack.features.quantise import full_range
-from irtrack.features.velocity import velocity_likeness
-from irtrack.trackers.grey import weigh
+from irtrack.features.quantiser import full_range
+from irtrack.features.trajectory import trajectory_similarity
+from irtrack.filters.particle import Weights
 
 ROOT = Path(__file__).parents[2]
 SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "bench" / "full_chain.yaml")]
@@ -71,13 +71,12 @@ def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
     found = mean_shift(level, columns, h, quantiser, reference, np.int64(3))  # type: ignore[arg-type]  # a whole number of numpy's is the test
     assert (found.centers == mean_shift(level, columns.copy(), h, quantiser, reference, 3).centers).all()
     places = np.arange(8.0).reshape(2, 4).T
-    assert velocity_likeness(places, columns, "lambda") == pytest.approx(
-        velocity_likeness(places.copy(), columns.copy(), "lambda")
+    assert trajectory_similarity(places, columns, "lambda") == pytest.approx(
+        trajectory_similarity(places.copy(), columns.copy(), "lambda")
     )
     assert np.isscalar(bhattacharyya(reference, reference))
-    weights, seen = weigh(np.array([0.5, 1.0], np.float32), np.array([1.0, 1.0], np.float32), 2.0)
-    assert seen
-    assert weights == pytest.approx([np.exp(-1) / (1 + np.exp(-1)), 1 / (1 + np.exp(-1))])
+    weights = Weights(np.array([0.5, 1.0], np.float32), np.array([1.0, 1.0], np.float32), 2.0)
+    assert pytest.approx([np.exp(-1) / (1 + np.exp(-1)), 1 / (1 + np.exp(-1))]) == weights.W
 
 
 @pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")

@@ -10,21 +10,23 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from test_shapes import AWAY, BODIES, context, shape
+from target_views import AWAY, BODIES, context, shape
 
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
-from irsim.geometry.polygon import outline
-from irsim.geometry.silhouette import Outline, sprites
+from irsim.geometry.polygon import polygon_edges
+from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.physics.optics import PSF, GaussianPSF, LensPSF
-from irsim.targets import View, body, draw_all
-from irsim.targets.joints import Rigid, hinge
+from irsim.targets import View, body, draw_shapes
+from irsim.targets.body import PosedBody, RestPose, draw_bodies, draw_body
+from irsim.targets.parts import RigidTransform, Solid, hinge
+from irsim.targets.polyhedra import build_polyhedra
+from irsim.targets.visibility import Joints
+from irsim.physics.diffraction import LensPSF
+from irsim.physics.psf import PSF, GaussianPSF
+from irsim.targets import View, body
 from irsim.targets.mesh import mesh
-from irsim.targets.part_outlines import Joints
-from irsim.targets.posed import Posed, Rest, posed_sprite, posed_sprites
-from irsim.targets.solids import Solid
 from irsim.types import Box, Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
@@ -32,10 +34,10 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 PLAIN = pytest.MonkeyPatch()
 
 
-def plainly(draw: Sequence[Outline]) -> list[Sprite]:
+def plainly(draw: Sequence[LayeredPolygons]) -> list[Sprite]:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
-        return sprites(draw)
+        return draw_sprites(draw)
 
 
 def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None:
@@ -66,13 +68,13 @@ def polygon(middle: tuple[float, float], radius: float, turn: float, corners: in
     return np.asarray(np.array(middle) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PSF) -> Outline:
-    edges = [outline(points) for points in polygons]
+def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PSF) -> LayeredPolygons:
+    edges = [polygon_edges(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(polygons)), [len(points) for points in polygons])
     low, high = start.min(axis=0), start.max(axis=0)
     box = Box.from_edges(*low.tolist(), *high.tolist())
-    return Outline((start, stop, layer), np.array(glow), box, window, psf, 1000.0)
+    return LayeredPolygons((start, stop, layer), np.array(glow), box, window, psf, 1000.0)
 
 
 WHOLE = st.integers(-2, 8).map(float)
@@ -109,14 +111,14 @@ def test_polygons_that_hide_each_other(
     one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
     with np.errstate(invalid="ignore"):
         (expected,) = plainly([one])
-    same(sprites([one])[0], expected)
+    same(draw_sprites([one])[0], expected)
 
 
 @pytest.mark.parametrize("side", [3.0, 12.0, 60.0, 140.0])
 def test_every_fineness(side: float) -> None:
     points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
     one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianPSF(0.6))
-    same(sprites([one])[0], plainly([one])[0])
+    same(draw_sprites([one])[0], plainly([one])[0])
 
 
 @pytest.mark.parametrize("kind", BODIES)
@@ -131,9 +133,9 @@ def test_bodies(kind: str, psf_px: float) -> None:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
         patch.setattr(body, "COMPILED", False)
-        expected = draw_all(things)
+        expected = draw_shapes(things)
     assert any(each is not None for each in expected)
-    for ours, theirs in zip(draw_all(things), expected, strict=True):
+    for ours, theirs in zip(draw_shapes(things), expected, strict=True):
         same(ours, theirs)
 
 
@@ -165,21 +167,21 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
     rng, where = np.random.default_rng(seed), context()
     joints = Joints(("one", "other"), np.array(of_part[:count]))
     still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
-    form = mesh(solids(count, seed, cubes=still), 1.5)
+    form = build_polyhedra(solids(count, seed, cubes=still), 1.5)
     motions = {
         "one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle),
-        "other": Rigid((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
+        "other": RigidTransform((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
     }
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
-    one = Posed(Rest(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
+    one = PosedBody(RestPose(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
     (theirs,) = plainly_posed(one)
-    same(posed_sprite(one), theirs, 1e-7 if range_m == 2.0 else 1e-11)
+    same(draw_body(one), theirs, 1e-7 if range_m == 2.0 else 1e-11)
 
 
-def plainly_posed(one: Posed) -> list[Sprite | None]:
+def plainly_posed(one: PosedBody) -> list[Sprite | None]:
     with PLAIN.context() as patch, np.errstate(invalid="ignore"):
         patch.setattr(silhouette, "COMPILED", False)
-        return posed_sprites([one])
+        return draw_bodies([one])
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
@@ -188,14 +190,14 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
-    drawn = sprites([one._replace(edges=(start, stop, layer))])
+    drawn = draw_sprites([one._replace(edges=(start, stop, layer))])
     assert len(drawn) == 1
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_body_at_what_is_no_place_neither_crashes_nor_hangs(bad: float) -> None:
-    form, still = mesh(solids(9, 5), 1.0), Joints((), np.full(9, -1))
+    form, still = build_polyhedra(solids(9, 5), 1.0), Joints((), np.full(9, -1))
     for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
         view = View(np.array(place), AWAY, context())
         with contextlib.suppress(ValueError):
-            posed_sprite(Posed(Rest(form, still, np.arange(9.0)), {}, 1.0, view, 1.0))
+            draw_body(PosedBody(RestPose(form, still, np.arange(9.0)), {}, 1.0, view, 1.0))

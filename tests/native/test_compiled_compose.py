@@ -46,10 +46,10 @@ def test_a_sprite_is_laid_alike(seed: int, wide: int, high: int, x: int, y: int)
     box = Box.from_pixels(x, y, wide, high)
     sprite = Sprite(x, y, cover, alpha, emission, (x, y), (x, y), box, 1000.0, float(cover.sum()))
     ours, theirs = picture(seed), picture(seed)
-    sums = compose.lay(ours, sprite)
+    sums = compose.draw_over(ours, sprite)
     with PLAIN.context() as patch:
         patch.setattr(compose, "COMPILED", False)
-        expected = compose.lay(theirs, sprite)
+        expected = compose.draw_over(theirs, sprite)
     np.testing.assert_array_equal(ours, theirs)
     assert sums == pytest.approx(expected, rel=1e-12)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from irsim._native import COMPILED, kernels
 from irsim.camera import agc as base
-from irsim.lookup import lookup
+from irsim.rng import lookup
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 

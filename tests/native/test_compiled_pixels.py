@@ -13,25 +13,27 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import ViewDirection, cloud, evolving, veiled
-from irsim.backgrounds.base import in_air
+from irsim.backgrounds import ViewDirection, blend_over, cloud_evolution, clouds
+from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import Look
-from irsim.backgrounds.drifting import Drifting, _shares
-from irsim.backgrounds.tiles import Tiled
-from irsim.camera import ar1, process, response, shot
-from irsim.camera import temporal_sigma as grain
+from irtrack.trackers.fusion_looks import Look
+from irsim.camera import ar1, response
+from irsim.camera import noise as noise_module
+from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
+from irsim.backgrounds.cloud_evolution import CloudState
+from irsim.backgrounds.clouds import CloudShading
+from irsim.camera import ar1, response
+from irsim.render.interrupts import process
 from irsim.camera.ar1 import Ar1
-from irsim.camera.int16_image import Words, words
-from irsim.camera.noise_3d import Noise3d
+from irsim.camera.buffers import Int16Image, int16_image
+from irsim.camera.noise import Noise3d, Shot, White
 from irsim.camera.noise_base import FrameContext, Noise
-from irsim.camera.response import MOST_ADDED, Electrons, Setting
-from irsim.camera.shot import Shot
-from irsim.camera.white import White
+from irsim.camera.response import MAX_ADDED
+from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
-from irsim.normal import CELLS, cell_means
+from irsim.rng import CELLS, cell_means
 
-FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
+FIELDS = cloud_evolution.EvolvingFields(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -39,20 +41,20 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here"
 @given(length=st.integers(0, 10_000), seed=st.integers(-(2**70), 2**70))
 @example(length=512 * 640, seed=1)
 def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
-    plain = rng._normals_plain((length,), rng.bits(seed, "a", 3), None)
+    plain = rng._normals_plain((length,), rng.bit_generator(seed, "a", 3), None)
     np.testing.assert_array_equal(rng.normals((length,), seed, "a", 3), plain, strict=True)
 
 
 def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None:
     length = 3_000_001
-    words = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
-    assert len(np.unique(words)) == CELLS
+    int16_image = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
+    assert len(np.unique(int16_image)) == CELLS
     plain = rng._normals_plain((length,), rng.bits(1, "all"), None)
     np.testing.assert_array_equal(rng.normals((length,), 1, "all"), plain, strict=True)
 
 
 def test_a_wrong_seed_or_table_is_refused() -> None:
-    seed, table, pieces, deep, refined = rng.begun(1, "a")
+    seed, table, pieces, deep, refined = rng.kernel_arguments(1, "a")
     out = np.zeros(8, np.float32)
     for wrong in (
         (seed[1:], table, pieces, deep, refined),
@@ -71,7 +73,7 @@ def test_a_wrong_seed_or_table_is_refused() -> None:
     assert not out.any()
 
 
-RESPONSE = Electrons().response(Setting("mwir", 14, 20.0, (250.0, 350.0)))
+RESPONSE = ElectronSensor().response(SensorSettings("mwir", 14, 20.0, (250.0, 350.0)))
 NOISES = [
     White(ratio=2.5),
     Shot(),
@@ -97,7 +99,7 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
-            for module in (rng, process, grain, shot):
+            for module in (rng, ar1, noise_module):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
             frame_context = FrameContext(index, (rows, columns), 50.0, 1)
@@ -109,19 +111,19 @@ def test_states_are_as_far_out_as_words_reach() -> None:
     far, spread = np.full((3, 1000), 32_700, np.int16), 64.0  # beyond it in one number of seven
     drawn = rng.normals(far.shape, 1, "far")
     found = np.empty_like(far)
-    kernels.bridge(*rng.begun(1, "far"), far, far, 0.5, spread, found)
+    kernels.bridge(*rng.kernel_arguments(1, "far"), far, far, 0.5, spread, found)
     np.testing.assert_array_equal(found, np.clip(np.rint(32_700 + spread * drawn), -(2**15), 2**15 - 1))
     assert (found == 2**15 - 1).any()
-    kernels.bridge(*rng.begun(1, "far"), -far, -far, 0.5, spread, found)
+    kernels.bridge(*rng.kernel_arguments(1, "far"), -far, -far, 0.5, spread, found)
     np.testing.assert_array_equal(found, np.clip(np.rint(-32_700 + spread * drawn), -(2**15), 2**15 - 1))
 
 
-def drifting(side: int, seed: int) -> Drifting:
-    def state_at(place: float) -> Tiled:
+def drifting(side: int, seed: int) -> EvolvingCloud:
+    def state_at(place: float) -> CloudState:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
-        return Tiled(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
+        return CloudState(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
 
-    return Drifting("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
+    return EvolvingCloud("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)
@@ -143,17 +145,19 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         found = np.empty_like(under)
         patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
         passed, (transmittance, emission) = (
-            layer.veil(under, found, view_direction, [patch]),
+            layer.blend(under, found, view_direction, [patch]),
             plain.light(view_direction),
         )
-        layer.veil(under, under, view_direction, [])
+        layer.blend(under, under, view_direction, [])
         np.testing.assert_array_equal(under, found)
-        veiled(wanted, wanted, transmittance, emission, [])
+        blend_over(wanted, wanted, transmittance, emission, [])
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=1e-6)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4e-6)
         tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
-        layer.veil(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
-        veiled(np.full_like(wanted, 2.5), wanted, transmittance, in_air(transmittance, emission, (tau, path)), [])
+        layer.blend(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
+        blend_over(
+            np.full_like(wanted, 2.5), wanted, transmittance, apply_air(transmittance, emission, (tau, path)), []
+        )
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
@@ -164,9 +168,11 @@ def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float)
     layer, (columns, rows) = drifting(128, 1), (90, 61)
     geometry = Geometry((columns, rows), 1e-4, 0.3)
     view_direction = ViewDirection(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
-    step, share = divmod(time / 5.0 * evolving.STEPS, 1)
+    step, share = divmod(time / 5.0 * cloud_evolution.STEPS, 1)
     x, y = -(columns - 1) / 2 - 3.3 * time, -(rows - 1) / 2 + 0.7 * time
-    early, late = (layer._state_at((step + k) / evolving.STEPS)._paint(slice(0, 128), slice(0, 128)) for k in (0, 1))
+    early, late = (
+        layer.state_at((step + k) / cloud_evolution.STEPS).paint(slice(0, 128), slice(0, 128)) for k in (0, 1)
+    )
     for seen, before, after in zip(layer.light(view_direction), early, late, strict=True):
         mixed = (1 - share) * before.astype(float) + share * after.astype(float)
         (left, right), (top, down) = (divmod(place, 1) for place in (x, y))
@@ -187,7 +193,7 @@ def test_fields_are_mixed_as_by_passes(place: float, rows: tuple[int, int], colu
     part = [slice(first, first + length) for first, length in (rows, columns)]
     found = mixture.over(*part)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(evolving, "COMPILED", False)
+        patched.setattr(cloud_evolution, "COMPILED", False)
         for field, plain in zip(found, mixture.over(*part), strict=True):
             np.testing.assert_array_equal(field, plain, strict=True)
 
@@ -219,19 +225,19 @@ def test_clouds_are_painted_as_by_passes(
     size: tuple[int, int], seed: int, edge: float, depth: float, sunlit_k: float | None
 ) -> None:
     """The exponential's own error is 2e-7; warmth is beyond the table now and then."""
-    look = Look.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
+    look = CloudShading.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
     draws = np.random.default_rng(seed)
     thickness, warmth = (3 * draws.standard_normal((2, *size))).astype(np.float32)
     lit = None if sunlit_k is None else draws.random(size).astype(np.float32)
     painted = look.paint(thickness, warmth, lit)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(cloud, "COMPILED", False)
+        patched.setattr(clouds, "COMPILED", False)
         for field, plain in zip(painted, look.paint(thickness, warmth, lit), strict=True):
             np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
 
 
 def test_clouds_of_another_size_are_refused() -> None:
-    look, one = Look.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
+    look, one = CloudShading.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
     other, out = one[1:], (np.empty_like(one), np.empty_like(one))
     table = look.glow, 1.0, 1.0
     kernels.cloud(one, one, None, 0.0, 1.0, 1.0, *table, *out)
@@ -266,7 +272,7 @@ def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
     """To the last digit but one, and where nothing passes nothing does."""
     state, under = np.full((4, 30), word, np.int16), np.ones((3, 29), np.float32)
     for late, right, down in rng.stream(3, 1).random((50, 3)):
-        shares = _shares(late, right)
+        shares = integer_weights(late, right)
         assert sum(shares) == 32768
         assert min(shares) >= 0
         kernels.veil(under, *shares, down, 1 / 65535, 0.0, light := np.empty_like(under), state, state, state, state)
@@ -304,7 +310,7 @@ def test_a_veil_of_another_size_is_refused() -> None:
     gain=st.sampled_from([428.0, 0.5, 1.0]),
     bits=st.sampled_from([8, 14, 16]),
     offset=st.sampled_from([0.0, 100.0]),
-    added=st.integers(0, MOST_ADDED + 2),
+    added=st.integers(0, MAX_ADDED + 2),
     rows=st.integers(0, 3),
 )
 def test_counts_are_those_of_passes(
@@ -313,7 +319,7 @@ def test_counts_are_those_of_passes(
     """Of any number of patterns, and of as many rows with lines' own noise, or of one without."""
     detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
     signal = np.array([values] * max(rows, 1), np.float32)
-    patterns = [Words(words(np.roll(signal, k)).values, 0.3 * k) for k in range(added)]
+    patterns = [Int16Image(int16_image(np.roll(signal, k)).values, 0.3 * k) for k in range(added)]
     lines = (7 * gain * np.arange(rows, dtype=np.float32), signal[0] / np.float32(3e3)) if rows else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
@@ -325,19 +331,19 @@ def test_counts_are_those_of_passes(
         np.testing.assert_array_equal(out, wanted, strict=True)
 
 
-@pytest.mark.parametrize("patterns", range(MOST_ADDED + 2))
+@pytest.mark.parametrize("patterns", range(MAX_ADDED + 2))
 def test_lines_are_counted_over_every_block(patterns: int) -> None:
     down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
     signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.int16)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    counts = detector.counts(signal, None, [Words(one, 2.0)] * patterns, (down, across))
+    counts = detector.counts(signal, None, [Int16Image(one, 2.0)] * patterns, (down, across))
     np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
 
 
 def test_what_is_added_counts_by_its_weight_over_every_block() -> None:
     signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.int16).reshape(7, 400)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    added = [Words(pattern, 2.0), Words(pattern, 3.0)]
+    added = [Int16Image(pattern, 2.0), Int16Image(pattern, 3.0)]
     np.testing.assert_array_equal(detector.counts(signal, added=added), 5 + 5 * pattern)
 
 
@@ -352,7 +358,7 @@ def test_what_is_no_word_is_refused() -> None:
     with pytest.raises(TypeError, match="an array of h"):
         kernels.signal_of(numbers, numbers, 1.0, 0.0, 0.0, 1.0, numbers, 1.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="an array of h"):
-        kernels.bridge(*rng.begun(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
+        kernels.bridge(*rng.kernel_arguments(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="ambiguous"):
         kernels.counts_of(numbers, out, 1.0, 0.0, 255, numbers, None, None)  # type: ignore[arg-type]
     assert out.all()
@@ -369,7 +375,7 @@ def test_the_signal_is_that_of_passes(
     values: list[float], root: float, zero: float, gaining: bool, most: float
 ) -> None:
     light = np.array([values], np.float32)
-    detector, gain = replace(RESPONSE, root=root, zero=zero), words(np.cos(light) / 10) if gaining else None
+    detector, gain = replace(RESPONSE, root=root, zero=zero), int16_image(np.cos(light) / 10) if gaining else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
         wanted = detector.signal(light, None, gain, most)
@@ -378,11 +384,11 @@ def test_the_signal_is_that_of_passes(
     assert found.max() <= most
     if gain is not None and most == math.inf and zero == 0:
         plain = detector.signal(light)
-        np.testing.assert_allclose(found, plain * (1 + gain.numbers()), rtol=4.8e-7)
+        np.testing.assert_allclose(found, plain * (1 + gain.to_float()), rtol=4.8e-7)
 
 
 def test_what_dark_pixels_give_has_no_gain_and_a_well_is_full_after_it() -> None:
     detector = replace(RESPONSE, root=0.0, linear=2.0, zero=100.0)
-    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Words(np.full((1, 3), 2, np.int16), 0.25)
+    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Int16Image(np.full((1, 3), 2, np.int16), 0.25)
     np.testing.assert_array_equal(detector.signal(light, gain=gain), [[100, 250, 1600]])
     np.testing.assert_array_equal(detector.signal(light, gain=gain, most=300.0), [[100, 250, 300]])

@@ -11,8 +11,8 @@ import pytest
 from test_compiled_bodies import polygon, solids
 
 from irsim._native import COMPILED
-from irsim.geometry.polygon import outline
-from irsim.targets.mesh import mesh
+from irsim.geometry.polygon import polygon_edges
+from irsim.targets.polyhedra import build_polyhedra
 
 if COMPILED:
     from irsim._native import kernels
@@ -22,11 +22,11 @@ pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 
 def tables() -> list[Any]:
     """Of a body of two parts, the second on a joint."""
-    form = mesh(solids(2, 3), 1.0)
-    parts = form.parts
+    body = build_polyhedra(solids(2, 3), 1.0)
+    topology = body.topology
     return [
-        *(parts.firsts, parts.corner, parts.edges, parts.heat),
-        *(form.vertices, form.normals, form.offsets, form.crossing, form.thin, np.array([-1, 0])),
+        *(topology.firsts, topology.corner, topology.edges, topology.material),
+        *(body.vertices, body.normals, body.offsets, body.penetration, body.thin, np.array([-1, 0])),
     ]
 
 
@@ -106,7 +106,7 @@ def test_wrong_spreads_are_refused() -> None:
 
 
 def test_wrong_arrays_are_refused() -> None:
-    start, stop = outline(polygon((4, 4), 3, 0.2, 5))
+    start, stop = polygon_edges(polygon((4, 4), 3, 0.2, 5))
     layer, ones, spread = np.zeros(5, dtype=np.int64), np.ones(1), kernels.spread(np.ones(1), ONE_PIXEL, 1)
     right = [start, stop, layer, ones, 0.0, 0.0, 4, 4, spread, np.empty((3, 4, 4))]
     draw: Callable[..., tuple[float, ...]] = kernels.sprite_light

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from irsim.camera.detectors import NOISES, FrameContext, Noise
-from irsim.camera.response import Electrons, Response, Setting
-from irsim.camera.temporal_sigma import add_grain
+from irsim.camera import NOISES
+from irsim.camera.noise import add_temporal_noise
+from irsim.camera.noise_base import FrameContext, Noise
+from irsim.camera.response import Response
+from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.types import Floats
 
 UNTOUCHED = 2**16 - 1
@@ -19,23 +21,23 @@ UNTOUCHED = 2**16 - 1
 def effect(noise: Noise, frame_context: FrameContext, response: Response, level: float) -> Floats:
     """What a noise makes of an even picture, less that picture, in units of NETD, (rows, cols) float64."""
     signal = np.full(frame_context.shape, level, np.float32)
-    gains = noise.gains(frame_context)
+    gains = noise.gain_deviation(frame_context)
     if gains is not None:
         signal += (signal - np.float32(response.zero)) * gains
     add(noise, signal, frame_context, response)
     counts = np.full(frame_context.shape, UNTOUCHED, np.uint16)
-    noise.replace(counts, response, frame_context)
+    noise.replace_counts(counts, response, frame_context)
     done = np.where(counts == UNTOUCHED, signal.astype(np.float64), (counts - response.offset) * response.gain)
     return (done - level) / response.noise
 
 
 def add(noise: Noise, signal: Floats, frame_context: FrameContext, response: Response) -> None:
     """Add to a signal, (rows, cols) float32, all that a noise has to add."""
-    lines, steady = noise.lines(frame_context), noise.steady(frame_context)
-    noise.count(signal, response, frame_context, 0.0)
-    add_grain(signal, noise.grain(frame_context) * response.noise, frame_context)
+    lines, steady = noise.line_noise(frame_context), noise.fixed_pattern(frame_context)
+    noise.draw_electrons(signal, response, frame_context, 0.0)
+    add_temporal_noise(signal, noise.temporal_sigma(frame_context) * response.noise, frame_context)
     noise.add(signal, response, frame_context)
-    for pattern, weight in noise.lasting(frame_context):
+    for pattern, weight in noise.correlated_noise(frame_context):
         signal += np.float32(weight * response.noise) * pattern
     signal += np.float32(response.noise) * (0 if steady is None else steady)
     signal += np.float32(response.noise) * (0 if lines is None else np.add.outer(*lines))
@@ -48,7 +50,7 @@ def pattern(noise: Noise, frame_context: FrameContext) -> Floats:
         noise,
         sum_of_all,
         frame_context,
-        replace(Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0))), noise=1.0),
+        replace(ElectronSensor().response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0))), noise=1.0),
     )
     return sum_of_all
 
@@ -57,7 +59,7 @@ def rendered(seed: int, shape: tuple[int, int, int], *noises: dict[str, Any]) ->
     """(T, rows, columns) of the detector's own noise terms on an even picture; NETD is 10. Each is drawn alone, by a
     seed of its own: in a scene their grain is one."""
     frames = np.full(shape, 1000.0, np.float32)
-    response = Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+    response = ElectronSensor().response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0)))
     for number, given in enumerate(noises):
         noise = NOISES.parse({"id": f"n{number}", **given})
         assert isinstance(noise, Noise)

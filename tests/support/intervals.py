@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import binom
 
-from irsim.measure.interval import Measured
+from irsim.calibration.statistics import Estimate
 
 
-def held(found: list[Measured], true: float, *, widest: float | None = None) -> None:
+def held(found: list[Estimate], true: float, *, widest: float | None = None) -> None:
     """A 95 % interval holds at least so often that less is 1 in 10^4; half of them are no wider than `widest` times
     the true value: what was measured and about a third more. Without it, something else has to hold the width."""
     least = binom.ppf(1e-4, len(found), 0.95)

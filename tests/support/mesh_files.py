@@ -41,7 +41,7 @@ def write_obj(path: Path, body: Body) -> Path:
     count = 0
     for part, solid in enumerate(body.solids):
         corners = triangles(body, part) * [1, -1, -1]
-        lines.append(f"usemtl {solid.heat}")
+        lines.append(f"usemtl {solid.material}")
         lines += ["v " + " ".join(f"{x:.9f}" for x in corner) for corner in corners.reshape(-1, 3)]
         for _ in corners:
             lines.append(f"f {count + 1}/1/1 {count + 2}//7 {count + 3}")

@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 
 NAMES = ("irsim", "irtrack")
 IMPORTED = (
-    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.fitting", "irtrack.cli"),
+    *("irsim.cli.app", "irsim.scenario.loader", "irsim.render.sources", "irsim.calibration.fit", "irtrack.cli"),
     *("irtrack.bench", "irtrack.trackers", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
     *("scipy.ndimage", "scipy.optimize", "scipy.stats", "matplotlib.pyplot", "jinja2"),
 )
@@ -90,7 +90,7 @@ def command(name: str, folder: str, words: list[str], streams: list[int]) -> Non
     os.chdir(folder)
     sys.argv = [name, *words]
     sys.path[0] = str(Path(sys.executable).parent)  # where the command's file is
-    importlib.import_module(f"{name}.cli").main()
+    importlib.import_module(f"{name}.__main__").main()
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import strategies as st
 
 from irsim.types import Box, Image
-from irtrack.features.quantise import Quantiser
+from irtrack.features.quantiser import Quantiser
 from irtrack.features.window import Window
 
 

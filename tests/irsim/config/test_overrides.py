@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scenario_text import TEXT, errors_of
 
+from irsim.camera.agc import Linear
+from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Ar1, White
-from irsim.camera.displays import Linear
-from irsim.config.schema import plain
+from irsim.camera.noise import White
+from irsim.config.serialization import plain_value
+from irsim.lint.warnings import unheeded
 from irsim.motion.scripted import Straight
-from irsim.scenario.loader import change, loads, unheeded_overrides
+from irsim.scenario.loader import change, loads
 
 
 def test_overrides_reach_everything() -> None:
@@ -36,7 +38,7 @@ def test_overrides_reach_everything() -> None:
         Straight(start=(30.0, 10.0), speed=1.5),
     ]
     assert scenario.camera.noise == (White(ratio=2.0), Ar1(id="flicker", rho=0.5, ratio=0.5))
-    assert plain(scenario.background)["clouds"][0]["depth"] == 1
+    assert plain_value(scenario.background)["clouds"][0]["depth"] == 1
     assert scenario.camera.size == (80, 48)
     assert scenario.camera.agc == Linear(tails=(0.1, 0.2))
     assert scenario.occluders == ()
@@ -45,14 +47,14 @@ def test_overrides_reach_everything() -> None:
 
 def test_an_override_writes_no_key_beside_its_own() -> None:
     """So that nothing is warned of that nobody has set, and what goes with a key given first follows it."""
-    assert unheeded_overrides("ground", ["atmosphere.surroundings_k=280"]) == []
-    (line,) = unheeded_overrides("ground", ["atmosphere.visibility_km=9"])
+    assert unheeded("ground", ["atmosphere.surroundings_k=280"]) == []
+    (line,) = unheeded("ground", ["atmosphere.visibility_km=9"])
     assert line.startswith("override atmosphere.visibility_km: warning: does not count")
     camera = loads("background: {kind: sky}", overrides=["camera.preset=uncooled_lwir"]).camera
     assert camera == loads("background: {kind: sky}\ncamera: {preset: uncooled_lwir}").camera
 
 
-def test_an_override_begins_from_defaults_where_the_text_is_silent() -> None:
+def test_an_override_starts_from_defaults() -> None:
     minimal = "background: {kind: sky}"
     scenario = loads(minimal, overrides=["camera.noise.white.ratio=3", "camera.bits=12"])
     assert scenario.camera == Camera(noise=(White(ratio=3.0),), bits=12)
@@ -88,8 +90,8 @@ OVERRIDES_WRONG = {
         "override targets.jte.path.speed: there is no 'jte'; allowed: jet, far; did you mean 'jet'?"
     ),
     "targets.2.path.speed=3": "override targets.2.path.speed: there is no '2'; allowed: jet, far",
-    "camera.bits.x=3": "override camera.bits.x: there is no 'x' here: what stands above it is a single value",
-    "seed.x=3": "override seed.x: there is no 'x' here: what stands above it is a single value",
+    "camera.bits.x=3": "override camera.bits.x: there is no 'x' here: the key above it holds a single value",
+    "seed.x=3": "override seed.x: there is no 'x' here: the key above it holds a single value",
     "camera.bits=[1": "override camera.bits: '[1':1:3: not YAML: ",
     "without=[wite]": "override without: without.0: there is no 'wite'; allowed: white, jet, far, ",
     "targets.jet.path={kind: weav}": "override targets.jet.path: targets.jet.path.kind: unknown path kind 'weav'; ",

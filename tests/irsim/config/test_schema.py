@@ -1,16 +1,16 @@
-"""What may stand at each place, in plain words."""
+"""Allowed values in words, and documentation of fields."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
 import pytest
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, create_model
 
-from irsim.config import yaml_file as yamlfile
+from irsim.config import yaml_text
 from irsim.config.base import Part, Several
-from irsim.config.diagnostics import explain
-from irsim.config.field_annotations import Items
+from irsim.config.diagnostics import error_lines
+from irsim.config.fields import Items, field_docs
 from irsim.config.quantities import AboveZero, Fraction, NotNegative, Pair
 from irsim.config.schema import Slot
 
@@ -45,9 +45,53 @@ class Mixed(Part):
 
 
 def test_the_alternatives_of_a_union_are_one_error() -> None:
-    document = yamlfile.parse("gain: 3", "f")
+    document = yaml_text.parse_yaml("gain: 3", "f")
     with pytest.raises(ValidationError) as caught:
         Mixed.model_validate(document.value)
-    assert explain(caught.value, document, Mixed) == [
+    assert error_lines(caught.value, document, Mixed) == [
         "f:1:7: gain: 3 is not allowed; allowed: a number, from 0 to 1 or 'auto'"
     ]
+
+
+class Thing(Part):
+    """A part."""
+
+    length: float = 1.0
+    """How long it is, m:
+    from end to end."""
+    width: float = 1.0
+    height: float = 1.0
+    """How high, m."""
+
+    def volume(self) -> float:
+        """No field."""
+        return self.length * self.width * self.height
+
+
+class Kept(Thing):
+    """A part that has more."""
+
+    height: float = 2.0
+    """How high in a shelf, m."""
+    shelf: int = 0
+    """Which shelf."""
+
+
+def test_the_text_under_a_field_is_its_documentation() -> None:
+    assert field_docs(Thing) == {"length": "How long it is, m:\nfrom end to end.", "height": "How high, m."}
+
+
+def test_docs_of_bases_are_inherited_and_overridden() -> None:
+    assert field_docs(Kept) == {**field_docs(Thing), "height": "How high in a shelf, m.", "shelf": "Which shelf."}
+
+
+def test_the_json_schema_has_field_docs() -> None:
+    properties = Kept.model_json_schema()["properties"]
+    assert {key: value["description"] for key, value in properties.items() if "description" in value} == field_docs(
+        Kept
+    )
+
+
+def test_a_class_without_source_has_no_docs() -> None:
+    made = create_model("Made", __base__=Kept, colour=(str, "red"))
+    assert field_docs(made) == field_docs(Kept)

@@ -12,7 +12,7 @@ from test_atmosphere_scenes import scene, target
 
 from irsim.cli.app import check
 from irsim.lint import doubts
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 
 CLOSING = target(400.0)["path"] | {"closing_m_s": -90.0}
 
@@ -38,8 +38,8 @@ CLOSING = target(400.0)["path"] | {"closing_m_s": -90.0}
 def test_beyond_the_fit_is_told_with_its_place(change: dict[str, Any], place: tuple[str, ...], words: str) -> None:
     (notice,) = doubts(scene(**change))
     assert notice.at == place
-    assert words in notice.what
-    assert notice.what.startswith("a range") == (place[-1] == "range_m")
+    assert words in notice.message
+    assert notice.message.startswith("a range") == (place[-1] == "range_m")
 
 
 @pytest.mark.parametrize("band", ["mwir", "lwir", (3.0, 4.99), (3.05, 5.0), (8.05, 12.0)])
@@ -80,7 +80,7 @@ def test_a_sky_above_the_water_in_a_band_without_its_gas_is_told(
 ) -> None:
     air, sky = {"preset": "us_standard", "altitude_m": altitude_m}, {"kind": "sky", "preset": "us_standard"}
     told = doubts(scene(atmosphere=air, background=sky, camera={"band": band}, targets=[]))
-    found = [notice.what for notice in told if notice.at == ("atmosphere", "altitude_m")]
+    found = [notice.message for notice in told if notice.at == ("atmosphere", "altitude_m")]
     assert len(found) == (words is not None)
     assert all(words in what for what in found if words is not None)
 
@@ -92,7 +92,7 @@ def test_ground_beyond_the_fit_is_told(height_m: float, words: list[str]) -> Non
     ground = {"kind": "ground", "height_m": height_m, "spread_k": 0.0}
     air = {"preset": "us_standard", "altitude_m": height_m}
     told = doubts(scene(atmosphere=air, background=ground, camera={"elevation_deg": -30.0}, targets=[]))
-    found = [notice.what for notice in told if notice.at == ("background", "kind")]
+    found = [notice.message for notice in told if notice.at == ("background", "kind")]
     assert len(found) == len(words)
     assert all(word in what for word, what in zip(words, found, strict=True))
 
@@ -106,11 +106,11 @@ def test_a_sky_unlike_the_air_before_it_is_told() -> None:
     for sky, words in (({}, "of its own temperatures"), ({"preset": "tropical"}, "of tropical")):
         (notice,) = doubts(scene(background={"kind": "sky", **sky}))
         assert notice.at == ("background", "preset")
-        assert words in notice.what
+        assert words in notice.message
     assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
     wet = {"preset": "none", "rain_mm_h": 5.0, "fog_visibility_km": 1.0}
     (notice,) = doubts(scene(atmosphere=wet, background={"kind": "sky"}))
-    assert "of its own temperatures behind rain and fog of 288 K" in notice.what
+    assert "of its own temperatures behind rain and fog of 288 K" in notice.message
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_a_ground_that_no_count_can_tell_is_told(
     background: dict[str, Any], range_k: tuple[float, float], told: list[str]
 ) -> None:
     camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": range_k}
-    found = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=background))]
+    found = [notice.message for notice in doubts(scene(camera=camera, atmosphere={}, background=background))]
     found = [line for line in found if line.startswith("all of the ")]
     assert [
         f"{line.split(',')[0].removeprefix('all of the ')} {line.split('lies ')[1].split(':')[0]}" for line in found
@@ -149,7 +149,7 @@ def test_of_a_landscape_only_what_is_in_the_picture_is_told(elevation: float, wh
     """It is 2.7 degrees high."""
     camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": (300, 310), "elevation_deg": elevation}
     land = {"kind": "landscape", "ground_k": 290 if elevation < 0 else 305, "horizon_k": 280, "zenith_k": 280}
-    lines = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=land))]
+    lines = [notice.message for notice in doubts(scene(camera=camera, atmosphere={}, background=land))]
     (line,) = [line for line in lines if "its pixels are" in line]
     assert line.startswith(f"all of the {what}, ")
 
@@ -160,7 +160,7 @@ def test_a_sky_that_no_count_can_tell_is_told() -> None:
 
     def told(range_k: tuple[float, float], **detector: Any) -> list[str]:
         camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": range_k, **detector}
-        return [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=sky))]
+        return [notice.message for notice in doubts(scene(camera=camera, atmosphere={}, background=sky))]
 
     assert told((220, 268)) == [
         "all of the clear sky, 268 to 272 K, lies above: its pixels are full; range_k: [220, 280] holds it"
@@ -181,7 +181,7 @@ def test_a_sky_that_leaves_the_scale_in_part_of_the_picture_is_told() -> None:
     sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
     camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": (270.2, 300)}
     (notice,) = doubts(scene(camera=camera, atmosphere={}, background=sky))
-    part, rest = notice.what.split("% of the clear sky, 268 to 272 K, lies below, in ")
+    part, rest = notice.message.split("% of the clear sky, 268 to 272 K, lies below, in ")
     assert rest == f"{part}% of the picture: its pixels are at count 0; range_k: [260, 300] holds it"
     assert 45 <= float(part) <= 55
 
@@ -198,7 +198,7 @@ def test_a_sea_whose_glint_fills_a_part_of_the_picture_with_full_counts_is_told(
     found = re.fullmatch(
         r"(\d+)% of the sea, \d+ to \d+ K, lies above, in (\d+)% of the picture: its pixels are full; "
         r"range_k: \[220, (\d+)\] holds it",
-        notice.what,
+        notice.message,
     )
     assert found is not None
     of_sea, of_picture, enough = map(int, found.groups())
@@ -219,8 +219,8 @@ def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:
     (notice,) = told(265.1)
     assert notice.at == ("background", "clouds", 1, "temperature_k")
     told_of = "the layer low looks 265 K, colder than the clear sky of 270 K behind it low in the picture"
-    assert notice.what.startswith(told_of)
-    assert "at 10.0 degrees" in notice.what
+    assert notice.message.startswith(told_of)
+    assert "at 10.0 degrees" in notice.message
     assert told(265.3) == []  # the sky's own figures are good to 5 K
     assert told(200.0, camera={**camera, "elevation_deg": -20}) == []
 
@@ -274,7 +274,7 @@ def test_features_wider_than_a_clouds_period_are_told() -> None:
     assert told(0.06) == []
     (notice,) = told(0.05)
     assert notice.at == ("background", "clouds", 0, "correlation_mrad")
-    assert all(words in notice.what for words in ("1200 px", "1024 px", "51.2 mrad"))
+    assert all(words in notice.message for words in ("1200 px", "1024 px", "51.2 mrad"))
 
 
 @pytest.mark.parametrize(
@@ -295,7 +295,7 @@ def test_pictures_that_no_map_holds_are_told(
     camera = {"size": (columns, 48), "ifov_mrad": 1.0, "elevation_deg": elevation_deg, "motion": motion, "rate_hz": 10}
     background = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
     found = [
-        (notice.at, notice.what)
+        (notice.at, notice.message)
         for notice in doubts(scene(camera=camera, atmosphere={}, background=background, frames=10))
         if notice.at[0] == "camera"
     ]

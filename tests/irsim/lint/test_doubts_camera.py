@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 
 SCENE = """\
 frames: 4

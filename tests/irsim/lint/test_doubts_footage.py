@@ -59,8 +59,8 @@ def test_an_unknown_scale_is_told_with_what_to_write(imported: Path) -> None:
     camera = "size: [64, 48], bits: 8"
     (notice,) = told(text(imported, camera))
     assert notice.at == ("background", "range_k")
-    assert "imported.mcap stand for? it does not say: 220 K for count 0 and 400 K for the highest" in notice.what
-    assert "range_k: [K of count 0, K of the highest count]" in notice.what
+    assert "imported.mcap stand for? it does not say: 220 K for count 0 and 400 K for the highest" in notice.message
+    assert "range_k: [K of count 0, K of the highest count]" in notice.message
     assert told(text(imported, camera, ", range_k: [270, 320]")) == []
     assert told(text(imported, camera, more="")) == []  # nothing is drawn
     assert told(text(imported, camera, more=f"{CAR}\nwithout: [car]")) == []
@@ -70,13 +70,13 @@ def test_another_camera_than_the_recordings_is_told(counted: Path) -> None:
     band = "size: [64, 48], bits: 14, band: mwir, rate_hz: 100, ifov_mrad: 0.3"
     scale, other = told(text(counted, band))
     assert scale.at == ("background", "range_k")
-    assert "for the band of its own camera only" in scale.what
+    assert "for the band of its own camera only" in scale.message
     assert other.at == ("camera", "band")
-    assert other.what.endswith("the recording's is band: [7.7, 9.3]")
+    assert other.message.endswith("the recording's is band: [7.7, 9.3]")
     (rate,) = told(text(counted, CAMERA.replace("100", "25")))
-    assert (rate.at, "passes 0.25 times as fast" in rate.what) == (("camera", "rate_hz"), True)
+    assert (rate.at, "passes 0.25 times as fast" in rate.message) == (("camera", "rate_hz"), True)
     (pixel,) = told(text(counted, CAMERA.replace("0.3", "0.6")))
-    assert (pixel.at, "drawn is 0.5 times as large" in pixel.what) == (("camera", "ifov_mrad"), True)
+    assert (pixel.at, "drawn is 0.5 times as large" in pixel.message) == (("camera", "ifov_mrad"), True)
 
 
 @pytest.mark.parametrize(

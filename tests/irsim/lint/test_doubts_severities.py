@@ -9,7 +9,7 @@ import pytest
 
 from irsim.backgrounds import Ground
 from irsim.errors import InputError
-from irsim.scenario.loader import warnings
+from irsim.lint.warnings import warnings
 from irsim.scenario.placement_placing import place
 
 LEAVES = """
@@ -54,8 +54,8 @@ def test_what_is_told_of_two_names_stays_two_warnings(tmp_path: Path) -> None:
 
 
 def test_bare_ground_is_looked_at_once_where_severities_leave_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    land = Mock(wraps=Ground(mean_k=291, spread_k=0.15).land)
-    monkeypatch.setattr(Ground, "land", land)
+    land = Mock(wraps=Ground(mean_k=291, spread_k=0.15).ground_radiance)
+    monkeypatch.setattr(Ground, "ground_radiance", land)
     for seed in (1, 2):
         warnings("stress/clutter", [f"seed={30 + seed}"])
         assert land.call_count == seed

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from irsim.lint.warnings import warnings
 from irsim.scenario.catalog import shipped
-from irsim.scenario.loader import load, warnings
+from irsim.scenario.loader import load
 
 FOLDERS = ("examples", "new", "regressions", "sources", "stress")
 SCENES = [path for folder in FOLDERS for path in shipped(folder).values()]

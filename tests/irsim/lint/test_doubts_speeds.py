@@ -24,7 +24,7 @@ def told(shape: str, path: dict[str, Any], **target: Any) -> list[str]:
     }
     notices = list(too_fast(Scenario.model_validate(whole)))
     assert all(notice.at == ("targets", 0, "path") for notice in notices)
-    return [notice.what for notice in notices]
+    return [notice.message for notice in notices]
 
 
 def _level(speed_m_s: float) -> dict[str, Any]:
@@ -34,13 +34,13 @@ def _level(speed_m_s: float) -> dict[str, Any]:
 def test_every_body_says_how_fast_its_kind_goes() -> None:
     for word, kind in SHAPES:
         assert issubclass(kind, Shape)
-        assert (kind.fastest_m_s is not None) == issubclass(kind, Body), word
+        assert (kind.max_speed_m_s is not None) == issubclass(kind, Body), word
 
 
 @pytest.mark.parametrize("shape", [kind for _, kind in SHAPES if issubclass(kind, Body)])
 @pytest.mark.parametrize(("share", "said"), [(0.99, 0), (1.01, 1)])
 def test_a_speed_that_nothing_of_a_kind_has_is_told(shape: type[Body], share: float, said: int) -> None:
-    fastest = shape.fastest_m_s
+    fastest = shape.max_speed_m_s
     assert fastest is not None
     lines = told(shape.kind, _level(share * fastest))
     assert len(lines) == said

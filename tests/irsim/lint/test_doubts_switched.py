@@ -81,7 +81,7 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def _told(scene: dict[str, Any]) -> list[str]:
-    return [notice.what for notice in doubts(Scenario.model_validate(scene))]
+    return [notice.message for notice in doubts(Scenario.model_validate(scene))]
 
 
 @pytest.mark.parametrize("name", SCENES)

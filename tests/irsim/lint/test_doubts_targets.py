@@ -21,7 +21,7 @@ def told(path: dict[str, Any], shape: str = "tank", **scene: Any) -> list[str]:
     whole = {"frames": 60, "camera": CAMERA, "background": FLAT, **scene}
     whole["targets"] = [*scene.get("targets", []), target]
     last = ("targets", len(whole["targets"]) - 1, "path")
-    return [notice.what for notice in doubts(Scenario.model_validate(whole)) if notice.at[:3] == last]
+    return [notice.message for notice in doubts(Scenario.model_validate(whole)) if notice.at[:3] == last]
 
 
 def _stands(y: float, range_m: float) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def test_a_target_that_is_not_there_while_it_would_be_deep_is_not_told() -> None
     assert len(told(path, background=land)) == 1
     scene = {"frames": 60, "camera": CAMERA, "background": land}
     gone = {"id": "it", "shape": {"kind": "tank"}, "path": path, "absent": [(10, 59)]}
-    said = [notice.what for notice in doubts(Scenario.model_validate({**scene, "targets": [gone]}))]
+    said = [notice.message for notice in doubts(Scenario.model_validate({**scene, "targets": [gone]}))]
     assert not any("goes below" in line for line in said)
 
 
@@ -213,9 +213,9 @@ def test_a_ground_of_its_own_unlike_the_backgrounds_is_told(kind: str, shape: st
     scene = {"frames": 9, "camera": CAMERA, "background": background}
     target = {"id": "it", "shape": {"kind": shape, **({"area_m2": 2} if shape == "point" else {})}, "path": path}
     notices = [*doubts(Scenario.model_validate({**scene, "targets": [target]}))]
-    found = [notice.what for notice in notices if notice.at == ("targets", 0, "path", "ground_m")]
+    found = [notice.message for notice in notices if notice.at == ("targets", 0, "path", "ground_m")]
     assert len(found) == said
-    assert not any("goes below" in each.what or "m above the" in each.what for each in notices)
+    assert not any("goes below" in each.message or "m above the" in each.message for each in notices)
     for what in found:
         surface = "sea" if kind == "sea" else "ground"
         side = "farther" if ground_m > 10 else "nearer"

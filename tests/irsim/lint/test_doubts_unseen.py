@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from irsim.lint import doubts
-from irsim.scenario.loader import loads, warnings
+from irsim.lint.warnings import warnings
+from irsim.scenario.loader import loads
 
 SCENE = """
 frames: 100
@@ -25,7 +26,7 @@ BAR = "{{kind: bar, range_m: {range_m}, center_px: [{middle}, 62], size_px: [{wi
 
 def told(background: str = PLAIN, occluders: str = "", *overrides: str) -> list[tuple[tuple[str | int, ...], str]]:
     scenario = loads(SCENE.format(background=background, occluders=occluders), overrides=overrides)
-    return [(each.at, each.what) for each in doubts(scenario) if "is more than half hidden" in each.what]
+    return [(each.at, each.message) for each in doubts(scenario) if "is more than half hidden" in each.message]
 
 
 @pytest.mark.parametrize(("wide", "said"), [(48, False), (56, True)])
@@ -86,10 +87,10 @@ targets:
 def test_a_target_that_is_out_of_the_picture_for_most_of_the_time_is_told(speed: float, outside: int) -> None:
     """From 59.6 px on it has 99.9 px to the right edge, at 159.5."""
     scenario = loads(LEAVES, overrides=[f"targets.jet.path.speed={speed}"])
-    told = [each for each in doubts(scenario) if "out of the picture" in each.what]
+    told = [each for each in doubts(scenario) if "out of the picture" in each.message]
     assert [each.at for each in told] == [("targets", 0, "path")] * (outside > 50)
     for each in told:
-        assert each.what == (
+        assert each.message == (
             f"jet, whom trackers follow, is out of the picture in {outside} of the 100 frames in which it is there; "
             "irsim info tells which"
         )

@@ -10,10 +10,10 @@ import pytest
 
 from irsim.errors import InputError
 from irsim.lint import doubts
+from irsim.lint.warnings import unheeded, warnings
 from irsim.recording import record
-from irsim.render.sources import unheeded
 from irsim.render.stream import Rendering
-from irsim.scenario.loader import load, loads, warnings
+from irsim.scenario.loader import load, loads
 from irsim.scenario.model import Scenario
 
 
@@ -143,5 +143,5 @@ FIXED = {"kind": "fixed", "low": 2000, "high": 6000}
 def test_greys_of_counts_that_a_camera_does_not_give_are_told(agc: dict[str, Any], bits: int, told: str | None) -> None:
     camera = {"size": (64, 48), "bits": bits, "agc": agc, "range_k": (270, 310)}
     scene = {"camera": camera, "background": {"kind": "ground"}}
-    lines = [f"{notice.at[-1]}: {notice.what}" for notice in doubts(Scenario.model_validate(scene))]
+    lines = [f"{notice.at[-1]}: {notice.message}" for notice in doubts(Scenario.model_validate(scene))]
     assert [line[: len(told or "")] for line in lines] == ([] if told is None else [told])

@@ -119,7 +119,7 @@ NEWCOMERS = [
 def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
     """Nothing is warned of, and truth has the target in the picture, where its path says, from the first frame on."""
     scenario = loads(SCENE.format(shape=shape, path=keys))
-    assert [notice.what for notice in doubts(scenario)] == []
+    assert [notice.message for notice in doubts(scenario)] == []
     renderer, value = Renderer(scenario), scenario.targets[1].path
     for frame in (0, 30, 60, 90):
         truth = next(target for target in renderer.scene(frame)[1].targets if target.id == "it")

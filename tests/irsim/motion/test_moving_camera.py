@@ -11,8 +11,8 @@ import pytest
 from irsim import loads
 from irsim.backgrounds.chart import Chart
 from irsim.geometry.projection import Geometry
+from irsim.lint.warnings import warnings
 from irsim.render.frame import Renderer
-from irsim.scenario.loader import warnings
 from irsim.scenario.model import Scenario
 
 SCENE = """
@@ -111,8 +111,8 @@ def test_a_zoomed_camera_sees_a_smaller_part_of_the_background() -> None:
     level = Geometry((160, 120), 5e-4)
     wide, near = (Chart.at(level, np.eye(3), lens=level.zoomed(factor)) for factor in (1.0, 4.0))
     # Half a frame is 80 px x 0.5 mrad = 40 mrad wide: atan(0.04) against atan(0.01), in px of the map.
-    assert wide.spread(wide.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4) / 5e-4, abs=1e-3)
-    assert near.spread(near.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4 / 4) / 5e-4, abs=1e-3)
+    assert wide.at_pixels(wide.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4) / 5e-4, abs=1e-3)
+    assert near.at_pixels(near.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4 / 4) / 5e-4, abs=1e-3)
 
 
 def test_a_platform_on_a_path_passes_what_is_near() -> None:

@@ -229,7 +229,7 @@ def test_every_shape_has_a_posture_and_a_users_own_body_may_have_any(tmp_path: A
     for name, posture in expected.items():
         kind = SHAPES.find(name)
         assert issubclass(kind, Shape)
-        assert kind.lies is posture
+        assert kind.default_posture is posture
     file = tmp_path / "tetra.obj"
     file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     for name in get_args(PostureName):

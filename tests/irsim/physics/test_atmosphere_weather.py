@@ -56,7 +56,7 @@ def seen_k(band: BandName, tau: Floats, light: Floats) -> Floats:
 
 @pytest.mark.parametrize("band", BANDS)
 @pytest.mark.parametrize("altitude_m", [0.0, 20.0, 150.0, 1000.0, 2900.0, 5000.0, 12_000.0])
-def test_paths_are_cut_finely_enough_wherever_they_lead(band: BandName, altitude_m: float) -> None:
+def test_path_steps_are_fine_enough(band: BandName, altitude_m: float) -> None:
     """Up, level and down to the ground or the horizon, within 0.05 K of what 4000 steps from each end give."""
     weather: list[dict[str, Any]] = [
         *({"preset": preset, **more} for preset in ("tropical", "midlatitude_winter") for more in ({}, FOGGY)),
@@ -80,7 +80,7 @@ def test_paths_are_cut_finely_enough_wherever_they_lead(band: BandName, altitude
 
 @pytest.mark.parametrize("band", BANDS)
 @pytest.mark.parametrize("altitude_m", [300.0, 3000.0, 12_000.0])
-def test_thick_fog_from_above_is_as_warm_as_where_its_depth_is_one(band: BandName, altitude_m: float) -> None:
+def test_fog_from_above_has_the_temperature_at_depth_one(band: BandName, altitude_m: float) -> None:
     """Its light is linear in its depth, nearly: that of all depths d, by exp(-d), is that of their mean, 1."""
     air = Atmosphere(fog_visibility_km=0.1, fog="advection", altitude_m=altitude_m)
     extinction_km = 3.912 / 0.1 * FOG["advection"][band]
@@ -116,9 +116,7 @@ WATER: dict[BandName, list[tuple[float, complex]]] = {
 
 @pytest.mark.parametrize("band", BANDS)
 @pytest.mark.parametrize(("kind", "power", "rate"), [("advection", 3, 0.3), ("radiation", 6, 3.0)])
-def test_fog_in_the_infrared_is_mie_scattering_by_its_drops(
-    band: BandName, kind: str, power: float, rate: float
-) -> None:
+def test_fog_extinction_is_that_of_mie_scattering(band: BandName, kind: str, power: float, rate: float) -> None:
     radius = np.linspace(0.2, 50, 220)
     weight = radius ** (power + 2) * np.exp(-rate * radius)
     keep = weight > 1e-4 * weight.max()

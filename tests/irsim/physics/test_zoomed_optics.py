@@ -9,9 +9,9 @@ import pytest
 
 from irsim.motion import CAMERA_MOTIONS
 from irsim.physics.diffraction import LensPSF
-from irsim.physics.optics import Lens
+from irsim.physics.lens import Lens
 from irsim.render.frame import Renderer
-from irsim.render.levels import Levels
+from irsim.render.moments import MeanCounts
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
@@ -72,7 +72,7 @@ def test_turbulent_air_blurs_occluders_as_it_does_targets() -> None:
     assert turbulent > 2 * still
 
 
-def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
+def test_zoom_scales_the_blur_of_the_air_only() -> None:
     lens = Lens(f_number=4.0)
     camera = {"optics": lens.model_dump(), "psf_px": 0.3}
     still, turbulent = (Renderer(scene(8.0, air, camera=camera)) for air in ({}, AIR))
@@ -88,7 +88,7 @@ def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
 def shares(renderer: Renderer, frame: int = 0) -> Floats:
     """(rows, cols): what pixels hold of even light, over that in the middle."""
     light = np.full((64, 96), 5.0, np.float32)
-    held, dark = (renderer.sensor.held(each, frame) for each in (light, 0 * light))
+    held, dark = (renderer.sensor.pixel_signal(each, frame) for each in (light, 0 * light))
     return np.asarray((held - dark) / (held - dark)[32, 48])
 
 
@@ -104,14 +104,14 @@ CORNER_RAD = 0.01 * np.hypot(47.5, 31.5)
 
 
 @pytest.mark.parametrize("zoom", [1.0, 2.0, 8.0])
-def test_cos4_goes_with_the_angle_at_which_the_zoomed_lens_sees_a_pixel(zoom: float) -> None:
+def test_cos4_follows_the_zoomed_field_angle(zoom: float) -> None:
     expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
     assert shares(shaded([(0, zoom)]))[0, 0] == pytest.approx(expected, rel=2e-4)
     assert expected == pytest.approx({1.0: 0.570, 2.0: 0.855, 8.0: 0.990}[zoom], abs=1e-3)
 
 
 @pytest.mark.parametrize("zoom", [1.0, 8.0])
-def test_rims_take_their_share_in_the_pictures_corners_at_any_zoom(zoom: float) -> None:
+def test_vignetting_is_equal_at_any_zoom(zoom: float) -> None:
     assert shares(shaded([(0, zoom)], cos4=False, vignetting=0.3))[0, 0] == pytest.approx(0.7, rel=2e-4)
 
 
@@ -123,7 +123,7 @@ def test_falloff_follows_a_zoom_from_frame_to_frame() -> None:
         assert shares(renderer, frame)[0, 0] == pytest.approx(expected, rel=2e-4)
         middle, aside = (renderer.noise(frame)(5.0, Box(x, y, 1, 1)) for x, y in ((47.5, 31.5), (0.0, 0.0)))
         assert aside / middle == pytest.approx(1 / expected, rel=2e-4)
-        mean = Levels(renderer).of(frame)
+        mean = MeanCounts(renderer).of(frame)
         np.testing.assert_allclose(mean, renderer.sensor.mean(renderer.light(frame), frame), rtol=1e-5)
         off = (renderer.frame(frame)[0].image - mean) / np.sqrt(renderer.variance(frame))
         assert np.std(off) == pytest.approx(1.0, rel=0.05)

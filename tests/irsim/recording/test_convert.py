@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from frame_folders import folder_of, pictures
 
-from irsim.camera.displays import AGCS
+from irsim.camera import AGCS
 from irsim.errors import InputError
 from irsim.recording import open_recording, record
 from irsim.recording.importers import import_frames

@@ -12,7 +12,8 @@ import pytest
 from recording_fakes import Noise, same_frames
 
 import irsim
-from irsim.camera.displays import AGCS, Fixed
+from irsim.camera import AGCS
+from irsim.camera.agc import Fixed
 from irsim.errors import InputError
 from irsim.recording import (
     open_recording,

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 from recording_fakes import Noise, same_frames
 
-from irsim.camera.displays import AGCS
+from irsim.camera import AGCS
 from irsim.errors import InputError
 from irsim.recording import (
     damages,

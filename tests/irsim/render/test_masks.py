@@ -22,9 +22,8 @@ from irsim.targets.target import Target
 SHIPPED = ["traffic", "clouds", "decoys"]
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("name", SHIPPED)
-def test_visible_fractions_are_those_of_the_masks(name: str) -> None:
+def test_visible_fractions_in_truth_are_those_of_the_masks(name: str) -> None:
     scenario = irsim.load(name)
     rendering = Rendering(scenario)
     looked = [0, scenario.frames // 3, scenario.frames // 2]
@@ -100,7 +99,7 @@ def places(masks: Iterable[dict[str, Mask]]) -> list[float]:
     return [float((np.arange(cover.shape[1]) * cover).sum() / cover.sum()) for cover in covers]
 
 
-def test_masks_are_of_the_frames_that_arrive() -> None:
+def test_masks_belong_to_the_frames_that_arrive() -> None:
     scenario = moving(FAULTS)
     xs = [truth.targets[0].center[0] for truth in Rendering(scenario).truths()]
     assert np.diff(xs) == pytest.approx([30, 15, 0, 15])
@@ -108,7 +107,7 @@ def test_masks_are_of_the_frames_that_arrive() -> None:
     assert places(irsim.masks(scenario, 1, 3)) == pytest.approx(xs[1:3], abs=1e-3)
 
 
-def test_files_of_a_recording_bear_its_own_numbers(tmp_path: Path) -> None:
+def test_masks_of_a_recording_have_its_frame_numbers(tmp_path: Path) -> None:
     """It begins at the third frame that arrives."""
     made = irsim.record(Rendering(moving(FAULTS)), tmp_path / "late.mcap", start=2)
     recording = irsim.open_recording(made)
@@ -131,7 +130,7 @@ def written(folder: Path, scenario: Scenario, start: int, stop: int, target: str
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_masks_written_again_are_those_of_this_call_only(tmp_path: Path) -> None:
+def test_older_masks_are_replaced_or_refused(tmp_path: Path) -> None:
     """Those of the same frames are replaced, also by nothing; where others would stay, nothing is touched."""
     folder = tmp_path / "masks"
     folder.mkdir()
@@ -151,7 +150,7 @@ def test_masks_written_again_are_those_of_this_call_only(tmp_path: Path) -> None
     assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == before
 
 
-def test_masks_are_not_written_among_other_pictures(tmp_path: Path) -> None:
+def test_a_folder_of_other_pictures_is_refused(tmp_path: Path) -> None:
     """Frames of somebody's camera are imported by the folder."""
     for name in ("0000.png", "0001.PNG"):
         (tmp_path / name).write_bytes(b"mine")
@@ -163,7 +162,7 @@ def test_masks_are_not_written_among_other_pictures(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_mistakes_are_told(tmp_path: Path) -> None:
+def test_wrong_arguments_of_masks_are_input_errors(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="target 'two': there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))
     (tmp_path / "file").write_text("")

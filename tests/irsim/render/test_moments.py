@@ -1,4 +1,4 @@
-"""Means, contributions and variances against frames, and the Cramér-Rao bound that follows from them."""
+"""Mean, contribution and variance against frames, and the Cramér-Rao bound."""
 
 from __future__ import annotations
 
@@ -7,31 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
+from quiet_scenes import SMALL_PATH as PATH
+from quiet_scenes import small as scene
 
 import irsim
 from irsim.render.frame import Renderer
-from irsim.render.moments import Moments
+from irsim.render.moments import Exact, Moments
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
-
-Exact = npt.NDArray[np.float64]
-PATH = {"kind": "straight", "start": (15.3, 15.8), "speed": 0.0, "range_m": 3000.0}
-
-
-def scene(shape: dict[str, Any] | None = None, frames: int = 4, **other: Any) -> Scenario:
-    camera = {"size": (32, 32), "range_k": (280.0, 320.0), "bits": 16, **other.pop("camera", {})}
-    return Scenario.model_validate(
-        {
-            "frames": frames,
-            "camera": camera,
-            "background": {"kind": "sky", "horizon_k": 290.0, "zenith_k": 285.0},
-            "targets": [{"id": "one", "shape": shape or {"kind": "point", "area_m2": 0.3}, "path": PATH}],
-            **other,
-        }
-    )
-
 
 CAMERAS: list[dict[str, Any]] = [
     {},
@@ -64,7 +48,7 @@ def test_variance_is_that_of_many_frames(camera: dict[str, Any]) -> None:
     assert np.abs(z).max() < 5
 
 
-def test_variance_from_frame_to_frame_leaves_out_what_stays() -> None:
+def test_temporal_variance_leaves_out_fixed_noise() -> None:
     """In squares of one NETD white noise has 1, correlated 0.25 and fixed pattern 2.25 + 0.64 + 0.16; rounding 1/12."""
     noise = [
         {"kind": "white"},
@@ -77,8 +61,7 @@ def test_variance_from_frame_to_frame_leaves_out_what_stays() -> None:
     np.testing.assert_allclose(moments.variance(1), (1.25 + 3.05) * unit + 1 / 12, rtol=1e-5)
 
 
-@pytest.mark.parametrize("kind", ["point", "fighter", "quadrotor", "hot_spot"])
-@pytest.mark.parametrize("camera", CAMERAS[1:3])
+@pytest.mark.parametrize(("kind", "camera"), [("point", CAMERAS[1]), ("fighter", CAMERAS[2]), ("hot_spot", CAMERAS[1])])
 def test_a_contribution_follows_its_shift_smoothly(kind: str, camera: dict[str, Any]) -> None:
     """Differences over 0.02 px and over 0.005 px give the same derivative; no step of float32 is in it."""
     moments = Moments(scene({"kind": kind}, camera=camera))
@@ -95,7 +78,7 @@ def test_a_contribution_follows_its_shift_smoothly(kind: str, camera: dict[str, 
     assert np.abs(tiny).max() < 1e-6 * np.abs(wide).max()
 
 
-def test_a_shift_is_that_of_a_path_begun_there() -> None:
+def test_a_shift_equals_a_shifted_path() -> None:
     shape = {"kind": "hot_spot"}
     moved = scene(shape).model_dump()
     moved["targets"][0]["path"]["start"] = (15.3 + 0.37, 15.8 - 0.21)
@@ -104,7 +87,7 @@ def test_a_shift_is_that_of_a_path_begun_there() -> None:
     np.testing.assert_allclose(shifted, elsewhere, atol=2e-3 * np.abs(elsewhere).max())
 
 
-def test_contributions_and_the_empty_scene_make_the_whole() -> None:
+def test_contributions_and_the_empty_scene_add_to_the_mean() -> None:
     two = [
         {"id": name, "shape": {"kind": "point", "area_m2": 0.3}, "path": {**PATH, "start": (x, 15.0)}}
         for name, x in (("one", 8.0), ("two", 24.0))
@@ -116,18 +99,7 @@ def test_contributions_and_the_empty_scene_make_the_whole() -> None:
     np.testing.assert_allclose(parts, moments.mean(1), atol=1e-6)
 
 
-def test_a_region_is_a_part_of_the_whole() -> None:
-    moments, region = Moments(scene()), (10, 12, 8, 5)
-    for part, whole in (
-        (moments.mean(0, region), moments.mean(0)),
-        (moments.variance(0, region), moments.variance(0)),
-        (moments.contribution(0, "one", (0.01, 0), region), moments.contribution(0, "one", (0.01, 0))),
-    ):
-        assert part.shape == (5, 8)
-        assert np.array_equal(part, whole[12:17, 10:18])
-
-
-def test_what_is_hidden_adds_nothing() -> None:
+def test_a_hidden_target_contributes_nothing() -> None:
     bar = {"kind": "bar", "center_px": (15.0, 15.0), "size_px": (20.0, 20.0), "range_m": 500.0}
     hidden = Moments(scene(occluders=[bar]))
     assert np.abs(hidden.contribution(0, "one")).max() < 1e-6 * np.abs(Moments(scene()).contribution(0, "one")).max()
@@ -135,7 +107,7 @@ def test_what_is_hidden_adds_nothing() -> None:
     np.testing.assert_array_equal(open_.contribution(0, "one"), Moments(scene()).contribution(0, "one"))
 
 
-def test_an_index_is_that_of_a_frame_that_arrives() -> None:
+def test_indices_of_moments_count_frames_that_arrive() -> None:
     """Of frames 0 .. 3 arrive 0, 2, 2, 3: of its own number only the first and the last. Shot noise tells variances."""
     shape, path = {"kind": "hot_spot", "temperature_k": 315.0}, {**PATH, "speed": 3.0, "start": (8.0, 16.0)}
     target = {"id": "one", "shape": shape, "path": path}
@@ -156,7 +128,7 @@ def test_an_index_is_that_of_a_frame_that_arrives() -> None:
     np.testing.assert_array_equal(all_arrive.mean(1), whole.mean(1))
 
 
-def test_signal_center_is_of_the_targets_own_light_and_a_contribution_of_its_contrast() -> None:
+def test_signal_center_differs_from_the_centroid_of_contrast() -> None:
     """The sky behind is as warm as most of a car: what the car adds has its centroid elsewhere."""
     car = {"kind": "car"}
     target = {"id": "one", "shape": car, "path": {**PATH, "start": (32.0, 24.0), "range_m": 150.0}}
@@ -181,7 +153,7 @@ def test_signal_center_is_of_the_targets_own_light_and_a_contribution_of_its_con
 @pytest.mark.parametrize(
     "shape", [{"kind": "fighter", "temperature_k": 330.0}, {"kind": "point", "area_m2": 50.0, "temperature_k": 400.0}]
 )
-def test_a_contribution_to_recorded_frames_is_what_they_gain(tmp_path: Path, shape: dict[str, Any]) -> None:
+def test_a_contribution_to_recorded_frames_is_their_change(tmp_path: Path, shape: dict[str, Any]) -> None:
     """Noisy footage with and without the target: the difference of the frames, but for rounding both."""
     own = irsim.record(
         Rendering(scene(camera={"netd_mk": 200.0, "range_k": (220.0, 1200.0)}, targets=[])), tmp_path / "own.mcap"
@@ -202,7 +174,7 @@ def test_a_contribution_to_recorded_frames_is_what_they_gain(tmp_path: Path, sha
             unknown(2)
 
 
-def test_mistakes_are_told() -> None:
+def test_wrong_arguments_of_moments_are_input_errors() -> None:
     moments = Moments(scene())
     with pytest.raises(irsim.InputError, match="there is no 'two'; allowed: one"):
         moments.contribution(0, "two")
@@ -223,10 +195,11 @@ def test_mistakes_are_told() -> None:
 DRAWS = 2000
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("shape", [{"kind": "point", "area_m2": 0.5, "temperature_k": 400.0}, {"kind": "fighter"}])
-@pytest.mark.parametrize("optics", [None, {"f_number": 4.0}])
-def test_a_fit_reaches_the_bound(shape: dict[str, Any], optics: Any) -> None:
+@pytest.mark.parametrize(
+    ("shape", "optics"),
+    [({"kind": "point", "area_m2": 0.5, "temperature_k": 400.0}, {"f_number": 4.0}), ({"kind": "fighter"}, None)],
+)
+def test_a_least_squares_fit_reaches_the_cramer_rao_bound(shape: dict[str, Any], optics: Any) -> None:
     """Least squares for place and amplitude of the rendered target, 20 times the noise, in 2,000 noisy frames.
 
     The Fisher information of independent Gaussian pixels is J^T diag(1/variance) J, J the derivatives of

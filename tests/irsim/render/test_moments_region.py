@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_moments import Exact, scene
+from quiet_scenes import small as scene
 
 import irsim.render.composite
-from irsim.render.levels import Levels
-from irsim.render.moments import Moments
+from irsim.render.moments import Exact, MeanCounts, Moments
 from irsim.scenario.model import Scenario
 
 SIZE = (96, 64)
@@ -55,10 +54,10 @@ def company(**other: Any) -> Scenario:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_what_is_told_of_a_region_is_cut_from_the_whole(name: str) -> None:
+def test_moments_of_a_region_are_cut_from_the_whole(name: str) -> None:
     scenario = company(**SCENES[name])
     moments = Moments(scenario)
-    levels = Levels(moments._renderer)
+    levels = MeanCounts(moments._renderer)
     left, top, columns, rows = region = (41, 17, 30, 25)
 
     def within(picture: Exact) -> Exact:
@@ -74,21 +73,21 @@ def test_what_is_told_of_a_region_is_cut_from_the_whole(name: str) -> None:
 
 
 @pytest.mark.parametrize("region", [None, (0, 0, *SIZE), (30, 20, 20, 20)])
-def test_only_what_a_target_touches_is_drawn_for_its_contribution(monkeypatch: pytest.MonkeyPatch, region: Any) -> None:
+def test_a_contribution_draws_only_the_touched_blocks(monkeypatch: pytest.MonkeyPatch, region: Any) -> None:
     areas = []
 
     def watched(*args: Any, **keys: Any) -> Any:
         areas.append(args[5].size)
         return compose(*args, **keys)
 
-    compose = irsim.compose.compose
-    monkeypatch.setattr("irsim.render.levels.compose", watched)
+    compose = irsim.render.composite.compose
+    monkeypatch.setattr("irsim.render.moments.compose", watched)
     moments = Moments(company())
     added = moments.contribution(1, "one", (0.01, 0.0), region)
     assert np.abs(added).max() > 1
     assert 0 < max(areas) <= (3000 if region is None or region[2] > 20 else 400)
 
 
-def test_no_part_of_a_picture_is_drawn_for_a_target_that_is_elsewhere() -> None:
+def test_a_target_elsewhere_contributes_nothing() -> None:
     assert not Moments(company()).contribution(1, "one", (0.0, 0.0), (0, 0, 16, 16)).any()
     assert not Moments(company()).contribution(1, "gone").any()

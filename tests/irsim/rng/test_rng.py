@@ -11,9 +11,18 @@ import numpy.typing as npt
 import pytest
 from scipy import special, stats
 
-from irsim import lookup
-from irsim.normal import CELLS, REFINED, cell_means, deep_quantile, quantile
-from irsim.rng import bits, normals, stream, uniforms
+from irsim import rng
+from irsim.rng import (
+    CELLS,
+    REFINED,
+    bit_generator,
+    cell_means,
+    deep_quantile,
+    normal_quantile,
+    normals,
+    stream,
+    uniforms,
+)
 
 GOLDEN_WORDS = [15876630395588759108, 1528180998070881078, 1679443906312003050]
 GOLDEN_NORMALS = [0.86230469, -1.5588379, -1.1651611, 1.0833740, -0.5423584, -0.25219727]
@@ -21,7 +30,7 @@ GOLDEN_NORMALS = [0.86230469, -1.5588379, -1.1651611, 1.0833740, -0.5423584, -0.
 
 
 def test_raw_words_of_an_address_never_change() -> None:
-    words = bits(7, "noise", "white", 3).random_raw(3)
+    words = bit_generator(7, "noise", "white", 3).random_raw(3)
     assert [int(word) for word in words] == GOLDEN_WORDS
 
 
@@ -50,7 +59,7 @@ def test_uniforms_are_those_of_the_stream(count: int) -> None:
 
 def test_a_float_is_no_address() -> None:
     with pytest.raises(TypeError):
-        bits(1, "a", 0.5)  # type: ignore[arg-type]  # what is wrong is the test
+        bit_generator(1, "a", 0.5)  # type: ignore[arg-type]  # what is wrong is the test
 
 
 @pytest.mark.parametrize(
@@ -63,7 +72,7 @@ def test_addresses_are_independent(other: tuple[int, str, int]) -> None:
     assert abs(np.corrcoef(first, second)[0, 1]) < 4 / np.sqrt(n)
 
 
-def test_deep_quantiles_are_the_inverse_normal_within_the_table() -> None:
+def test_deep_quantiles_are_the_inverse_normal() -> None:
     p = np.exp(np.random.default_rng(0).uniform(-82 * np.log(2), np.log(REFINED / CELLS), 10_000))
     p[:3] = 2.0**-82, np.nextafter(REFINED / CELLS, 0), REFINED / CELLS
     np.testing.assert_allclose(deep_quantile(p), special.ndtri(p), atol=6e-7, rtol=0)
@@ -72,7 +81,7 @@ def test_deep_quantiles_are_the_inverse_normal_within_the_table() -> None:
 
 def test_quantile_is_the_inverse_normal() -> None:
     p = np.concatenate([np.geomspace(1e-30, 0.5, 3001), 1 - np.geomspace(1e-12, 0.4, 1001)])
-    np.testing.assert_allclose(quantile(p), special.ndtri(p), rtol=2e-15, atol=1e-16)
+    np.testing.assert_allclose(normal_quantile(p), special.ndtri(p), rtol=2e-15, atol=1e-16)
 
 
 def test_the_table_with_its_true_tails_has_variance_one() -> None:
@@ -137,13 +146,13 @@ def test_shapes_and_out(shape: tuple[int, ...]) -> None:
 
 @pytest.mark.parametrize("kind", [np.uint8, np.float32])
 def test_opencv_and_numpy_look_up_alike(kind: type, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = bits(1, "words").random_raw(1000).view(np.uint16).reshape(40, 100)
+    words = bit_generator(1, "words").random_raw(1000).view(np.uint16).reshape(40, 100)
     table: npt.NDArray[Any] = (np.arange(65_536) % 251).astype(kind)
     found = []
-    for cv2_takes_16_bits in {lookup._CV2_TAKES_16_BITS, False}:
-        monkeypatch.setattr(lookup, "COMPILED", False)
-        monkeypatch.setattr(lookup, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)
-        found.append(lookup.lookup(table, words))
+    for cv2_takes_16_bits in {rng._CV2_TAKES_16_BITS, False}:
+        monkeypatch.setattr(rng, "COMPILED", False)
+        monkeypatch.setattr(rng, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)
+        found.append(rng.lookup(table, words))
     for values in found:
         assert values.dtype == kind
         np.testing.assert_array_equal(values, table[words])

@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 
 from irsim import InputError, loads, open_recording, record
 from irsim.cli.app import app
+from irsim.lint.warnings import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render.frame import Renderer
 from irsim.render.sources import open_rendering
-from irsim.scenario.loader import warnings
 from irsim.scenario.placement_all import placed
 
 SCENE = """
@@ -174,9 +174,9 @@ def test_it_hides_from_a_camera_that_moves_aside() -> None:
         ({"start: [15, 50]": "start: [-90, 50]"}, "occluders.bar.frames: tank is out of the picture at frame 30"),
         ({"heading_deg: 0.0}": "heading_deg: 0.0}, absent: [[33, 34]]"}, "frames: tank is not there at frame 33"),
         ({"speed: 1.2": "speed: 0.0", "[15, 50]": "[60, 50]"}, "hides 1.00 of it at frame 29 too"),
-        ({"frames: [30, 36], ": ""}, "occluders.bar.frames: it says whom it hides, but not when"),
+        ({"frames: [30, 36], ": ""}, "occluders.bar.frames: 'hides' needs the frames to hide it in"),
         ({"hides: tank, ": ""}, "occluders.bar.center_px: it is missing"),
-        ({"hides: tank": "hides: tank, size_px: [3, 4]"}, "its place follows from whom it hides"),
+        ({"hides: tank": "hides: tank, size_px: [3, 4]"}, "its place follows from 'hides'"),
     ],
 )
 def test_an_intent_that_cannot_be_met_is_refused_with_its_place(change: dict[str, str], line: str) -> None:

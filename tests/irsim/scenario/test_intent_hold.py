@@ -9,10 +9,10 @@ import pytest
 from test_intent import UPRIGHT, scene, visible
 
 from irsim import InputError, Scenario, load, loads
-from irsim.occluders.standing import Building, Pole
+from irsim.lint.warnings import warnings
+from irsim.occluders.solid import Building, Pole
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
-from irsim.scenario.loader import warnings
 from irsim.scenario.placement_all import overdone
 
 FIGHTER = "shape: {kind: fighter}, path: {kind: PATH, range_m: 500}"
@@ -193,7 +193,7 @@ def test_a_bar_that_hides_a_slow_point_far_longer_than_asked_is_not_told_to_be_o
         "occluders": [{"kind": kind, "range_m": 500, "hides": "slow", "frames": (40, 42)}],
     }
     told = overdone(Scenario.model_validate(scenario))
-    assert [notice.what.rpartition(": ")[2] for notice in told] == [
+    assert [notice.message.rpartition(": ")[2] for notice in told] == [
         "it goes by at 0.1 px a frame; try a faster target, one farther away, or a place"
     ]
 

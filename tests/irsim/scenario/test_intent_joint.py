@@ -10,8 +10,8 @@ import pytest
 
 from irsim import loads
 from irsim.lint import doubts
+from irsim.lint.warnings import warnings
 from irsim.render.frame import Renderer
-from irsim.scenario.loader import warnings
 
 HEAD = "frames: 110\ncamera: {size: [160, 120], ifov_mrad: 0.5, noise: []}\nbackground: {kind: ground, spread_k: 0}\n"
 
@@ -176,6 +176,6 @@ def test_a_pole_that_a_carried_camera_makes_a_wall_is_told(
     hider = {"kind": kind, "range_m": range_m, "hides": "car", "frames": (20, 28)}
     ground, camera = {"kind": "ground"}, {"elevation_deg": 0.0}
     scenario = carried.scene(ground, velocity_m_s, camera=camera, targets=[car], occluders=[hider])
-    told = [notice.what for notice in doubts(scenario) if notice.at == ("occluders", 0, "range_m")]
+    told = [notice.message for notice in doubts(scenario) if notice.at == ("occluders", 0, "range_m")]
     assert len(told) == wide
     assert all(f"a {kind} 61 px or 9.1 m wide" in what and "need 13 px" in what for what in told)

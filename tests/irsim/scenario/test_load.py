@@ -7,17 +7,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenario_text import TEXT, errors_of
+from typer.testing import CliRunner
 
 import irsim
 from irsim.backgrounds import Sky
 from irsim.backgrounds.sky import Clouds
+from irsim.camera.ar1 import Ar1
+from irsim.backgrounds.clouds import Clouds
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Ar1, White
+from irsim.camera.noise import White
+from irsim.cli.app import app
 from irsim.errors import InputError
+from irsim.lint.warnings import warnings
 from irsim.motion.camera_motion import Pan
 from irsim.motion.scripted import Straight
 from irsim.occluders import Bar
-from irsim.scenario.loader import dumps, examples, load, loads, scalar
+from irsim.scenario.catalog import examples
+from irsim.scenario.loader import dumps, load, loads
 from irsim.scenario.model import Scenario
 from irsim.targets.point import Point
 from irsim.targets.target import Target
@@ -106,8 +112,8 @@ WRONG = {
     "speed below 0": (
         "speed: 2",
         "speed: -2",
-        "19:54: targets.jet.path.speed: -2 is out of range; allowed: a number, from 0 to 10000000; heading_deg says ",
-        "which way it goes",
+        "19:54: targets.jet.path.speed: -2 is out of range; allowed: a number, from 0 to 10000000; heading_deg gives ",
+        "the direction",
     ),
     "infinite": ("60", ".inf", "6:12: camera.netd_mk: inf is out of range; allowed: a number, ", ""),
     "open end": (
@@ -181,7 +187,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) -> None:
+def test_an_error_has_place_key_problem_and_allowed_values(case: str) -> None:
     old, new, begin, end = WRONG[case]
     assert TEXT.count(old) >= 1
     lines = errors_of(TEXT.replace(old, new, 1))
@@ -190,7 +196,7 @@ def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) ->
     assert lines[0].endswith(end)
 
 
-def test_several_paths_that_cannot_be_are_told_at_once() -> None:
+def test_impossible_paths_are_reported_together() -> None:
     text = "background: {kind: ground}\ntargets:\n"
     for name in ("one", "two"):
         path = "{kind: straight, start: [30, 50], ground_m: 10}"
@@ -201,11 +207,11 @@ def test_several_paths_that_cannot_be_are_told_at_once() -> None:
     ]
 
 
-def test_a_key_with_a_line_break_is_told_on_one_line() -> None:
+def test_a_key_with_a_line_break_is_one_line() -> None:
     assert len(errors_of('"fra\\nmes": 3\nbackground: {kind: sky}')) == 1
 
 
-def test_every_error_is_told_in_the_order_of_the_file() -> None:
+def test_errors_are_in_file_order() -> None:
     text = TEXT.replace("seed: 7", "seed: -7").replace("60", "x", 1).replace("rho: 0.9", "rho: 9").replace("sky", "sy")
     assert [line.split(": ")[1] for line in errors_of(text)] == [
         "seed",
@@ -220,7 +226,7 @@ def test_a_text_that_is_no_mapping(text: str) -> None:
     assert errors_of(text)[0].startswith("f.yaml:1:1: expected a mapping; allowed: the keys about, like, seed, frames")
 
 
-def test_whole_numbers_may_be_written_as_floats_and_the_other_way_round() -> None:
+def test_integers_and_floats_may_be_written_as_each_other() -> None:
     scenario = loads(TEXT, overrides=["frames=2e1", "camera.size=[32.0, 3.2e1]", "camera.netd_mk=50"])
     assert (scenario.frames, scenario.camera.size, scenario.camera.netd_mk) == (20, (32, 32), 50.0)
     assert isinstance(scenario.frames, int)
@@ -251,11 +257,7 @@ def test_text_back_gives_the_equal_scenario() -> None:
     assert again.hash == scenario.hash
 
 
-def test_scalars_of_options() -> None:
-    assert [scalar(text) for text in ("80", "on", "[64, 48]", "", "1e3")] == [80, "on", [64, 48], None, 1000.0]
-
-
-def test_a_ground_path_above_the_horizon_is_refused_with_its_place() -> None:
+def test_a_ground_path_above_the_horizon_is_refused() -> None:
     text = """
 frames: {frames}
 camera: {{size: [160, 120], ifov_mrad: 1, elevation_deg: -2}}
@@ -269,3 +271,98 @@ targets:
         irsim.loads(text.format(frames=40), "up")
     scenario = irsim.loads(text.format(frames=10), "up")  # only later would it leave the ground
     assert len(list(irsim.Rendering(scenario).truths())) == 10
+
+
+def test_duplicate_and_unknown_ids_are_reported_together() -> None:
+    third = "  - {id: jet, shape: {kind: point}, path: {kind: straight, start: [1, 1]}}\n"
+    text = TEXT.replace("id: far", "id: jet").replace("occluders:\n", third + "occluders:\n")
+    text = text.replace("follow: jet", "follow: jat")
+    assert [line.split("; ")[0] for line in errors_of(text)] == [
+        "f.yaml:20:9: targets.1.id: the id 'jet' is used twice, also by targets.0",
+        "f.yaml:23:10: targets.2.id: the id 'jet' is used twice, also by targets.0",
+        "f.yaml:26:9: follow: there is no 'jat'",
+    ]
+
+
+def test_an_id_of_a_preset_is_reported_at_the_users() -> None:
+    """The camera's parts come after the targets, but nobody wrote them."""
+    noise = "  noise:" + TEXT.split("  noise:")[1].split("  motion:")[0]
+    unwritten = TEXT.replace(noise, "")
+    assert errors_of(unwritten.replace("id: far", "id: white")) == [
+        "f.yaml:17:9: targets.white.id: the id 'white' is used twice, also by camera.noise of the defaults; "
+        "allowed: each id once"
+    ]
+    preset = unwritten.replace("camera:\n", "camera:\n  preset: uncooled_lwir\n")
+    assert errors_of(preset.replace("id: far", "id: level")) == [
+        "f.yaml:18:9: targets.level.id: the id 'level' is used twice, also by camera.noise of the preset "
+        "'uncooled_lwir'; allowed: each id once"
+    ]
+    assert errors_of(TEXT.replace("id: far", "id: flicker")) == [
+        "f.yaml:9:23: camera.noise.flicker.id: the id 'flicker' is used twice, also by targets.flicker; "
+        "allowed: each id once"
+    ]
+
+
+def test_unknown_keys_and_ids_are_reported_together() -> None:
+    text = TEXT.replace("netd_mk", "netd_k").replace("speed: 2", "sped: 2").replace("follow: jet", "follow: jat")
+    assert [line.split("; ")[0] for line in errors_of(text)] == [
+        "f.yaml:6:3: camera.netd_k: unknown key",
+        "f.yaml:19:47: targets.jet.path.sped: unknown key",
+        "f.yaml:25:9: follow: there is no 'jat'",
+    ]
+
+
+def test_ids_below_an_unknown_key_are_not_missed() -> None:
+    """Who misspells `targets` has one thing to mend."""
+    (line,) = errors_of(TEXT.replace("targets:", "target:"))
+    assert line.startswith("f.yaml:16:1: target: unknown key; ")
+
+
+WRONG_TABLES = """\
+severities:
+  camera.netd_mk: [10, -3, 90]
+  camera.bogus: [1, 2, 3]
+  targets.jet.path.speed: [fast, 2, 3]
+  camera.rate_hz: [30, 30, -5]
+  frames: 5
+vary:
+  camera.bits: {kind: integers, low: 10, high: 20}
+  targets.jat.path.speed: {kind: uniform, low: 1, high: 2}
+  camera.time_constant_ms: {kind: unifrm, low: 1, high: 2}
+  camera.size.0: {kind: choice, values: [64, none, 0]}
+"""
+
+
+def test_all_faults_of_tables_are_in_file_order(tmp_path: Path) -> None:
+    """Keys that lead nowhere, entries that are none, values that cannot be; of other severities by check only."""
+    path = tmp_path / "f.yaml"
+    path.write_text(TEXT + WRONG_TABLES)
+    with pytest.raises(InputError) as caught:
+        warnings(path)
+    told = [line.removeprefix(f"{path}:").split(":")[0] for line in str(caught.value).splitlines()]
+    assert told == ["27", "28", "29", "30", "31", "33", "34", "35", "36", "36"], str(caught.value)
+    loaded = [line.split(":")[1] for line in errors_of(TEXT + WRONG_TABLES)]
+    assert loaded == ["28", "29", "31", "33", "34", "35", "36", "36"]
+
+
+def test_table_faults_are_reported_beside_others() -> None:
+    lines = errors_of(TEXT.replace("frames: 1e1", "frames: some") + WRONG_TABLES)
+    assert [line.split(":")[1] for line in lines] == ["3", "28", "29", "31", "34", "35"]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", bytes(5000), np.arange(5000, dtype="<u2").tobytes(), b"\xff\xfe\0\xd8\0\0"],
+)
+def test_what_is_no_text_is_neither_scenario_nor_recording(tmp_path: Path, data: bytes) -> None:
+    picture = tmp_path / "g.png"
+    picture.write_bytes(data)
+    done = CliRunner().invoke(app, ["info", str(picture)])
+    assert str(done.exception).startswith(f"{picture}: is neither a scenario nor a recording")
+
+
+def test_a_zero_byte_in_a_text_is_told_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "zero.yaml"
+    path.write_bytes(b"frames: 3\0\n")
+    done = CliRunner().invoke(app, ["info", str(path)])
+    assert str(done.exception) == f"{path}:1:10: a zero byte stands here; allowed: text, without any"

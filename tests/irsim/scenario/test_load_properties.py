@@ -11,8 +11,8 @@ from scenario_text import TEXT
 
 from irsim.backgrounds import Sky
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import White
-from irsim.config import yaml_file as yamlfile
+from irsim.camera.noise import White
+from irsim.config import yaml_text
 from irsim.errors import InputError
 from irsim.motion.camera_motion import Pan
 from irsim.motion.scripted import Straight
@@ -75,7 +75,7 @@ def test_any_text_is_a_scenario_or_an_input_error(text: str) -> None:
 
 @given(st.integers(0, len(TEXT)), st.integers(0, 8), st.text(max_size=6))
 @STEADY
-def test_any_change_to_the_text_is_a_scenario_or_an_input_error(start: int, length: int, new: str) -> None:
+def test_any_changed_text_is_a_scenario_or_input_error(start: int, length: int, new: str) -> None:
     scenario_or_input_error(TEXT[:start] + new + TEXT[start + length :])
 
 
@@ -84,7 +84,7 @@ def nodes(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [path] * bool(path) + [found for key, item in items for found in nodes(item, (*path, key))]
 
 
-TREE = yamlfile.parse(TEXT).value
+TREE = yaml_text.parse_yaml(TEXT).value
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.sampled_from(["pan", "jet"]),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["kind", "id", "x"]), inner),
@@ -94,13 +94,13 @@ VALUES = st.recursive(
 
 @given(st.sampled_from(nodes(TREE)), VALUES)
 @STEADY
-def test_any_value_in_any_place_is_a_scenario_or_an_input_error(path: tuple[Any, ...], value: Any) -> None:
+def test_any_value_anywhere_is_a_scenario_or_input_error(path: tuple[Any, ...], value: Any) -> None:
     tree = copy.deepcopy(TREE)
     place = tree
     for step in path[:-1]:
         place = place[step]
     place[path[-1]] = value
-    scenario_or_input_error(yamlfile.write(tree))
+    scenario_or_input_error(yaml_text.write_yaml(tree))
 
 
 @given(
@@ -108,4 +108,4 @@ def test_any_value_in_any_place_is_a_scenario_or_an_input_error(path: tuple[Any,
 )
 @STEADY
 def test_any_override_is_a_scenario_or_an_input_error(steps: list[str], value: Any) -> None:
-    scenario_or_input_error(TEXT, f"{'.'.join(steps)}={yamlfile.write(value)}")
+    scenario_or_input_error(TEXT, f"{'.'.join(steps)}={yaml_text.write_yaml(value)}")

@@ -17,7 +17,7 @@ from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
 from irsim.scenario.loader import change, dumps, loads
 from irsim.scenario.model import Scenario
-from irsim.strategies import parts
+from irsim.strategies import scenes
 
 STEADY = settings(
     deadline=None,
@@ -50,7 +50,7 @@ ANY_COUNTRY = strategies.scenarios(
 
 
 @SOON_OR_NIGHTLY
-def test_short_texts_and_changes_keep_what_keys_follow_from_others(profile: settings) -> None:
+def test_short_texts_and_changes_keep_defaults(profile: settings) -> None:
     def kept(scenario: Scenario) -> None:
         short = loads(dumps(scenario, short=True))
         assert short == scenario
@@ -74,11 +74,11 @@ def test_what_it_shrinks_to_is_the_least_that_still_fails() -> None:
     """A failure that needs noise of at least severity 3 and any hiding is found with just these."""
 
     def fails(tree: dict[str, Any]) -> bool:
-        return tree["camera"]["netd_mk"] >= parts.NETD_MK[3] and bool(tree["occluders"])
+        return tree["camera"]["netd_mk"] >= scenes.NETD_MK[3] and bool(tree["occluders"])
 
     tree = find(strategies.documents(), fails, settings=settings(STEADY, max_examples=2000))
-    assert tree["camera"]["netd_mk"] == parts.NETD_MK[3]
-    assert tree["occluders"][0]["fraction"] == parts.HIDING[1][0]
+    assert tree["camera"]["netd_mk"] == scenes.NETD_MK[3]
+    assert tree["occluders"][0]["fraction"] == scenes.HIDING[1][0]
     assert tree["targets"][0]["path"]["speed"] == 0.0
     assert len(tree["targets"]) == 1
     assert tree["camera"]["faults"] == []

@@ -16,7 +16,8 @@ from scipy import stats
 
 import irsim
 from irsim.errors import InputError
-from irsim.scenario.loader import change, dumps, examples, load, loads, reach
+from irsim.scenario.catalog import examples
+from irsim.scenario.loader import change, dumps, load, loads, values_of
 from irsim.scenario.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
 
 SHARES = np.linspace(0, 1, 41)
@@ -36,7 +37,7 @@ def test_quantiles_are_those_of_scipy(name: str) -> None:
     assert found == pytest.approx(oracle.ppf(SHARES), rel=1e-9, abs=1e-9)
 
 
-def test_whole_numbers_and_choices_are_equally_likely_and_all_of_them_are_met() -> None:
+def test_integers_and_choices_are_uniform() -> None:
     shares = (np.arange(600) + 0.5) / 600
     for variation, values in (
         (Integers(low=-1, high=4), [-1, 0, 1, 2, 3, 4]),
@@ -58,7 +59,7 @@ SOME: dict[str, Variation] = {
 
 
 @pytest.mark.parametrize("word", VARIATIONS.kinds)
-def test_severity_0_is_benign_and_every_step_goes_farther_to_an_end(word: str) -> None:
+def test_severities_go_from_benign_to_an_end(word: str) -> None:
     """Contract of every kind, whether the benign value is an end, inside, or outside of the range."""
     variation = SOME[word]
     for benign in (0.5, 1, 2, 3, 20):
@@ -94,7 +95,7 @@ vary:
 )
 
 
-def test_draws_fill_their_ranges_and_each_is_the_same_whatever_the_number() -> None:
+def test_draws_fill_their_ranges_and_repeat() -> None:
     scenario = loads(VARIED)
     drawn = irsim.sample(scenario, 60, seed=5)
     assert irsim.sample(scenario, 3, seed=5) == drawn[:3]
@@ -102,7 +103,7 @@ def test_draws_fill_their_ranges_and_each_is_the_same_whatever_the_number() -> N
     assert irsim.sample(scenario, 1, seed=6) != drawn[:1]
     assert len({each.seed for each in drawn}) == 60
     assert not any(each.vary for each in drawn)
-    speeds = [reach(each, ["targets.jet.path.speed"])["targets.jet.path.speed"] for each in drawn]
+    speeds = [values_of(each, ["targets.jet.path.speed"])["targets.jet.path.speed"] for each in drawn]
     assert stats.kstest(speeds, stats.uniform(1, 3).cdf).pvalue > 0.01
     netds = [math.log10(each.camera.netd_mk) for each in drawn]
     assert stats.kstest(netds, stats.uniform(math.log10(20), 1).cdf).pvalue > 0.01
@@ -111,7 +112,7 @@ def test_draws_fill_their_ranges_and_each_is_the_same_whatever_the_number() -> N
     assert {each.targets[1].shape.kind for each in drawn} == {"point", "bird"}
 
 
-def test_a_search_moves_what_is_no_nuisance_and_a_seed_what_is() -> None:
+def test_nuisances_follow_the_seed() -> None:
     space = irsim.variations(loads(VARIED))
     assert [knob.key for knob in space.knobs] == ["targets.jet.path.speed", "frames", "targets.far.shape"]
     assert space.benign()["targets.jet.path.speed"] == 2
@@ -130,7 +131,7 @@ def test_a_search_moves_what_is_no_nuisance_and_a_seed_what_is() -> None:
     assert space.concrete({"camera.netd_mk": 33}, 1).camera.netd_mk == 33
 
 
-def test_points_that_are_none_are_refused() -> None:
+def test_wrong_points_are_refused() -> None:
     space = irsim.variations(loads(VARIED))
     cases: list[tuple[Callable[[], object], str]] = [
         (lambda: space.at([0.5]), "1 coordinate; allowed: 3, for targets.jet.path.speed, frames,"),
@@ -189,7 +190,7 @@ def test_a_wrong_range_is_told_at_its_place(entry: str, said: str) -> None:
     assert line.startswith(said), line
 
 
-def test_a_key_given_by_hand_varies_no_more() -> None:
+def test_an_override_stops_a_variation() -> None:
     scenario = loads(VARIED, overrides=["targets.jet.path={kind: straight, start: [1, 2]}", "frames=9"])
     assert list(scenario.vary) == ["camera.netd_mk", "targets.far.shape"]
 
@@ -216,14 +217,14 @@ def test_a_severity_puts_its_values_in_place() -> None:
     assert loads(LEVELS).camera.netd_mk == 10
 
 
-def test_a_key_given_by_hand_keeps_its_value_at_every_severity() -> None:
+def test_an_override_holds_at_every_severity() -> None:
     scenario = loads(LEVELS, overrides=["camera.netd_mk=55", "severity=2"])
     assert (scenario.camera.netd_mk, scenario.camera.size[0]) == (55, 96)
     again = loads(dumps(scenario), overrides=["severity=1"])
     assert (again.camera.netd_mk, again.camera.size[0]) == (55, 80)
 
 
-def test_what_is_given_by_hand_whole_is_so_at_every_severity_there_is() -> None:
+def test_an_override_of_a_part_holds_at_every_severity() -> None:
     for text in (LEVELS, loads(LEVELS, overrides=["severity=1"])):
         given = {"camera.netd_mk": 55, "camera.size": [96, 48], "severity": 2}
         if isinstance(text, str):
@@ -236,7 +237,7 @@ def test_what_is_given_by_hand_whole_is_so_at_every_severity_there_is() -> None:
     assert line.startswith("override severity: 3 is out of range")
 
 
-def test_a_whole_part_may_vary_of_which_a_key_is_harder_at_each_severity() -> None:
+def test_a_part_varies_and_its_key_has_severities() -> None:
     """A draw is of the part as it is listed; where nothing is drawn, the severity's value holds."""
     paths = [{"kind": "straight", "start": [9, 9], "speed": speed} for speed in (5, 7)]
     text = (
@@ -245,10 +246,12 @@ def test_a_whole_part_may_vary_of_which_a_key_is_harder_at_each_severity() -> No
     )
     for severity in range(3):
         scenario = loads(text, overrides=[f"severity={severity}"])
-        assert reach(scenario, ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
+        assert values_of(scenario, ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
         benign = irsim.variations(scenario).benign()
-        assert reach(change(scenario, benign), ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
-        drawn = [reach(each, ["targets.jet.path.speed"]) for each in irsim.sample(scenario, 8)]
+        assert values_of(change(scenario, benign), ["targets.jet.path.speed"]) == {
+            "targets.jet.path.speed": severity + 1
+        }
+        drawn = [values_of(each, ["targets.jet.path.speed"]) for each in irsim.sample(scenario, 8)]
         assert {each["targets.jet.path.speed"] for each in drawn} == {5, 7}
 
 
@@ -290,7 +293,7 @@ def test_the_short_text_of_an_example_says_the_same(name: str) -> None:
 
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(st.sampled_from(["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]), st.floats(1, 100))
-def test_the_short_text_of_a_preset_camera_follows_the_preset(preset: str, netd: float) -> None:
+def test_a_short_preset_camera_follows_the_preset(preset: str, netd: float) -> None:
     """What the preset gives is left out, so that another one brings its own."""
     text = f"camera: {{preset: {preset}, netd_mk: {netd!r}}}\nbackground: {{kind: sky}}"
     scenario = loads(text)

@@ -14,7 +14,7 @@ import irsim
 from irsim.types import Box
 from irtrack.bench import Entry, run_bench, summary
 from irtrack.errors import InputError
-from irtrack.trackers import of
+from irtrack.registry.table import of
 
 
 def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.config.yaml_file import read
-from irsim.scenario.loader import shipped
+from irsim.config.yaml_text import read_yaml
+from irsim.scenario.catalog import shipped
 from irsim.types import Floats
 from irtrack.bench import run_bench
 
-STRESSES = {name: path for name, path in shipped("stress").items() if "severities" in read(path).value}
+STRESSES = {name: path for name, path in shipped("stress").items() if "severities" in read_yaml(path).value}
 SEVERITIES = range(6)
 BENIGN_SEEDS = 3
 TRACKERS = ["grey_pf", "template", "kalman"]

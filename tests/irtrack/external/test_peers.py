@@ -22,7 +22,7 @@ from irtrack import external as peers
 from irtrack.bench import run_bench
 from irtrack.errors import InputError, TrackerError
 from irtrack.external import environment
-from irtrack.trackers import describe, make
+from irtrack.registry.table import describe, make
 from irtrack.trackers.foreign import FOREIGN
 
 FAKE = Path(__file__).parents[2] / "support" / "fake_peer.py"

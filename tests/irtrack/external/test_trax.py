@@ -24,7 +24,7 @@ from irsim.types import Box
 from irtrack.bench import Entry, parse_tracker_spec, run_bench
 from irtrack.errors import InputError, TrackerError
 from irtrack.external import Child, trax_text
-from irtrack.trackers import make
+from irtrack.registry.table import make
 
 HERE = Path(__file__).parents[2] / "support"
 MODERN = ("trax.version=4", "trax.region=rectangle;", "trax.channels=color;")

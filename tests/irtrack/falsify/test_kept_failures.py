@@ -14,7 +14,7 @@ import irsim
 from irtrack.falsify import find_failure, kept_failures, revisit
 from irtrack.falsify.kept import keep
 from irtrack.falsify.trial import ENDS, RAISES, RULE, Subject
-from irtrack.trackers import make
+from irtrack.registry.table import make
 
 FAR = {"px": 30.0}
 """A parameter by which the rule of `folder` is broken."""

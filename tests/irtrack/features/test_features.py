@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from math import exp, sqrt
+from math import exp, log, sqrt
 
 import numpy as np
 import pytest
 
 from irsim.types import Box, Frame, Image
 from irtrack.features.centroid import centroid, contrast
-from irtrack.features.correlation import ncc, peak, rival
-from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness, repeated
-from irtrack.features.quantise import Quantiser, fitted_range, full_range, quantiser
+from irtrack.features.correlation import best_distractor, ncc, peak
+from irtrack.features.histogram import (
+    LocalBackground,
+    bhattacharyya,
+    bhattacharyya_distance,
+    gaussian_kernel,
+    histogram,
+    kullback_leibler,
+    similarity,
+    variance_ratio,
+)
+from irtrack.features.quantiser import Quantiser, first_quantiser, fitted_range, full_range
 from irtrack.features.window import Window, region
 
 
-def test_window_of_whole_pixels_covers_exactly_the_box() -> None:
+def test_window_of_whole_pixels_is_the_box() -> None:
     window = Window.of(Box.from_pixels(20, 30, 14, 9))
     assert (window.columns, window.rows, window.phase) == (14, 9, (0.0, 0.0))
     assert window.corner((26.5, 34.0)) == (20, 30)
@@ -23,7 +32,7 @@ def test_window_of_whole_pixels_covers_exactly_the_box() -> None:
 
 
 @pytest.mark.parametrize("dx", [-0.5, -0.3, 0.0, 0.2, 0.49])
-def test_window_returns_to_the_start_box_and_follows_whole_shifts(dx: float) -> None:
+def test_window_returns_to_the_start_box(dx: float) -> None:
     box = Box(10 + dx, 8 - dx, 5.3, 6.8)
     window = Window.of(box)
     corner = window.corner((box.cx, box.cy))
@@ -32,14 +41,14 @@ def test_window_returns_to_the_start_box_and_follows_whole_shifts(dx: float) -> 
     assert window.corner((box.cx + 3.4, box.cy - 2.4)) == (corner[0] + 3, corner[1] - 2)
 
 
-def test_window_inside_keeps_the_centre_of_what_is_cut() -> None:
+def test_window_inside_keeps_the_centre() -> None:
     window = Window.of(Box.from_pixels(-2, 3, 6, 4))
     part, corner = window.inside((-2, 3), (5, 20))
     assert (part.columns, part.rows, corner) == (4, 2, (0, 3))
     assert part.center(corner) == (0.5, 4.5)
 
 
-def test_region_always_holds_the_window_and_never_leaves_the_frame() -> None:
+def test_region_holds_the_window_inside_the_frame() -> None:
     image = np.arange(20 * 30, dtype=np.uint16).reshape(20, 30)
     window = Window.of(Box.from_pixels(0, 0, 6, 4))
     for corner in [(-50, -50), (0, 0), (12, 7), (24, 16), (99, 99)]:
@@ -60,7 +69,7 @@ def test_full_range_is_the_floor_of_the_sources() -> None:
     assert full_range(14, 32)(np.array([[0, 511, 512, 16383]], np.uint16))[0].tolist() == [0, 0, 1, 31]
 
 
-def test_fitted_range_splits_a_low_contrast_target_and_ignores_dead_pixels() -> None:
+def test_fitted_range_splits_a_low_contrast_target() -> None:
     image = np.full((100, 100), 5000, np.uint16)
     image[40:50, 40:50] = 5040
     image[0, 0], image[1, 1] = 0, 65535
@@ -68,7 +77,7 @@ def test_fitted_range_splits_a_low_contrast_target_and_ignores_dead_pixels() -> 
     assert (fitted.low, fitted.high) == (5000 - 4, 5040 + 4)
     assert fitted(image[45:46, 39:41])[0].tolist() == [int(4 / 48 * 32), int(44 / 48 * 32)]
     frame = Frame(image, 0, 0.0, 16)
-    whole = quantiser(frame, image[40:50, 40:50], 32, "full")
+    whole = first_quantiser(frame, image[40:50, 40:50], 32, "full")
     assert len(set(whole(image[45:46, 39:41])[0].tolist())) == 1
 
 
@@ -92,7 +101,7 @@ def test_histogram_of_three_by_three_pixels_by_hand() -> None:
     assert visible == pytest.approx(1)
 
 
-def test_histogram_of_a_window_half_outside_is_that_of_its_visible_part() -> None:
+def test_histogram_of_a_window_half_outside() -> None:
     image = np.array([[10, 10, 200], [10, 200, 200], [10, 10, 200]], np.uint8)
     window = Window.of(Box.from_pixels(0, 0, 3, 3))
     flat = np.full((3, 3), 1 / 9)
@@ -115,7 +124,7 @@ def test_bhattacharyya_by_hand() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
-def test_likeness_of_many_windows_equals_one_histogram_each(dtype: type) -> None:
+def test_similarity_of_many_windows_by_loops(dtype: type) -> None:
     rng = np.random.default_rng(4)
     image: Image = rng.integers(0, 256, (40, 50)).astype(dtype)
     window = Window.of(Box(20.3, 11.8, 7, 6))
@@ -123,7 +132,7 @@ def test_likeness_of_many_windows_equals_one_histogram_each(dtype: type) -> None
     levels = Quantiser(20.0, 230.0, 12)
     centers = rng.uniform((-15, -15), (65, 55), (700, 2))
     reference = rng.dirichlet(np.ones(12))
-    rho, visible = likeness(image, centers, window, repeated(kernel), levels, reference)
+    rho, visible = similarity(image, centers, window, kernel, levels, reference)
     for i, (x, y) in enumerate(centers.tolist()):
         mass = np.zeros(12)
         left, top = window.corner((x, y))
@@ -140,32 +149,17 @@ def test_likeness_of_many_windows_equals_one_histogram_each(dtype: type) -> None
     assert ((visible > 0) & (visible < 0.99)).any()
 
 
-def test_likeness_inside_the_frame_is_that_of_single_histograms() -> None:
-    rng = np.random.default_rng(5)
-    image = rng.integers(0, 256, (60, 60)).astype(np.uint8)
-    window = Window.of(Box(20, 20, 14, 10))
-    kernel = gaussian_kernel(window, 9.0)
-    levels = full_range(8, 32)
-    reference, _ = histogram(image, (20, 20), window, kernel, levels)
-    # More distinct windows than are counted at once.
-    centers = rng.uniform(15, 45, (900, 2))
-    rho, visible = likeness(image, centers, window, repeated(kernel), levels, reference)
-    each = [bhattacharyya(histogram(image, (x, y), window, kernel, levels)[0], reference) for x, y in centers.tolist()]
-    assert rho == pytest.approx(np.array(each))
-    assert visible.tolist() == [1] * 900
-
-
-def test_surround_counts_the_window_and_its_ring_apart() -> None:
+def test_local_background_by_hand() -> None:
     image = np.zeros((20, 20), np.uint8)
     image[8:12, 7:13] = 255
     window = Window.of(Box.from_pixels(7, 8, 6, 4))
     kernel = gaussian_kernel(window, 3.0)
-    surround = Surround.of(window, kernel, (3, 2), full_range(8, 2))
+    background = LocalBackground.of(window, kernel, (3, 2), full_range(8, 2))
     center = window.center((7, 8))
-    both, visible = surround.histograms(image, center)
+    both, visible = background.histograms(image, center)
     assert both == pytest.approx(np.array([[0, 1], [1, 0]]))
     assert visible == pytest.approx([1, 1])
-    shifted, _ = surround.histograms(image, (center[0] + 3, center[1]))
+    shifted, _ = background.histograms(image, (center[0] + 3, center[1]))
     # Three of the target's six columns are in the window, three in the ring of 12 x 8 - 6 x 4 pixels.
     assert shifted[1] == pytest.approx([60 / 72, 12 / 72])
     assert shifted[0] == pytest.approx(
@@ -186,7 +180,7 @@ def test_ncc_is_the_correlation_coefficient(offset: int) -> None:
             assert scores[y, x] == pytest.approx(r, abs=2e-5)
 
 
-def test_ncc_of_what_is_constant_is_zero() -> None:
+def test_ncc_of_a_constant_is_zero() -> None:
     image = np.full((10, 12), 77, np.uint8)
     pattern = np.arange(12, dtype=np.float64).reshape(3, 4)
     assert not ncc(image, pattern).any()
@@ -207,15 +201,15 @@ def test_peak_on_the_edge_or_plateau_stays_whole() -> None:
     assert peak(np.zeros((4, 4)))[0] == (0, 0)
 
 
-def test_rival_leaves_out_what_overlaps_the_target() -> None:
+def test_best_distractor_does_not_overlap_the_target() -> None:
     scores = np.zeros((20, 30))
     scores[10, 12] = 1.0
     scores[11, 16] = 0.8  # overlaps a window of 6 x 4 px
     scores[10, 18] = 0.6  # just apart in x
     scores[14, 12] = 0.7  # just apart in y
     window = Window.of(Box.from_pixels(0, 0, 6, 4))
-    assert rival(scores, (12, 10), window) == 0.7
-    assert rival(scores[8:13, 10:15], (2, 2), window) == 0
+    assert best_distractor(scores, (12, 10), window) == 0.7
+    assert best_distractor(scores[8:13, 10:15], (2, 2), window) == 0
 
 
 @pytest.mark.parametrize("contrast_sign", [1, -1])
@@ -236,7 +230,7 @@ def test_centroid_of_nothing_is_none() -> None:
     assert centroid(region, 40.0, 0.5) is None
 
 
-def test_contrast_has_the_sign_of_the_target_in_tight_and_loose_boxes() -> None:
+def test_contrast_in_tight_and_loose_boxes() -> None:
     image = np.full((30, 30), 100, np.uint16)
     image[10:14, 10:16] = 180
     assert contrast(image[10:14, 10:16][:, :5], image) == 0  # constant: nothing to split
@@ -246,7 +240,12 @@ def test_contrast_has_the_sign_of_the_target_in_tight_and_loose_boxes() -> None:
     assert contrast(image[4:20, 3:24], image) == -70
 
 
-def test_contrast_by_hand() -> None:
-    """10 20 60 70: the mean 40 splits it into 15 and 65, whose midst is 40 again; 65 - 12 > 15 - 12."""
-    patch = np.array([[10, 20, 60, 70]], np.uint8)
-    assert contrast(patch, np.full((9, 9), 12, np.uint8)) == 53
+def test_distances_of_histograms_by_hand() -> None:
+    """q = (1/2, 1/2, 0), b = (0, 1/2, 1/2): rho = 1/2. With delta = .001: KL = 1/2 ln 500; L = ln 500 (1, 0, -1);
+    var(L; q) = (1/2 - 1/4) ln^2 = var(L; b), var(L; (q + b) / 2) = 1/2 ln^2: ratio 1."""
+    q, b = np.array([0.5, 0.5, 0]), np.array([0, 0.5, 0.5])
+    assert bhattacharyya_distance(q, b) == pytest.approx(sqrt(0.5))
+    assert kullback_leibler(q, b) == pytest.approx(0.5 * log(500))
+    assert variance_ratio(q, b) == pytest.approx(1)
+    for measure in (bhattacharyya_distance, kullback_leibler, variance_ratio):
+        assert measure(q, q) == pytest.approx(0, abs=1e-7)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from irsim.types import Box, Image
 from irtrack.features.mean_shift import back_projection, bandwidth, kernel_histogram, mean_shift
-from irtrack.features.quantise import full_range
+from irtrack.features.quantiser import full_range
 
 QUANTISER = full_range(8, 2)
 """Two bins: below 128, and from 128 on."""
@@ -52,21 +52,21 @@ def test_one_step_by_hand() -> None:
     image[4, 5] = 200
     dark, bright = sqrt(0.5 / (5.25 / 6)), sqrt(0.5 / (0.75 / 6))
     total = bright + dark * (8 + 4 * 0.5 + 8 * (2.5 - sqrt(5)))
-    shifted = mean_shift(image, np.array([[4.0, 4.0]]), (2, 2), QUANTISER, np.array([0.5, 0.5]), iterations=1)
-    assert shifted.centers[0] == pytest.approx([4 + (bright - dark) / total, 4])
+    modes = mean_shift(image, np.array([[4.0, 4.0]]), (2, 2), QUANTISER, np.array([0.5, 0.5]), iterations=1)
+    assert modes.centers[0] == pytest.approx([4 + (bright - dark) / total, 4])
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(at=st.tuples(st.floats(20, 60), st.floats(20, 40)), off=st.tuples(st.floats(-4, 4), st.floats(-4, 4)))
-def test_climbs_to_a_disc_between_pixels(at: tuple[float, float], off: tuple[float, float]) -> None:
+def test_reaches_a_disc_between_pixels(at: tuple[float, float], off: tuple[float, float]) -> None:
     reference, _ = kernel_histogram(disc(40, 30), (40, 30), (6, 6), QUANTISER)
     start = np.array([at]) + off
-    shifted = mean_shift(disc(*at), start, (6, 6), QUANTISER, reference, eps=0.001, iterations=200)
-    assert shifted.centers[0] == pytest.approx(at, abs=0.15)
-    assert shifted.rho[0] > 0.995
+    modes = mean_shift(disc(*at), start, (6, 6), QUANTISER, reference, eps=0.001, iterations=200)
+    assert modes.centers[0] == pytest.approx(at, abs=0.15)
+    assert modes.rho[0] > 0.995
 
 
-def test_many_windows_at_once_are_as_each_alone() -> None:
+def test_many_windows_move_as_each_alone() -> None:
     rng = np.random.default_rng(3)
     image = rng.integers(0, 256, (40, 50), dtype=np.uint8)
     quantiser = full_range(8, 16)
@@ -79,20 +79,20 @@ def test_many_windows_at_once_are_as_each_alone() -> None:
         assert together.rho[k] == pytest.approx(alone.rho[0])
 
 
-def test_a_window_that_sees_nothing_of_the_reference_stays() -> None:
+def test_a_window_without_levels_of_the_reference_stays() -> None:
     image = np.zeros((30, 30), np.uint8)
     for center in ((15.0, 15.0), (-20.0, 15.0), (29.4, 29.4)):
-        shifted = mean_shift(image, np.array([center]), (4, 4), QUANTISER, np.array([0.0, 1.0]))
-        assert shifted.centers[0].tolist() == list(center)
-        assert shifted.rho[0] == 0
+        modes = mean_shift(image, np.array([center]), (4, 4), QUANTISER, np.array([0.0, 1.0]))
+        assert modes.centers[0].tolist() == list(center)
+        assert modes.rho[0] == 0
 
 
 def test_a_flat_picture_moves_no_window_far() -> None:
     """All pixels weigh the same: what is left is the unevenness of the pixels in the ellipse."""
     image = np.full((40, 40), 200, np.uint8)
     centers = np.random.default_rng(1).uniform(15, 25, (200, 2))
-    shifted = mean_shift(image, centers, (5, 4), QUANTISER, np.array([0.0, 1.0]), iterations=1)
-    assert np.abs(shifted.centers - centers).max() < 0.05
+    modes = mean_shift(image, centers, (5, 4), QUANTISER, np.array([0.0, 1.0]), iterations=1)
+    assert np.abs(modes.centers - centers).max() < 0.05
 
 
 def test_bandwidth_is_half_the_box_and_never_falls_between_pixels() -> None:

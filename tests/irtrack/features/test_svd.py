@@ -29,7 +29,7 @@ def test_an_image_of_rank_one_is_all_background() -> None:
     assert np.array_equal(parts.less(0), image)
 
 
-def test_the_largest_parts_are_those_of_the_exact_decomposition() -> None:
+def test_largest_parts_are_those_of_the_exact_svd() -> None:
     image = np.clip(np.rint(clouds(1)), 0, 65535).astype(np.uint16)
     left, values, right = np.linalg.svd(image.astype(np.float64))
     parts = largest_parts(image, 4, stream(1))
@@ -40,12 +40,12 @@ def test_the_largest_parts_are_those_of_the_exact_decomposition() -> None:
         assert np.linalg.norm(exact) - 1e-3 <= np.linalg.norm(parts.less(k)) <= 1.001 * np.linalg.norm(exact)
 
 
-def test_z_of_normal_noise_is_unit_and_a_constant_frame_has_none() -> None:
+def test_z_of_normal_noise_has_unit_deviation() -> None:
     noise = np.random.default_rng(2).standard_normal((240, 320)).astype(np.float32)
-    z = standardised(7 + 3 * noise, (3, 3), 1.0, 30.0)
+    z = standardised(7 + 3 * noise, (3, 3), 1.0)
     assert np.std(z) == pytest.approx(1, rel=0.06)
-    assert np.array_equal(standardised(7 + 3 * noise, (3, 3), -1.0, 30.0), -z)
-    assert not standardised(np.full((20, 30), 9, np.float32), (3, 3), 1.0, 9.0).any()
+    assert np.array_equal(standardised(7 + 3 * noise, (3, 3), -1.0), -z)
+    assert not standardised(np.full((20, 30), 9, np.float32), (3, 3), 1.0).any()
 
 
 def test_candidates_by_hand() -> None:
@@ -80,19 +80,19 @@ def error(tracker: SVDPF, frames: list[Frame], at: np.ndarray, last: int = 8) ->
     return float(np.median(np.hypot(*(np.array([e.center for e in found[-last:]]) - at[-last:]).T)))
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_missed_detection_is_predicted_and_a_wrong_prediction_mended(seed: int) -> None:
+@pytest.mark.parametrize("seed", range(2))
+def test_a_wrong_prediction_is_corrected(seed: int) -> None:
     frames, at = dim(seed, gone=range(12, 15))
     assert error(SVDPF(), frames, at) < 1
     during = follow(SVDPF(), frames[:15], Box(at[0, 0], at[0, 1], 3, 3))
     assert np.hypot(*np.subtract(during[-1].center, at[14])) < 6
-    # It comes back 35 px away: what is predicted is wrong, and a candidate of the whole frame mends it.
+    # It comes back 35 px away: the prediction is wrong, and a candidate of the whole frame corrects it.
     frames, at = dim(seed, gone=range(12, 16), jump=35)
     assert error(SVDPF(wrong_after=3), frames[:19], at[:19], last=2) < 1
     assert error(SVDPF(wrong_after=1000), frames[:19], at[:19], last=2) > 5
 
 
 def test_without_suppression_clouds_hide_the_target() -> None:
-    errors = [[error(SVDPF(components=k), *dim(seed)) for seed in range(3)] for k in (0, None)]
+    errors = [[error(SVDPF(components=k), *dim(seed)) for seed in range(2)] for k in (0, None)]
     assert min(errors[0]) > 5
     assert max(errors[1]) < 1

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import exp, pi, sqrt
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
 
 from irsim.types import Floats
 from irtrack.filters import kalman
-from irtrack.filters import particle as particles
-from irtrack.filters.adaptive import kld_bound, kld_count, neff_count
-from irtrack.filters.motion import ar2, constant_velocity
+from irtrack.filters.motion import ar2, constant_velocity, coordinated_turn, random_walk_density
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 
 WEIGHTS = np.array([0.05, 0.0, 0.3, 0.15, 0.5])
@@ -40,10 +37,10 @@ def test_multinomial_counts_have_binomial_variance() -> None:
 
 
 @pytest.mark.parametrize(("scheme", "slack"), [("systematic", 1), ("residual", 5), ("stratified", 2)])
-def test_low_variance_schemes_keep_their_bounds(scheme: Resampling, slack: int) -> None:
+def test_low_variance_schemes_keep_bounds(scheme: Resampling, slack: int) -> None:
     """systematic: floor or ceil of N w_i; residual: at least the floor; stratified: less than 2 off."""
     n = len(WEIGHTS)
-    for seed in range(300):
+    for seed in range(100):
         counts = np.bincount(RESAMPLERS[scheme](WEIGHTS, np.random.default_rng(seed)), minlength=n)
         assert (np.abs(counts - n * WEIGHTS) < slack).all()
         if scheme == "residual":
@@ -67,42 +64,18 @@ def test_one_heavy_particle_takes_all(scheme: Resampling) -> None:
     assert RESAMPLERS[scheme](weights, np.random.default_rng(0)).tolist() == [3] * 7
 
 
-@pytest.mark.parametrize("scheme", RESAMPLERS)
-def test_equal_weights_and_residual_keep_each_index_in_range(scheme: Resampling) -> None:
-    weights = np.full(10, 0.1)
-    drawn = RESAMPLERS[scheme](weights, np.random.default_rng(2))
-    assert drawn.shape == (10,)
-    assert drawn.min() >= 0
-    assert drawn.max() <= 9
-
-
-def test_neff_mean_and_covariance_by_hand() -> None:
-    weights = np.array([0.5, 0.25, 0.25])
-    places = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 8.0]])
-    center = particles.mean(weights, places)
-    assert particles.neff(weights) == pytest.approx(1 / 0.375)
-    assert particles.neff(np.full(8, 1 / 8)) == pytest.approx(8)
-    assert center.tolist() == [1, 2]
-    # xx: .5*1 + .25*9 + .25*1 = 3; yy: .5*4 + .25*4 + .25*36 = 12; xy: .5*2 - .25*6 - .25*6 = -2.
-    assert particles.covariance(weights, places, center) == pytest.approx(np.array([[3, -2], [-2, 12]]))
-
-
-def test_ar2_by_hand() -> None:
-    now, before = np.array([[10.0, 5.0]]), np.array([[8.0, 6.0]])
-    noise = np.array([[0.25, -0.5]])
-    assert ar2(now, before, 1.0, noise).tolist() == [[12.25, 3.5]]
-    assert ar2(now, before, 0.5, noise).tolist() == [[11.25, 4.0]]
-    assert ar2(now, before, 0.0, noise).tolist() == [[10.25, 4.5]]
-
-
 def test_undamped_ar2_spreads_as_the_closed_form() -> None:
-    """Var x_n = R^2 sum_{k=1..n} k^2 = R^2 n (n+1) (2n+1) / 6."""
+    """Var x_n = R^2 sum_{k=1..n} k^2 = R^2 n (n+1) (2n+1) / 6; without noise x goes on by its damped displacement."""
     rng = np.random.default_rng(7)
+    everyone = np.arange(20_000)
     now: Floats = np.zeros((20_000, 2))
     before = now
     for _ in range(6):
-        now, before = ar2(now, before, 1.0, 2.0 * rng.standard_normal(now.shape)), now
+        now, before = ar2(now, before, everyone, 1.0, np.full(20_000, 2.0), rng)
     assert now.std(axis=0) == pytest.approx([2 * sqrt(6 * 7 * 13 / 6)] * 2, rel=0.02)
+    moved, origin = ar2(np.array([[10.0, 5.0]]), np.array([[8.0, 6.0]]), np.array([0, 0]), 0.5, np.zeros(2), rng)
+    assert moved.tolist() == [[11, 4.5]] * 2
+    assert origin.tolist() == [[10, 5]] * 2
 
 
 def test_constant_velocity_by_hand() -> None:
@@ -120,11 +93,11 @@ def test_first_update_by_hand() -> None:
     assert pytest.approx(np.array([[0.8]])) == P
 
 
-def test_covariance_after_any_gain_by_hand() -> None:
+def test_updated_covariance_any_gain_by_hand() -> None:
     """e - K (e + v) of one number: (1 - K)^2 P + K^2 R; least, P R / (P + R) = .8, at K = P / (P + R) = .8."""
     P, H, R = np.array([[4.0]]), np.eye(1), np.eye(1)
     for gain, expected in ((0.0, 4.0), (0.5, 1.25), (0.8, 0.8), (1.0, 1.0)):
-        assert kalman.covariance_after(P, np.array([[gain]]), H, R) == pytest.approx(np.array([[expected]]))
+        assert kalman.updated_covariance(P, np.array([[gain]]), H, R) == pytest.approx(np.array([[expected]]))
 
 
 def test_steady_gain_is_that_of_kalata() -> None:
@@ -153,30 +126,31 @@ def test_innovation_and_its_distance_by_hand() -> None:
     )
     assert nu.tolist() == [2, 3]
     assert S.tolist() == [[4, 0], [0, 9]]
-    assert kalman.distance2(nu, S) == pytest.approx(4 / 4 + 9 / 9)
+    assert kalman.squared_distance(nu, S) == pytest.approx(4 / 4 + 9 / 9)
 
 
-def test_kld_bound_by_hand() -> None:
-    """Fox 2003, eq. 14, epsilon = .05, z = 2.326, k = 10: 90 (1 - 2/81 + sqrt(2/81) 2.326)^3 = 216.65."""
-    bounds = kld_bound(np.array([1.0, 10.0]), 0.05, 2.326)
-    root = sqrt(2 / 81)
-    assert bounds == pytest.approx([1, 90 * (1 - 2 / 81 + root * 2.326) ** 3])
-    # Twice epsilon n is about the chi-square quantile of k - 1 degrees (Wilson, Hilferty 1931).
-    assert bounds[1] == pytest.approx(chi2.ppf(norm.cdf(2.326), 9) / (2 * 0.05), rel=0.003)
+def test_a_coordinated_turn_by_hand() -> None:
+    """A quarter turn in one frame at speed pi / 2: along a circle of radius 1, from +x to +y."""
+    moved, _ = coordinated_turn(np.array([3.0, 4.0, pi / 2, 0.0, pi / 2]))
+    assert moved == pytest.approx([4, 5, 0, pi / 2, pi / 2])
+    moved, _ = coordinated_turn(np.array([3.0, 4.0, 2.0, -1.0, 0.0]))
+    assert moved == pytest.approx([5, 3, 2, -1, 0])
 
 
-def test_kld_count_stops_at_the_first_that_suffices() -> None:
-    together = np.zeros((100, 2))
-    assert kld_count(together, 2, 1.0, 0.1, 2.0) == 2
-    apart = np.arange(200).reshape(100, 2).astype(float)
-    assert kld_count(apart, 2, 1.0, 0.1, 2.0) == 100
-    # Ten cells and no more: the count is the bound for k = 10, rounded up.
-    ten = np.stack([np.arange(100.0) % 10, np.zeros(100)], axis=1)
-    bound = float(kld_bound(np.array([10.0]), 0.2, 2.0)[0])
-    assert kld_count(ten, 2, 1.0, 0.2, 2.0) == int(np.ceil(bound))
+@pytest.mark.parametrize("rate", [0.0, 5e-5, -9.9e-5, 1.1e-4, 0.3, -1.2])
+def test_the_jacobian_of_a_turn_is_its_derivative(rate: float) -> None:
+    state = np.array([3.0, 4.0, 2.0, -1.0, rate])
+    _, jacobian = coordinated_turn(state)
+    step = 1e-5
+    for i in range(5):
+        up, down = (coordinated_turn(state + sign * step * np.eye(5)[i])[0] for sign in (1, -1))
+        assert jacobian[:, i] == pytest.approx((up - down) / (2 * step), abs=1e-6)
 
 
-def test_neff_count_by_hand() -> None:
-    assert neff_count(100, 25.0, 50.0, 10, 1000) == 200
-    assert neff_count(100, 25.0, 50.0, 10, 150) == 150
-    assert neff_count(100, 99.0, 5.0, 10, 150) == 10
+def test_density_of_a_walk_by_hand() -> None:
+    """Origins at 0 and 6 px, radius 9 px, a place at 3 and one at 12: normal of deviation 3, or a disc."""
+    places, origins = np.array([[3.0, 0.0], [12.0, 0.0]]), np.array([[0.0, 0.0], [6.0, 0.0]])
+    normal = random_walk_density(places, origins, 9.0, "gaussian")
+    assert normal == pytest.approx(np.array([exp(-0.5), (exp(-8) + exp(-2)) / 2]) / (2 * pi * 9))
+    disc = random_walk_density(places, origins, 9.0, "disc")
+    assert disc == pytest.approx(np.array([1, 0.5]) / (pi * 81))

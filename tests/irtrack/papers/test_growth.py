@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from irsim.rng import stream
-from irtrack.filters.resampling import systematic, systematic_copies
-from irtrack.filters.selection import chosen, largest_first, restored
+from irtrack.filters.resampling import after_selection, largest_first, systematic, systematic_copies
 from irtrack.papers import growth_model as growth
 from irtrack.papers.growth_model import BOOTSTRAP, WSPF, Growth, rmse, run
 
@@ -65,11 +64,11 @@ def test_a_step_of_weight_selection_by_hand() -> None:
     assert set(order[:3]) == {1, 3, 4}
     assert sorted(order) == [0, 1, 2, 3, 4]
     ordered = weights[order]
-    assert sorted(chosen(ordered, 3)) == pytest.approx([0.15 / 0.85, 0.3 / 0.85, 0.4 / 0.85])
-    own = restored(ordered, 3, "own")
+    assert sorted(ordered[:3] / ordered[:3].sum()) == pytest.approx([0.15 / 0.85, 0.3 / 0.85, 0.4 / 0.85])
+    own = after_selection(ordered, 3, "own")
     assert own[:3] == pytest.approx([0.85 / 3] * 3)
     assert sorted(own[3:]) == pytest.approx([0.05, 0.1])
-    assert restored(ordered, 3, "equal") == pytest.approx([0.2] * 5)
+    assert after_selection(ordered, 3, "equal") == pytest.approx([0.2] * 5)
 
 
 def test_many_sets_are_resampled_as_one_is() -> None:

@@ -9,7 +9,7 @@ import pytest
 from scene_figures import figures
 
 import irsim
-from irsim.scenario.loader import shipped
+from irsim.scenario.catalog import shipped
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SOURCES = shipped("sources")

@@ -33,7 +33,7 @@ from irtrack.papers.values import (
     Switch,
     Untested,
 )
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 
 class TestDeclarations:

@@ -15,7 +15,7 @@ import irsim
 from irtrack.cli import main
 from irtrack.errors import InputError, WorkerError
 from irtrack.properties import EXCEPTIONS, PROPERTIES, check, check_tracker
-from irtrack.trackers import TRACKERS
+from irtrack.registry.table import TRACKERS
 
 
 def broken(tracker: Any, *only: str) -> set[str]:

@@ -1,16 +1,182 @@
-"""The code hash of a tracker that has no file follows what was typed."""
+"""Name, configuration and code hash of a tracker, by which results are keyed."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from irtrack.registry.identity import code_hash
-from irtrack.trackers import of
+import irtrack
+from irtrack.errors import InputError
+from irtrack.registry.identity import code_hash, tracker_config, tracker_name
+from irtrack.registry.table import make, of
+from irtrack.trackers.adapters import Plain
+
+TRACKER = "class T:\n    def start(self, image, box): self.box = box\n    def step(self, image): return self.box\n"
+
+Write = Callable[[str, str], None]
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Files of a user's folder."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "modules", dict(sys.modules))
+
+    def file(name: str, text: str) -> None:
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+    return file
+
+
+@pytest.mark.parametrize(
+    ("imports", "changed"),
+    [
+        ("import code_helper", "code_helper.py"),
+        ("from code_helper import OFF", "code_helper.py"),
+        ("from code_pack.below import deep", "code_pack/below/deep.py"),
+        ("import code_pack.below.deep", "code_pack/below/deep.py"),
+        ("from code_pack import user", "code_pack/below/deep.py"),
+        ("def later():\n    import code_helper", "code_helper.py"),
+        ("try:\n    import code_native\nexcept ImportError:\n    pass", "code_native.so"),
+    ],
+)
+def test_a_users_own_module_counts(imports: str, changed: str, write: Write) -> None:
+    write("code_helper.py", "OFF = 0")
+    write("code_native.so", "not really")
+    write("code_pack/__init__.py", "")
+    write("code_pack/user.py", "from .below import deep")
+    write("code_pack/below/__init__.py", "")
+    write("code_pack/below/deep.py", "OFF = 0")
+    write("code_mine.py", f"{imports}\n{TRACKER}")
+    before = code_hash(make("code_mine:T"))
+    assert code_hash(make("code_mine:T")) == before
+    write(changed, "OFF = 3")
+    assert code_hash(make("code_mine:T")) != before
+
+
+def test_installed_packages_do_not_count(write: Write) -> None:
+    write("site-packages/code_installed/__init__.py", "raise RuntimeError('imported')")
+    write("site-packages/code_installed/below.py", "OFF = 0")
+    sys.path.insert(0, next(folder for folder in sys.path if Path(folder, "site-packages").is_dir()) + "/site-packages")
+    write("code_user.py", f"def later():\n    from code_installed.below import OFF\n{TRACKER}")
+    before = code_hash(make("code_user:T"))
+    write("site-packages/code_installed/below.py", "OFF = 3")
+    assert code_hash(make("code_user:T")) == before
+    assert "code_installed" not in sys.modules
+
+
+def test_kernels_count_by_their_source(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+    whole = Path.read_bytes
+
+    def seen(path: Path) -> bytes:
+        read.append(path)
+        return whole(path)
+
+    monkeypatch.setattr(Path, "read_bytes", seen)
+    code_hash(make("grey_pf"))
+    loops = {path.name for path in read if path.parent.name == "_native"}
+    assert {"__init__.py", "histogram.c", "kernels.h"} <= loops
+    assert {Path(name).suffix for name in loops} == {".py", ".c", ".h"}
+
+
+def test_imports_that_fail_are_no_error(write: Write) -> None:
+    write("code_broken/__init__.py", "raise RuntimeError('not today')")
+    write(
+        "code_poor.py",
+        f"try:\n    import nowhere.at.all\nexcept ImportError: pass\ndef f():\n    import code_broken.b\n{TRACKER}",
+    )
+    assert code_hash(make("code_poor:T")) == code_hash(make("code_poor:T"))
+
+
+def test_a_typed_class_counts_the_files_it_builds_on(write: Write) -> None:
+    write("code_base.py", TRACKER)
+    typed = "from code_base import T\nclass Mine(T):\n    pass\n"
+    before = code_hash(make_typed(typed))
+    write("code_base.py", TRACKER + "    half = 2\n")
+    assert code_hash(make_typed(typed)) != before
+
+
+def make_typed(text: str) -> Plain:
+    names: dict[str, object] = {"__name__": "typed_nowhere"}
+    exec(text, names)
+    kind = names["Mine"]
+    assert isinstance(kind, type)
+    return Plain.made(kind, {})
+
+
+def test_the_code_hash_follows_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hash_of(name: str, text: str) -> str:
+        (tmp_path / f"{name}.py").write_text(text)
+        return code_hash(__import__(name).T())
+
+    monkeypatch.syspath_prepend(tmp_path)
+    plain = "class T:\n    pass\n"
+    own = [hash_of("hashed_one", plain), hash_of("hashed_two", plain + "\n")]
+    assert own[0] != own[1]
+    (tmp_path / "hashed_one.py").write_text(plain + "# changed\n")
+    assert code_hash(__import__("hashed_one").T()) != own[0]
+    # what it imports of irtrack counts, through packages and their modules
+    importing = hash_of("hashed_three", "from irtrack.filters import kalman\n" + plain)
+    assert importing != hash_of("hashed_four", "from irtrack.features import window\n" + plain)
+    assert code_hash(make("kalman")) != code_hash(make("template"))
+    assert code_hash(make("kalman")) == code_hash(make("kalman"))
+
+
+@dataclass(frozen=True)
+class Nest:
+    inner: np.ndarray
+
+
+def test_different_values_have_different_configurations() -> None:
+    class Of:
+        def __init__(self, value: object) -> None:
+            self.value = value
+
+    def config(value: object) -> str:
+        return json.dumps(tracker_config(Of(value))["parameters"]["value"], allow_nan=False)  # type: ignore[arg-type]  # whatever has parameters will do
+
+    long = np.zeros(5000)
+    other = long.copy()
+    other[2500] = 1  # where numpy's repr leaves out
+    values = [long, other, long.astype(np.float32), long.reshape(50, 100), Nest(long), Nest(other), math.inf, -math.inf]
+    assert len({config(value) for value in values}) == len(values)
+    assert config(long) == config(np.zeros(5000))
+    assert config({"b", "a"}) == config({"a", "b"})
+    assert config(np.float32(0.5)) == config(0.5)
+    for vague in (object(), [object()], np.array([object()])):
+        with pytest.raises(InputError, match=r"value: object has no repr that identifies it.*allowed"):
+            config(vague)
+
+
+def test_name_and_configuration_of_a_tracker() -> None:
+    known = irtrack.make("kalman")
+    assert tracker_name(known) == "kalman"
+    again = irtrack.make("kalman", tracker_config(known)["parameters"])
+    assert again == known
+
+    class Plain:
+        def __init__(self) -> None:
+            self.gain = 2
+            self.model = object
+
+    assert tracker_config(Plain()) == {  # type: ignore[arg-type]  # whatever has parameters will do
+        "tracker": tracker_name(Plain()),  # type: ignore[arg-type]  # whatever has parameters will do
+        "parameters": {"gain": 2, "model": repr(object)},
+    }
+
 
 TYPED = """
 STEP = 1
@@ -45,18 +211,18 @@ def typed_hash(text: str, first_line: int = 0) -> str:
     ],
     ids=["helper", "global", "attribute", "method", "constant"],
 )
-def test_the_hash_follows_what_is_typed(old: str, new: str) -> None:
+def test_the_hash_follows_typed_code(old: str, new: str) -> None:
     assert typed_hash(TYPED.replace(old, new)) != typed_hash(TYPED)
 
 
-def test_a_program_read_from_a_pipe_is_as_if_typed() -> None:
-    program = f"{TYPED}\nfrom irtrack.identity import code_hash\nprint(code_hash(Typed()))\n"
+def test_a_program_read_from_a_pipe_has_a_hash() -> None:
+    program = f"{TYPED}\nfrom irtrack.registry.identity import code_hash\nprint(code_hash(Typed()))\n"
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-"], input=program, env=env, capture_output=True, text=True, check=True)
     assert len(done.stdout.strip()) == 32  # 16 bytes
 
 
-def test_the_hash_of_what_is_typed_does_not_depend_on_where() -> None:
+def test_the_hash_does_not_depend_on_the_line() -> None:
     assert typed_hash(TYPED, 7) == typed_hash(TYPED)
     program = "import test_tracker_identity; print(test_tracker_identity.typed_hash(test_tracker_identity.TYPED))"
     env = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": os.pathsep.join(sys.path)}

@@ -9,21 +9,21 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from irsim.config.field_docs import meanings
+from irsim.config.fields import field_docs
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.trackers import TRACKERS, describe, make, of
+from irtrack.registry.table import TRACKERS, describe, make, of
 from irtrack.trackers.kalman import Kalman
 from irtrack.types import resumable
 
 
 @pytest.mark.parametrize("name", TRACKERS)
-def test_parameters_go_out_and_in_again(name: str) -> None:
+def test_parameters_round_trip(name: str) -> None:
     cls = TRACKERS[name]
     defaults = cls().model_dump()
     assert repr(make(name, defaults)) == repr(cls())
-    assert set(defaults) <= set(meanings(cls))
+    assert set(defaults) <= set(field_docs(cls))
 
 
 def test_describe_has_a_row_for_every_tracker() -> None:
@@ -50,24 +50,19 @@ def test_describe_has_a_row_for_every_tracker() -> None:
             ["grey_pf: particles: 1 is out of range; allowed: a whole number, from 2"],
         ),
         ("grey_pf", {"alpha": 2.0}, ["grey_pf: alpha: 2", "out of range", "from 0 to 1"]),
-        ("grey_pf", {"alpha": float("nan")}, ["grey_pf: alpha: nan is out of range"]),
         ("grey_pf", {"noise": "loud"}, ["grey_pf: noise: unknown value 'loud'", "'adaptive', 'fixed'"]),
         ("grey_pf", {"r_min": 4.0, "r_max": 3.0}, ["grey_pf: r_max 3.0 is below r_min 4.0"]),
         ("kalman", {"acceleration": 1e300}, ["kalman: acceleration: 1e+300 is out of range; allowed: a number, from"]),
-        ("kalman", {"acceleration": 1e-300}, ["kalman: acceleration: 1e-300 is out of range"]),
-        ("kalman", {"measurement": True}, ["kalman: measurement: unknown value true", "'centroid', 'ncc'"]),
         ("no_such_module:Tracker", {}, ["cannot import", "no_such_module"]),
         ("irtrack.types:Nothing", {}, ["cannot import", "Nothing"]),
         ("irtrack.types:Status", {}, ["not a tracker"]),
         ("irsim.types:Box", {}, ["not a tracker: it has no start and no step; allowed: a class with start(frame, "]),
         (":", {}, ["this is no module:Class"]),
         ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, no module", "grey_pf:KEY=VALUE"]),
-        ("grey_pf:particles", {}, ["'grey_pf:particles': grey_pf is a tracker's name, no module"]),
         ("brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
-        ("./brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
     ],
 )
-def test_bad_names_and_parameters_are_one_clear_line(name: str, parameters: dict[str, Any], words: list[str]) -> None:
+def test_bad_names_and_parameters_are_one_line(name: str, parameters: dict[str, Any], words: list[str]) -> None:
     with pytest.raises(InputError) as caught:
         make(name, parameters)
     text = str(caught.value)
@@ -77,7 +72,7 @@ def test_bad_names_and_parameters_are_one_clear_line(name: str, parameters: dict
 
 
 @pytest.mark.parametrize(("has", "lacks"), [("start", "step"), ("init", "step"), ("step", "start")])
-def test_half_a_tracker_is_told_what_it_lacks(has: str, lacks: str) -> None:
+def test_an_incomplete_tracker_names_the_missing_method(has: str, lacks: str) -> None:
     half = type("Half", (), {has: lambda *_: None})
     for given in (half, half()):
         with pytest.raises(InputError, match=rf"Half' is not a tracker: it has {has} but no {lacks}; allowed: .* init"):
@@ -90,7 +85,7 @@ def test_each_wrong_parameter_has_a_line() -> None:
     assert len(str(caught.value).splitlines()) == 2
 
 
-def test_a_whole_number_may_be_written_with_an_exponent() -> None:
+def test_a_whole_number_may_have_an_exponent() -> None:
     assert make("grey_pf", {"particles": 1e3}) == make("grey_pf", {"particles": 1000})
 
 
@@ -142,9 +137,7 @@ def test_a_tracker_of_the_current_folder(foreign: Path) -> None:
         make("my_foreign_tracker:Still", {"offset": -2.0})
 
 
-def test_plain_parameters_of_ones_own_tracker_are_checked_by_their_annotations(
-    foreign: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_annotated_parameters_of_a_users_tracker(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = "my_foreign_tracker:Typed"
     assert cast(Any, make(name, {"reach": 1e1, "names": [1, "a"]})).parts == (10, None, [1, "a"])
     assert capsys.readouterr() == ("", "made\n")
@@ -162,7 +155,7 @@ def test_plain_parameters_of_ones_own_tracker_are_checked_by_their_annotations(
         make("my_leaving_tracker:X")
 
 
-def test_a_module_that_fails_while_imported_is_one_line(foreign: Path) -> None:
+def test_a_module_that_fails_is_one_line(foreign: Path) -> None:
     (foreign / "my_broken_tracker.py").write_text("class Still(:\n")
     with pytest.raises(InputError, match=r"cannot import tracker 'my_broken_tracker:Still': SyntaxError") as caught:
         make("my_broken_tracker:Still")

@@ -17,9 +17,9 @@ from irsim.cli.app import app
 from irsim.cli.terminal import progress_bar
 from irsim.geometry.context import SceneContext
 from irsim.lint import DOUBTS
+from irsim.lint.warnings import warnings
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
-from irsim.scenario.loader import warnings
 from irsim.scenario.placement_all import overdone, placed
 from irsim.scenario.visibility import Watch
 from irsim.targets.target import Target

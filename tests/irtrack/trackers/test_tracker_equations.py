@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, pi, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,12 @@ from tracker_scenes import blob, follow
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
-from irtrack.filters.turn import coordinated_turn
-from irtrack.trackers.base import Sight
-from irtrack.trackers.ekf import EKF
-from irtrack.trackers.grey import weigh
-from irtrack.trackers.grey_pf import GreyPF
-from irtrack.trackers.kalman import Kalman
+from irtrack.registry.table import make
+from irtrack.trackers.base import VisibilityMonitor
+from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.kalman import EKF, Kalman
+from irtrack.trackers.mean_shift import MeanShiftPF
+from irtrack.trackers.template import Template
 
 
 def test_adaptive_noise_is_clipped_on_both_sides() -> None:
@@ -27,24 +27,12 @@ def test_adaptive_noise_is_clipped_on_both_sides() -> None:
     assert GreyPF(noise="fixed", r0=2.0).deviation(distances, (14, 10)).tolist() == [2, 2, 2]
 
 
-def test_the_ring_is_as_wide_as_asked() -> None:
+def test_the_local_background_has_its_width() -> None:
     """A window of 9x7 px: half a side is 5 and 4 px on each side, a whole one 9 and 7."""
     frame, box = Frame(np.zeros((60, 80), np.uint8), 0, 0.0, 8), Box(40, 30, 9, 7)
     for ring, shape in ((0.5, (19, 15)), (1.0, (27, 21))):
-        outer = GreyPF(ring=ring).init(frame, box, stream(0)).appearance.surround.outer
+        outer = GreyPF(ring=ring).init(frame, box, stream(0)).appearance.background.outer
         assert (outer.columns, outer.rows) == shape
-
-
-def test_weights_by_hand() -> None:
-    """Cheng et al. 2006, eq. 10, lambda = 20: rho = .9, .7 give exp(-1), exp(-3)."""
-    weights, in_view = weigh(np.array([0.9, 0.7, 0.0]), np.array([1.0, 0.5, 0.0]), 10.0)
-    assert in_view
-    assert weights == pytest.approx([exp(-1) / (exp(-1) + exp(-3)), exp(-3) / (exp(-1) + exp(-3)), 0])
-    weights, _ = weigh(np.array([0.9, 0.7]), np.ones(2), 1e9)
-    assert weights.tolist() == [1, 0]
-    weights, in_view = weigh(np.zeros(4), np.zeros(4), 20.0)
-    assert not in_view
-    assert weights.tolist() == [0.25] * 4
 
 
 def test_grey_pf_with_all_particles_outside_is_lost() -> None:
@@ -58,7 +46,7 @@ def test_grey_pf_with_all_particles_outside_is_lost() -> None:
     assert estimate.neff == pytest.approx(100)
 
 
-def test_grey_pf_updates_its_reference_by_eq_13_only_when_trusted() -> None:
+def test_grey_pf_updates_its_reference_by_eq_13() -> None:
     scene = blob(0, count=2)
     box = Box(*scene[0][1], 14, 10)
 
@@ -75,18 +63,18 @@ def test_grey_pf_updates_its_reference_by_eq_13_only_when_trusted() -> None:
     assert change(w_t=0.0) == change() > 0
 
 
-def test_sight_by_hand() -> None:
-    sight = Sight().after(0.8, 0.4, 0.5)
-    assert (sight.level, sight.missed) == (0.8, 0)
-    # The threshold is .4 + .5 (.8 - .4) = .6; seen, the level moves by a tenth of the way.
-    assert sight.after(0.61, 0.4, 0.5).level == pytest.approx(0.8 - 0.019)
-    hidden = sight.after(0.59, 0.4, 0.5).after(0.1, 0.4, 0.5)
-    assert (hidden.level, hidden.missed) == (0.8, 2)
+def test_visibility_monitor_by_hand() -> None:
+    monitor = VisibilityMonitor().after(0.8, 0.4, 0.5)
+    assert (monitor.level, monitor.misses) == (0.8, 0)
+    # The threshold is .4 + .5 (.8 - .4) = .6; after a hit the level moves by a tenth of the way.
+    assert monitor.after(0.61, 0.4, 0.5).level == pytest.approx(0.8 - 0.019)
+    hidden = monitor.after(0.59, 0.4, 0.5).after(0.1, 0.4, 0.5)
+    assert (hidden.level, hidden.misses) == (0.8, 2)
     assert [hidden.status(lost_after) for lost_after in (2, 3)] == ["lost", "occluded"]
     assert hidden.after(0.7, 0.4, 0.5).status(2) == "tracking"
-    # What is no better than its surroundings is not seen, whatever it was before.
-    assert sight.after(0.8, 0.9, 0.5).missed == 1
-    assert Sight().after(1.0, 1.0, 0.5).missed == 1
+    # A score no better than the background score is a miss, whatever the level.
+    assert monitor.after(0.8, 0.9, 0.5).misses == 1
+    assert VisibilityMonitor().after(1.0, 1.0, 0.5).misses == 1
 
 
 def test_kalman_rejects_a_measurement_beyond_the_gate() -> None:
@@ -103,24 +91,6 @@ def test_kalman_rejects_a_measurement_beyond_the_gate() -> None:
     assert first.covariance is not None
     assert estimates[23].covariance is not None
     assert np.trace(first.covariance) > np.trace(estimates[23].covariance)
-
-
-def test_a_coordinated_turn_by_hand() -> None:
-    """A quarter turn in one frame at speed pi / 2: along a circle of radius 1, from +x to +y."""
-    moved, _ = coordinated_turn(np.array([3.0, 4.0, pi / 2, 0.0, pi / 2]))
-    assert moved == pytest.approx([4, 5, 0, pi / 2, pi / 2])
-    moved, _ = coordinated_turn(np.array([3.0, 4.0, 2.0, -1.0, 0.0]))
-    assert moved == pytest.approx([5, 3, 2, -1, 0])
-
-
-@pytest.mark.parametrize("rate", [0.0, 5e-5, -9.9e-5, 1.1e-4, 0.3, -1.2])
-def test_the_jacobian_of_a_turn_is_its_derivative(rate: float) -> None:
-    state = np.array([3.0, 4.0, 2.0, -1.0, rate])
-    _, jacobian = coordinated_turn(state)
-    step = 1e-5
-    for i in range(5):
-        up, down = (coordinated_turn(state + sign * step * np.eye(5)[i])[0] for sign in (1, -1))
-        assert jacobian[:, i] == pytest.approx((up - down) / (2 * step), abs=1e-6)
 
 
 def test_the_turn_filter_foresees_a_turn() -> None:
@@ -141,3 +111,77 @@ def test_the_turn_filter_foresees_a_turn() -> None:
     assert errors[EKF] < 3
     # Straight on for 4 frames of 3 px from a circle of radius 20: off by some 12^2 / 40 = 3.6 px.
     assert errors[Kalman] > errors[EKF] + 1
+
+
+WEIGHTS = np.array([0.1, 0.4, 0.05, 0.3, 0.15])
+
+
+def test_truncated_weights_by_hand() -> None:
+    kept = BackgroundRestrainedPF(keep=0.4).truncated_weights(WEIGHTS)
+    assert kept == pytest.approx([0, 4 / 7, 0, 3 / 7, 0])
+    # By mass: .4 + .3 = .7 is not yet .8, with .15 it is passed.
+    kept = BackgroundRestrainedPF(keep=0.8, keep_by="mass").truncated_weights(WEIGHTS)
+    assert kept == pytest.approx(np.array([0, 0.4, 0, 0.3, 0.15]) / 0.85)
+    for keep_by in ("count", "mass"):
+        assert BackgroundRestrainedPF(keep=0.0, keep_by=keep_by).truncated_weights(WEIGHTS).tolist() == [0, 1, 0, 0, 0]
+        assert BackgroundRestrainedPF(keep=1.0, keep_by=keep_by).truncated_weights(WEIGHTS).tolist() == WEIGHTS.tolist()
+
+
+def test_a_truncated_mean_ignores_a_false_target() -> None:
+    """An et al. 2007: sixty particles of mass .6 at 0, forty of mass .4 at 10 px: the mean is .4 . 10 off;
+    the heaviest half all stand at 0."""
+    places = np.array([0.0] * 60 + [10.0] * 40)
+    weights = np.array([0.6 / 60 + 0.0001] * 60 + [0.4 / 40 - 0.00015] * 40)
+    estimates = {}
+    for estimate in ("mean", "restrained", "map"):
+        tracker = BackgroundRestrainedPF(keep=0.5, estimate=estimate)
+        estimates[estimate] = float(tracker.estimator_weights(weights, tracker.truncated_weights(weights)) @ places)
+    assert estimates["mean"] == pytest.approx(0.394 * 10)
+    assert (estimates["restrained"], estimates["map"]) == (0, 0)
+
+
+def test_keeping_all_is_grey_pf() -> None:
+    scene = blob(3, count=10)
+    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+    plain = follow(make("grey_pf"), frames, box)
+    for keep_by in ("count", "mass"):
+        kept = follow(make("background_restrained_pf", {"keep": 1.0, "keep_by": keep_by}), frames, box)
+        assert [e.center for e in kept] == [e.center for e in plain]
+
+
+def test_importance_correction_by_hand() -> None:
+    """Both origins at 0; both particles shifted to 2 px. Deviations: model 10 / 3 px, scatter 1 px."""
+    places = np.array([[2.0, 0.0], [3.0, 0.0]])
+    modes, start = np.full((2, 2), [2.0, 0.0]), np.zeros((2, 2))
+    weights = MeanShiftPF(corrected=True).importance_correction(np.array([0.5, 0.5]), places, start, modes)
+    prior = np.exp(-(places[:, 0] ** 2) / (2 * (10 / 3) ** 2))
+    ratio = prior / np.exp(-((places[:, 0] - 2) ** 2) / 2)
+    assert weights == pytest.approx(ratio / ratio.sum())
+    # Places that the disc reaches from no origin keep their weight.
+    far = MeanShiftPF(corrected=True, propagation="disc", radius=1.0)
+    assert far.importance_correction(np.array([0.2, 0.8]), places, start, modes).tolist() == [0.2, 0.8]
+
+
+def test_mean_shift_kalman_predicts_an_occluded_target() -> None:
+    for seed in range(2):
+        scene = blob(seed, count=34, hidden=range(20, 28), speed=2.0)
+        frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+        waited = follow(make("mean_shift_kalman"), frames, box)
+        assert np.hypot(*np.subtract(waited[-1].center, scene[-1][1])) < 2
+        spread = [np.trace(e.covariance) for e in waited if e.covariance is not None]
+        assert spread[26] > 4 * spread[18]
+        assert waited[26].status == "occluded"
+
+
+@pytest.mark.parametrize("window", [None, 6])
+@pytest.mark.parametrize("box", [Box(23.5, 42.5, 8.0, 6.0), Box(2.0, 2.0, 8.0, 6.0)])
+def test_a_template_without_structure_stays(box: Box, window: int | None) -> None:
+    """A saturated target that fills its box: all places have the same score."""
+    image = np.random.default_rng(1).normal(60, 3, (64, 80)).clip(0, 255).astype(np.uint8)
+    left, top, right, bottom = (round(edge + 0.5) for edge in box.edges)
+    image[max(top, 0) : bottom, max(left, 0) : right] = 200
+    tracker, rng = Template(window=window), np.random.default_rng(0)
+    state = tracker.init(Frame(image, 0, 0.0, 8), box, rng)
+    for index in range(1, 4):
+        state, estimate = tracker.step(state, Frame(image, index, index / 30, 8), rng)
+        assert estimate.center == pytest.approx((box.cx, box.cy), abs=0.01)

@@ -1,0 +1,114 @@
+"""Pictures of the background: the mean of still frames, without targets and other small things that stand far out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.calibration.bad_pixels import remove_specks
+from irsim.calibration.selection import BOX_MARGIN_PX, Boxes, box_mask, target_mask
+from irsim.calibration.statistics import Values, evenly
+from irsim.types import Bools, Floats, Source
+
+TEXTURE_PICTURES = 9
+"""Pictures, evenly over the recording, whose texture is measured."""
+_MEDIAN_FRAMES = 48
+_CLIP = 4.0
+"""Sigmas from its median at which a pixel's value is clipped in the mean."""
+_SMALL = 1 / 8
+"""Share of the shorter side below which a thing is small."""
+_USUAL = 0.98
+_FAR = 6.0
+"""Ratio to the 0.98 quantile beyond which a thing stands far out: of backgrounds of the shipped scenarios the most is
+5.0, hot targets before sky, sea and ground have 8 to 140."""
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """Background picture (rows, columns), the mask of the pixels that were filled in, and the number of small things
+    among these."""
+
+    picture: Floats
+    filled: Bools
+    things: int
+
+    @property
+    def seen(self) -> Floats:
+        """Values of the pixels that were not filled in, (N,)."""
+        return self.picture[~self.filled]
+
+
+def background(picture: Floats, taken: Bools | None = None) -> Background:
+    """Return the background of a picture (rows, columns) with a mask of targets.
+
+    Targets, then small things that stand far out, are filled in from around (A. Telea, J. Graphics Tools 9, 2004). A
+    mask of more than half of the picture is not used.
+    """
+    held = np.zeros(picture.shape, np.bool_) if taken is None or taken.mean() > 0.5 else taken
+    small, things = small_things(fill(picture, held))
+    return Background(fill(picture, held | small), held | small, things)
+
+
+def background_pictures(source: Source, count: int) -> npt.NDArray[np.uint8]:
+    """Return the backgrounds (T, rows, columns) of 8-bit pictures, evenly over a source."""
+    found = []
+    for k in evenly(len(source), count).tolist():
+        picture = np.asarray(source.frame(k, "display").image, np.uint8)
+        filled = background(picture.astype(np.float64), target_mask(source, k, k + 1)).filled
+        found.append(np.asarray(fill(picture, filled), np.uint8))
+    return np.stack(found)
+
+
+def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
+    """Return a picture (rows, columns) in which masked pixels are filled in from around; itself for an empty mask."""
+    if not held.any():
+        return picture
+    known = picture if picture.dtype == np.uint8 else picture.astype(np.float32)
+    filled = cv2.inpaint(known, held.astype(np.uint8), 3, cv2.INPAINT_TELEA)
+    return np.where(held, filled, picture).astype(picture.dtype)
+
+
+def small_things(picture: Floats) -> tuple[Bools, int]:
+    """Return the mask and the number of small hot or cold things that stand far out of a picture (rows, columns).
+
+    They show in the top hat and the black hat of a square (J. Serra, "Image analysis and mathematical morphology",
+    1982), in which texture is alike everywhere.
+    """
+    smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
+    side = max(round(min(picture.shape) * _SMALL), 3)
+    found = np.zeros(picture.shape, np.uint8)
+    for hat in (cv2.MORPH_TOPHAT, cv2.MORPH_BLACKHAT):
+        height = cv2.morphologyEx(smooth, hat, np.ones((side, side), np.uint8))
+        usual = max(float(np.quantile(height, _USUAL)), 1e-6 * float(np.abs(smooth).max()))
+        _, groups = cv2.connectedComponents((height > usual).astype(np.uint8))
+        far = np.setdiff1d(groups[height > _FAR * usual], 0)
+        found |= np.isin(groups, far).astype(np.uint8)
+    grown = cv2.dilate(found, np.ones((2 * BOX_MARGIN_PX + 1,) * 2, np.uint8))
+    return grown.astype(np.bool_), cv2.connectedComponents(grown)[0] - 1
+
+
+def mean_picture(frames: Values, sigma: float, boxes: Boxes) -> tuple[Floats, Bools]:
+    """Return the mean (rows, columns) of still frames, and the mask of pixels that targets covered all the time.
+
+    Values are clipped at 4 sigma from their median, so that what passes leaves little; targets leave nothing.
+    """
+    picked = evenly(len(frames), _MEDIAN_FRAMES)
+    middle = np.median(frames[picked], axis=0).astype(np.float64)
+    covered = np.stack([box_mask(boxes[k], middle.shape) for k in picked])
+    always = np.asarray(covered.all(axis=0), np.bool_)
+    crossed: Bools = covered.any(axis=0) & ~always
+    if crossed.any():
+        middle[crossed] = np.nanmedian(np.where(covered[:, crossed], np.nan, frames[picked][:, crossed]), axis=0)
+    total, free = np.zeros(middle.shape), np.full(middle.shape, len(frames))
+    for frame, there in zip(frames, boxes, strict=True):
+        change = np.clip(frame - middle, -_CLIP * sigma, _CLIP * sigma)
+        if there:
+            held = box_mask(there, middle.shape) & ~always
+            change[held] = 0
+            free[held] -= 1
+        total += change
+    return remove_specks(middle + total / free), always

@@ -1,0 +1,331 @@
+"""Bad pixels: dead, hot and blinking ones, their shares, heights and dwell times; patching of them.
+
+A pixel is compared with the median of the 5 x 5 px around it, in mean and in temporal sigma. Light came through the
+optics, and is blurred over neighbours; a fault is not. So a pixel is good where a neighbour shares its height or
+follows its changes.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from irsim.calibration.statistics import (
+    ROUNDED,
+    Estimate,
+    Values,
+    check_frames,
+    check_positive,
+    exponential_mean,
+    poisson,
+    whole_counts,
+)
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
+
+FULL = 0.99
+"""Share of the highest count from which on a well may be full."""
+_FAR = 8.0
+"""Robust sigmas beyond which a pixel is dead or hot: of 10^6 Gaussian pixels none is."""
+_RESTLESS = 3.0
+"""Ratio of the temporal sigma of a blinking pixel to that around it, at least."""
+_SHARES = 0.15
+"""Share of a pixel's height that a neighbour lit by the same light has, at least: a point centred on a pixel leaves
+0.20 on four sides at a PSF of 0.47 px."""
+_FOLLOWS = 0.8
+"""Correlation with a neighbour from which on changes are the scene's."""
+_UNSTABLE = 6.0
+"""Robust sigmas of the logarithm of variance in a flat region beyond which a pixel is left out of its noise."""
+_TOGGLES = 0.51
+"""Greatest temporal sigma, counts, of a pixel that alternates between two neighbouring counts."""
+_SLOWEST = 0.99
+"""Quantile of the pixels' rate of change by which frozen pixels are told from slow ones."""
+_LEAST_JUDGED = 100
+_CLUSTERED = 2.0
+"""Pixels that count as one event in the interval of a share: those of a cluster are not independent."""
+_MOST_IN_CLUSTER = 16
+"""Bad pixels of a group: clusters of 2 in the mean have more in 1 of 10^4."""
+_MEDIAN_REACH = 16
+
+
+@dataclass(frozen=True, eq=False)
+class BadPixels:
+    """Masks (rows, columns); no pixel is in two of the first three.
+
+    dead        never changes, or lies far below those around it
+    hot         lies far above those around it
+    blinking    changes far more than those around it
+    judged      pixels that can be judged: not where all is full of light
+    frozen_from frames from which on a pixel that never changes is dead; None where most never change, as with noise far
+                below one count
+    """
+
+    dead: Bools
+    hot: Bools
+    blinking: Bools
+    judged: Bools
+    frozen_from: int | None
+
+    @property
+    def all(self) -> Bools:
+        bad: Bools = self.dead | self.hot | self.blinking
+        return bad
+
+    def without(self, taken: Bools | None) -> BadPixels:
+        """Return those outside of a mask of targets, which look like bad pixels; all where it covers most pixels."""
+        if taken is None or taken.mean() > 0.5:
+            return self
+        dead, hot, blinking, judged = (mask & ~taken for mask in (self.dead, self.hot, self.blinking, self.judged))
+        return BadPixels(dead, hot, blinking, judged, self.frozen_from)
+
+
+@dataclass(frozen=True)
+class BadPixelFigures:
+    """Shares of bad pixels, and their behaviour in counts and frame periods of the recording.
+
+    dead, hot, blinking     shares of the judged pixels
+    cluster                 mean number of bad pixels that touch
+    dead_level              median count of dead pixels
+    hot_height, jump        mean heights of hot pixels above their neighbours, and of the steps of blinking ones
+    on_frames, off_frames   mean dwell times of blinking pixels off their normal level, and on it
+    """
+
+    dead: Estimate
+    hot: Estimate
+    blinking: Estimate
+    cluster: float
+    dead_level: float | None
+    hot_height: Estimate | None
+    jump: Estimate | None
+    on_frames: Estimate | None
+    off_frames: Estimate | None
+
+    @property
+    def shares(self) -> dict[str, Estimate]:
+        return {"dead": self.dead, "hot": self.hot, "blinking": self.blinking}
+
+    @property
+    def any(self) -> bool:
+        return any(share.value for share in self.shares.values())
+
+
+def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
+    """Return the bad pixels of frames (T, rows, columns).
+
+    top     highest possible count; pixels around which most are full are not judged
+
+    A still point of light that is sharper than a PSF of 0.45 px looks hot. Pixels that blink by less than three times
+    the noise, or dead and hot pixels on texture of that contrast, are missed. Raise InputError for frames that are no
+    array of finite numbers, and for a `top` that is not positive.
+    """
+    check_frames(frames)
+    check_positive(top, "top", "the highest possible count")
+    values = np.asarray(frames, np.float32)
+    level = values.mean(axis=0, dtype=np.float64).astype(np.float32)
+    power = np.mean([np.square(frame - level, dtype=np.float64) for frame in values], axis=0)
+    sigma = np.sqrt(power).astype(np.float32)
+    rounded = float(np.median(sigma)) < ROUNDED and whole_counts(frames)
+    usual = around(level)
+    judged = ~cv2.dilate((usual >= FULL * top).astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    frozen_from = _frozen_from(frames)
+    frozen = np.zeros(level.shape, np.bool_)
+    if frozen_from is not None and len(frames) >= frozen_from:
+        frozen = (frames == frames[0]).all(axis=0) & (level < FULL * top)
+    calm = np.maximum(around(sigma), float(np.median(sigma)))
+    blinking = (sigma > np.maximum(_RESTLESS * calm, _TOGGLES if rounded else 0)) & judged
+    blinking &= ~_follows_neighbour(values, blinking)
+    apart = _without_lines(level - usual)
+    far = np.abs(apart) > np.maximum(_FAR * _scatter(apart), 1.0 if rounded else 0)
+    far &= judged & ~blinking & ~frozen
+    hot = _alone(apart, far & (apart > 0))
+    dead = _alone(-apart, far & (apart < 0)) | (frozen & judged & ~blinking)
+    return BadPixels(dead, hot & ~dead, blinking, judged, frozen_from)
+
+
+def around(picture: Floats) -> Floats:
+    """Return the median of the 5 x 5 px around each pixel; beyond the edge the picture is mirrored point-wise."""
+    whole = np.pad(np.asarray(picture, np.float32), 2, mode="reflect", reflect_type="odd")
+    return np.asarray(cv2.medianBlur(whole, 5)[2:-2, 2:-2])
+
+
+def remove_specks(picture: Floats) -> Floats:
+    """Return a picture (rows, columns) in which pixels far off their surroundings have the median of these."""
+    usual = around(picture)
+    apart = (picture - usual).astype(np.float32)
+    return np.where(np.abs(apart) > _FAR * _scatter(apart), usual, picture)
+
+
+def unstable_pixels(flat: Values) -> Bools:
+    """Return the pixels of a flat region (T, rows, columns) whose variance is beyond chance, if they are few."""
+    variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
+    apart = variances - np.median(variances)
+    found: Bools = apart > _UNSTABLE * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
+    if whole_counts(flat):
+        found &= variances > 2 * math.log(_TOGGLES)
+    return found if found.mean() <= 0.02 else np.zeros_like(found)
+
+
+def patch(frames: Values, bad: Bools) -> Values:
+    """Return frames (T, rows, columns) with the values of the nearest good pixel in place of bad ones.
+
+    The offsets of the bad pixel's own row and column from those of the good one are added, by medians over the 33 px
+    about it. The frames themselves are returned where no pixel is bad, or all are.
+    """
+    if not bad.any() or bad.all():
+        return frames
+    from scipy.ndimage import distance_transform_edt
+
+    nearest = distance_transform_edt(bad, return_distances=False, return_indices=True)
+    level = np.where(bad, np.nan, frames.mean(axis=0, dtype=np.float64))
+    patched, whole = frames.copy(), whole_counts(frames)
+    for row, column in np.argwhere(bad):
+        good_row, good_column = (int(places[row, column]) for places in nearest)
+        offset = _line_offset(level, row, good_row, column) + _line_offset(level.T, column, good_column, row)
+        values = frames[:, good_row, good_column].astype(np.float64) + (round(offset) if whole else offset)
+        if np.issubdtype(frames.dtype, np.integer):
+            values = values.clip(0, np.iinfo(frames.dtype.name).max)
+        patched[:, row, column] = values
+    return patched
+
+
+def _line_offset(level: Floats, line: int, other: int, place: int) -> float:
+    if line == other:
+        return 0.0
+    near = slice(max(place - _MEDIAN_REACH, 0), place + _MEDIAN_REACH + 1)
+    apart = level[line, near] - level[other, near]
+    apart = apart[np.isfinite(apart)]
+    return float(np.median(apart)) if len(apart) >= 5 else 0.0
+
+
+def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPixelFigures:
+    """Return shares and behaviour of bad pixels in frames (T, rows, columns).
+
+    periods (T - 1,) frame periods of the recording from each frame to the next
+    """
+    level = frames.mean(axis=0, dtype=np.float64)
+    heights = (level - around(level))[bad.hot]
+    judged = int(bad.judged.sum())
+    jump = on = off = None
+    if bad.blinking.any():
+        series = frames[:, bad.blinking].astype(np.float64)
+        jump, on, off = _dwell_times(series, around(level)[bad.blinking], periods)
+    return BadPixelFigures(
+        dead=_share(bad.dead, judged),
+        hot=_share(bad.hot, judged),
+        blinking=_share(bad.blinking, judged),
+        cluster=_cluster_size(bad.all),
+        dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
+        hot_height=exponential_mean(float(heights.sum()), len(heights)) if len(heights) else None,
+        jump=jump,
+        on_frames=on,
+        off_frames=off,
+    )
+
+
+def _dwell_times(series: Floats, normal: Floats, periods: Floats) -> tuple[Estimate, Estimate | None, Estimate | None]:
+    """Return the mean step of two-level series (T, pixels), and mean times off and on their normal level.
+
+    The level nearer to `normal` (pixels,) is the normal one. The mean of an exponential dwell time is the time spent
+    over the number of exits seen (D. R. Cox, D. Oakes, "Analysis of Survival Data", 1984, section 3.2). Changes faster
+    than the frames are missed.
+    """
+    high = series > (series.max(axis=0) + series.min(axis=0)) / 2
+    upper, lower = (np.where(part, series, 0).sum(axis=0) / part.sum(axis=0).clip(1) for part in (high, ~high))
+    away = np.where(np.abs(upper - normal) > np.abs(lower - normal), high, ~high)
+    times: list[Estimate | None] = []
+    for state in (away, ~away):
+        exits = int((state[:-1] & ~state[1:]).sum())
+        spent = float((state[:-1] * periods[:, None]).sum())
+        times.append(exponential_mean(spent, exits) if exits else None)
+    return exponential_mean(float((upper - lower).sum()), series.shape[1]), times[0], times[1]
+
+
+def _share(mask: Bools, judged: int) -> Estimate:
+    from scipy.ndimage import label
+
+    if judged < _LEAST_JUDGED:
+        return Estimate(0.0, 0.0, 1.0, bound=True)
+    share, clusters = float(mask.sum()) / judged, int(label(mask)[1])
+    if not clusters:
+        return Estimate(0.0, 0.0, poisson(0)[1] / judged)
+    low, high = (end * _CLUSTERED / clusters for end in poisson(clusters / _CLUSTERED))
+    return Estimate(share, share * low, share * high)
+
+
+def _cluster_size(mask: Bools) -> float:
+    from scipy.ndimage import label
+
+    return float(mask.sum() / int(label(mask)[1])) if mask.any() else 1.0
+
+
+def _without_lines(apart: Floats) -> Floats:
+    """Return differences (rows, columns) without what rows and columns have in common, by medians."""
+    rest = apart - np.median(apart, axis=1, keepdims=True)
+    return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
+
+
+def _scatter(apart: Floats) -> Floats:
+    """Return the robust sigma of differences around each pixel, or of the whole picture where that is more."""
+    scatter = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
+    return np.maximum(scatter, np.finfo(np.float32).tiny)
+
+
+def _alone(height: Floats, found: Bools) -> Bools:
+    """Return the found pixels in groups of up to 16 whose peak is shared by at most two of its four neighbours.
+
+    Nor are more than four of its eight neighbours found, as around a bright point.
+
+    Pixels up to 3 px apart are one group: a cluster of bad pixels, or a thing that is lit.
+    """
+    from scipy.ndimage import label, maximum_position
+
+    groups, count = label(cv2.dilate(found.astype(np.uint8), np.ones((3, 3), np.uint8)), np.ones((3, 3)))
+    if not count:
+        return found
+    members = np.where(found, groups, 0)
+    good = np.bincount(members.ravel(), minlength=count + 1) <= _MOST_IN_CLUSTER
+    wide = np.pad(height, 1)
+    for group, (row, column) in enumerate(maximum_position(height, members, np.arange(1, count + 1)), 1):
+        beside = (wide[row, column + 1], wide[row + 2, column + 1], wide[row + 1, column], wide[row + 1, column + 2])
+        near = members[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] == group
+        good[group] &= sum(value > _SHARES * height[row, column] for value in beside) <= 2 and near.sum() <= 5
+    alone: Bools = found & good[members]
+    return alone
+
+
+def _follows_neighbour(values: Floats, found: Bools) -> Bools:
+    """Return which of the found pixels change over time (T, rows, columns) as one of their eight neighbours does."""
+    rows, columns = np.nonzero(found)
+    unit = _unit(values[:, rows, columns])
+    nearest = np.zeros(len(rows))
+    for down, across in itertools.product((-1, 0, 1), repeat=2):
+        y, x = np.clip(rows + down, 0, found.shape[0] - 1), np.clip(columns + across, 0, found.shape[1] - 1)
+        alike = (unit * _unit(values[:, y, x])).sum(axis=0)
+        nearest = np.maximum(nearest, np.where((y != rows) | (x != columns), alike, 0))
+    follows = np.zeros_like(found)
+    follows[rows, columns] = nearest > _FOLLOWS
+    return follows
+
+
+def _unit(series: Floats) -> Floats:
+    """Return series (T, pixels) about their means, of length 1."""
+    apart = series - series.mean(axis=0)
+    return np.asarray(apart / np.maximum(np.sqrt(np.square(apart).sum(axis=0)), np.finfo(np.float32).tiny))
+
+
+def _frozen_from(frames: Values) -> int | None:
+    """Return the number of frames from which on a tenth of a good pixel at most holds its value by chance.
+
+    A pixel that stays from one frame to the next with probability q stays over T frames with q^(T/2) at most.
+    """
+    if len(frames) < 2:
+        return None
+    stays = np.mean(frames[1:] == frames[:-1], axis=0)
+    live = stays[stays < 1]
+    if 2 * live.size <= stays.size:
+        return None
+    share = float(np.quantile(live, _SLOWEST))
+    return 2 if share == 0 else math.ceil(2 * math.log(0.1 / stays.size) / math.log(share))

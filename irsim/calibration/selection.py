@@ -1,0 +1,376 @@
+"""Selection of the pixels that noise is read from: frames of a source, target boxes, and a flat, still window.
+
+Where neighbouring pixels change together something moves; where they are alike in the mean of the frames a scene is
+seen. A detector's own noise and fixed pattern are independent from pixel to pixel.
+"""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.calibration.statistics import (
+    LEAST_SIDE,
+    Values,
+    center_lines,
+    check_frames,
+    check_mask,
+    check_positive,
+    clipped,
+    evenly,
+)
+from irsim.config import yaml_file
+from irsim.errors import InputError, as_whole
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Box, Floats, Source
+
+Progress = Callable[[int, int], None]
+"""Called with the number of frames read, and of all."""
+EIGHT_BITS = (
+    "8 bits: unless these are a detector's own counts, figures are those of a picture after gain control, not of a "
+    "sensor"
+)
+BOX_MARGIN_PX = 4
+"""Reach of blur and smear beyond a target's box."""
+WINDOW_SIDE = 64
+_WINDOW_FRAMES = 24
+_WINDOWS = 8
+_LEAST_HALF = 16
+_CLIPPED_SHARE = 0.02
+_ALIKE_ERRORS = 4.0
+"""Standard errors within which windows' variances do not differ."""
+_TOGETHER = 0.1
+"""Correlation of neighbouring pixels' changes above which they change together, in a large window."""
+_CHANCE = 5.0
+_LINE_CHANCE = 4.0
+"""Standard errors of a correlation of pixels, and of lines, beyond chance."""
+_SHARPER = 2.0
+"""Ratio of measured to expected sharp noise above which sharp noise lies beside motion: filters make 1.3."""
+_SLIDING = 0.22
+"""Share of the change explained by one shift above which a part of the picture moves: noise alone has hundredths."""
+LEAST_SLIDE_SIDE = 28
+"""Pictures below this side, px, are too small to tell motion from noise."""
+
+
+class Region(NamedTuple):
+    """Whole pixels x .. x+w-1, y .. y+h-1."""
+
+    x: int
+    y: int
+    w: int
+    h: int
+
+    @property
+    def rows(self) -> slice:
+        return slice(self.y, self.y + self.h)
+
+    @property
+    def columns(self) -> slice:
+        return slice(self.x, self.x + self.w)
+
+    def of(self, frames: Values) -> Values:
+        """Return that part of frames (..., rows, columns)."""
+        return frames[..., self.rows, self.columns]
+
+    def __str__(self) -> str:
+        return f"{self.x},{self.y},{self.w},{self.h}"
+
+
+Boxes = tuple[tuple[Region, ...], ...]
+"""Target boxes of each frame, with a margin; they may reach beyond the picture."""
+
+
+class TimedFrames(NamedTuple):
+    """Counts (T, rows, columns), uint8 or uint16 as in their source; times (T,), s."""
+
+    counts: npt.NDArray[np.integer]
+    times: Floats
+
+
+def parse_region(text: str, size: tuple[int, int]) -> Region:
+    """Return the region 'x,y,w,h' of a picture of size (columns, rows); raise InputError where there is none."""
+    words = text.split(",")
+    if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
+        raise InputError(f"region {text!r}: is no region; {_allowed_region(size)}")
+    region = Region(*(int(word) for word in words))
+    _check_region(region, repr(text), size)
+    return region
+
+
+def as_region(given: object, frames: Values) -> Region:
+    """Return a region given as four whole numbers; raise InputError where it does not lie in the frames."""
+    rows, columns = frames.shape[1:]
+    try:
+        if not (isinstance(given, tuple | list) and len(given) == 4):
+            raise TypeError
+        region = Region(*map(as_whole, given))
+    except TypeError:
+        raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
+    _check_region(region, str(tuple(region)), (columns, rows))
+    return region
+
+
+def _check_region(region: Region, shown: str, size: tuple[int, int]) -> None:
+    columns, rows = size
+    inside = 0 <= region.x <= columns - region.w and 0 <= region.y <= rows - region.h
+    if not inside or min(region.w, region.h) < LEAST_SIDE:
+        raise InputError(f"region {shown}: does not fit; {_allowed_region(size)}")
+
+
+def _allowed_region(size: tuple[int, int]) -> str:
+    return f"allowed: x,y,w,h in whole px inside {size[0]}x{size[1]}, at least {LEAST_SIDE}x{LEAST_SIDE}"
+
+
+def read_frames(source: Source, wanted: range, progress: Progress | None = None) -> TimedFrames:
+    """Return counts and times of consecutive frames of a source; raise InputError where it has none of them."""
+    images, times = [], []
+    for frame in source.frames("counts", wanted.start, wanted.stop):
+        images.append(frame.image)
+        times.append(frame.time)
+        if progress is not None:
+            progress(len(images), len(wanted))
+    if not images:
+        span = f"{wanted.start}:{wanted.stop}"
+        raise InputError(f"{source.name}: there are no frames {span}; allowed: one or more of its {len(source)}")
+    return TimedFrames(np.stack(images), np.array(times, np.float64))
+
+
+def scenario_keys(source: Source) -> Mapping[str, Any]:
+    """Return the top-level keys of the scenario that a source carries, unchecked; none without a scenario.
+
+    Raise InputError where its text is no YAML.
+    """
+    text = source.scenario_text
+    value = None if text is None else yaml_file.parse(text, source.name).value
+    return value if isinstance(value, dict) else {}
+
+
+def may_be_pictures(source: Source) -> bool:
+    """Return whether frames of 8 bits may be pictures after gain control rather than counts of a rendered detector."""
+    if source.bits > 8:
+        return False
+    keys = scenario_keys(source)
+    background = keys.get("background")
+    return not keys or (isinstance(background, dict) and background.get("kind") == "recording")
+
+
+def target_boxes(source: Source, start: int, stop: int) -> Boxes | None:
+    """Return the ground-truth boxes of frames start .. stop-1, with a margin; None without ground truth."""
+    if not source.has_truth:
+        return None
+    return tuple(tuple(_with_margin(target.box) for target in truth.targets) for truth in source.truths(start, stop))
+
+
+def _with_margin(box: Box) -> Region:
+    left, top = (max(math.floor(edge - BOX_MARGIN_PX), 0) for edge in (box.left, box.top))
+    right, bottom = (max(math.ceil(edge + BOX_MARGIN_PX) + 1, 0) for edge in (box.right, box.bottom))
+    return Region(left, top, right - left, bottom - top)
+
+
+def box_mask(boxes: Iterable[Region], shape: tuple[int, ...]) -> Bools:
+    """Return the mask (rows, columns) of pixels in any of the boxes."""
+    taken = np.zeros(shape, np.bool_)
+    for box in boxes:
+        taken[box.rows, box.columns] = True
+    return taken
+
+
+def target_mask(source: Source, start: int, stop: int) -> Bools | None:
+    """Return the mask of pixels in a target box of any of the frames; None without ground truth."""
+    boxes = target_boxes(source, start, stop)
+    return None if boxes is None else box_mask(chain(*boxes), source.size[::-1])
+
+
+def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
+    """Return the window of least variance over pixels and frames (T, rows, columns); see `flat_windows`."""
+    check_frames(frames)
+    check_positive(top, "top", "the highest possible count")
+    check_mask(taken, frames.shape[1:])
+    return next(flat_windows(frames, top, taken))
+
+
+def flat_windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[Region]:
+    """Yield square windows of frames (T, rows, columns), at least one, in the order of their variance.
+
+    They are 64 px wide, or half of the shorter side, then half as large; none overlaps another of its size. Offsets of
+    rows, columns and frames are taken out first. Of windows that differ by chance alone the middle one comes first,
+    since the least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
+    """
+    rows, columns = frames.shape[1:]
+    side = min(WINDOW_SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
+    picked = frames[evenly(len(frames), _WINDOW_FRAMES)].astype(np.float64)
+    cut = clipped(picked, frames, top).mean(axis=0)
+    held = np.zeros((rows, columns)) if taken is None else taken.astype(np.float64)
+    level = np.median(picked, axis=0)
+    apart = picked - _line_offsets(level, 1)[:, None] - _line_offsets(level, 0)
+    apart -= apart.mean(axis=(1, 2), keepdims=True)
+    mean, power = apart.mean(axis=0), np.square(apart).mean(axis=0)
+    found = False
+    for wide in (side, side // 2) if side // 2 >= _LEAST_HALF else (side,):
+        cost, error = _window_variance(mean, power, len(picked), wide)
+        unfit = (_window_means(cut, wide) > _CLIPPED_SHARE) | (_window_means(held, wide) > 0.5 / wide**2)
+        for region in _by_cost(np.where(unfit, np.inf, cost), error, wide):
+            found = True
+            yield region
+    if not found:
+        cost, error = _window_variance(mean, power, len(picked), side)
+        worse = (_window_means(held, side) > 0.5 / side**2) + 2.0 * (_window_means(cut, side) > _CLIPPED_SHARE)
+        yield next(_by_cost(cost + (cost.max() + 1) * worse, error, side))
+
+
+def _line_offsets(level: Floats, axis: int) -> Floats:
+    """Return the robust offset of each line from the mean of its neighbours, halved."""
+    other = 1 - axis
+    around = (np.roll(level, 1, other) + np.roll(level, -1, other)) / 2
+    offsets: Floats = np.median(level - around, axis=axis) / 2
+    offsets[[0, -1]] = 0
+    return offsets
+
+
+def _window_variance(mean: Floats, power: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
+    """Return variances of windows, and their standard errors for Gaussian pixels."""
+    level = _window_means(mean, side) ** 2
+    whole, fixed = _window_means(power, side) - level, _window_means(mean**2, side) - level
+    return whole, np.sqrt(2) / side * np.hypot(fixed, (whole - fixed) / np.sqrt(frames))
+
+
+def _window_means(values: Floats, side: int) -> Floats:
+    """Return means of windows by their top left corners, an eighth of their side apart."""
+    step = max(side // 8, 1)
+    rows, columns = values.shape
+    means = cv2.boxFilter(values, -1, (side, side), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(means[: rows - side + 1 : step, : columns - side + 1 : step])
+
+
+def _by_cost(cost: Floats, error: Floats, side: int) -> Iterator[Region]:
+    step, left = max(side // 8, 1), cost.copy()
+    reach = -(-side // step)
+    for _ in range(_WINDOWS):
+        least = int(np.argmin(left))
+        if np.isinf(left.flat[least]):
+            return
+        alike = np.flatnonzero(left <= left.flat[least] + _ALIKE_ERRORS * error.flat[least])
+        middle = alike[np.argsort(left.flat[alike], kind="stable")][(len(alike) - 1) // 2]
+        row, column = (int(place) for place in np.unravel_index(middle, left.shape))
+        yield Region(column * step, row * step, side, side)
+        left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Signs of motion in a window.
+
+    fine        sigma of noise that is white in time and space, counts
+    together    whether neighbouring pixels change together: something moves, or the camera smooths its noise
+    moving      whether something surely moves
+    """
+
+    fine: float
+    together: bool
+    moving: bool
+
+
+def motion(frames: Floats) -> Motion:
+    """Return the signs of motion in a window (T, rows, columns).
+
+    Smoothed noise is alike over any time; of motion, neighbours agree the more, the farther frames lie apart, or sharp
+    noise lies beside the smooth change. A Gaussian blur with the neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6
+    of a sigma under the mask of `sharp_sigma`.
+    """
+    chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
+    fine = sharp_sigma(frames)
+    next_to, sigma = _change(frames, 1)
+    far, _ = _change(frames, max(len(frames) // 2, 1))
+    smoothed = sigma * (6 - 8 * next_to + 2 * next_to**4) / 6
+    both = next_to > chance and fine > max(_SHARPER * smoothed, 2 / math.sqrt(12))
+    return Motion(fine, max(next_to, far) > chance, far - next_to > chance or both)
+
+
+def sharp_sigma(frames: Floats) -> float:
+    """Return the sigma of noise that is white in time and space, whatever smooth things move.
+
+    From differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which has gain 6 (J. Immerkaer, Computer
+    Vision and Image Understanding 64, 1996), by the median of absolute values.
+    """
+    changes = np.diff(np.asarray(frames, np.float64), axis=0)
+    bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
+    return float(MEDIAN_TO_SIGMA * np.median(np.abs(bent)) / (6 * np.sqrt(2)))
+
+
+def _change(frames: Floats, lag: int) -> tuple[float, float]:
+    """Return neighbour correlation and sigma of the changes over a lag."""
+    change = center_lines(frames[lag:] - frames[:-lag])
+    power = float(np.square(change).mean())
+    if power == 0:
+        return 0.0, 0.0
+    along = float((change[:, :, 1:] * change[:, :, :-1]).mean())
+    across = float((change[:, 1:] * change[:, :-1]).mean())
+    return max(along, across) / power, math.sqrt(power / 2)
+
+
+def scene_terms(picture: Floats) -> tuple[str, ...]:
+    """Return which of the fixed terms "v", "h" and "vh" of a window (rows, columns) contain a scene.
+
+    Neighbouring pixels, and rows and columns one and two apart, of a detector's own pattern are uncorrelated.
+    """
+    rest = center_lines(picture[None])[0]
+    pairs = (
+        (rest[:, 1:], rest[:, :-1]),
+        (rest[1:], rest[:-1]),
+        (rest[1:, 1:], rest[:-1, :-1]),
+        (rest[1:, :-1], rest[:-1, 1:]),
+    )
+    power = max(float(np.square(rest).mean()), np.finfo(np.float64).tiny)
+    alike = float(np.mean([(one * other).mean() for one, other in pairs])) / power
+    if alike > _CHANCE / math.sqrt(len(pairs) * rest.size):
+        return "v", "h", "vh"
+    return tuple(term for term, axis in (("v", 1), ("h", 0)) if _lines_alike(picture.mean(axis=axis)))
+
+
+def _lines_alike(levels: Floats) -> bool:
+    apart = levels - levels.mean()
+    power = max(float(np.square(apart).mean()), np.finfo(np.float64).tiny)
+    correlation = float(np.mean([(apart[lag:] * apart[:-lag]).mean() for lag in (1, 2)])) / power
+    return correlation > _LINE_CHANCE / math.sqrt(2 * len(levels))
+
+
+def scene_slides(frames: Values) -> bool:
+    """Return whether the scene of frames (T, rows, columns) moves past the camera in most of the picture.
+
+    In each of 3 x 3 parts of a pair of frames the change is explained by one shift, by least squares (B. D. Lucas and
+    T. Kanade, IJCAI 1981). The median over parts and pairs decides. Pairs are neighbours, and frames 2, 4, 8 ... apart,
+    so that slow motion shows as well.
+    """
+    if min(frames.shape[1:]) < LEAST_SLIDE_SIDE:
+        return False
+    longest = len(frames) // 2 if min(frames.shape[1:]) >= 48 else 1
+    return any(_explained(frames, 2**power) > _SLIDING for power in range(max(longest, 1).bit_length()))
+
+
+def _explained(frames: Values, apart: int) -> float:
+    shares = []
+    for k in evenly(len(frames) - apart, 24 if apart == 1 else 9):
+        first, second = (_smooth(frames[at], apart > 1) for at in (k, k + apart))
+        down, across = np.gradient((first + second) / 2)
+        pictures = np.stack([second - first, across, down])
+        for rows in np.array_split(pictures, 3, axis=1):
+            for part in np.array_split(rows, 3, axis=2):
+                flat = part.reshape(3, -1) - part.reshape(3, -1).mean(axis=1, keepdims=True)
+                change, slopes = flat[0], flat[1:]
+                solved = np.linalg.lstsq(slopes @ slopes.T, slopes @ change, rcond=1e-9)[0]
+                shares.append(float(solved @ slopes @ change) / (float(change @ change) + 1e-12))
+    return float(np.median(shares))
+
+
+def _smooth(frame: Values, level: bool) -> Floats:
+    """Return a frame blurred by 1.5 px; less its blur by 6 px where slow changes of level are to go."""
+    values = frame.astype(np.float64)
+    soft = cv2.GaussianBlur(values, (0, 0), 1.5)
+    return np.asarray(soft - cv2.GaussianBlur(values, (0, 0), 6.0) if level else soft)

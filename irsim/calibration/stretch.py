@@ -1,0 +1,266 @@
+"""Selection of the frames that noise is read from: the longest stretch without repeats, cuts or corrections.
+
+Frames that repeat the one before bit for bit hold no new noise. Where the picture changes as a whole (shutter, splash
+screen, cut) or the fixed pattern is redrawn (correction), time series are cut.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from irsim.calibration.statistics import LEAST_FRAMES, Values, center_lines
+from irsim.errors import InputError
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats, Indices
+from irsim.wording import counted
+
+_CELL = 8
+_BEYOND = 12.0
+"""Ratio to the median change beyond which a picture is another one; three real sensors have up to 8.6."""
+_SURE = 10.0
+"""Number of changes of which the median is well known: of m, 1 + (10 / m)^2 times as much is a jump."""
+_FEW = 0.2
+"""Share of the changes that may be jumps: more are motion of the scene."""
+_FAINT = 0.02
+"""Ratio of cell change to pixel change below which cells show no noise, as in compressed video."""
+_PLAIN = 5.0
+"""Ratio to the pixel change beyond which a picture is another one there: cuts between real films have 5.6 to 45."""
+_STEP_FRAMES = (4, 8, 16)
+"""Frames averaged on either side of a step of the fixed pattern."""
+_STEP_ERRORS = 6.0
+_STEP_RATIO = 1.3
+"""Least ratio of the squared change at a step to that beside it."""
+_STEP_BLUR = 0.25
+"""Greatest neighbour correlation of a step: light is blurred over neighbours, a fixed pattern is not."""
+_MOST_LOST = 3000
+_NAMED = 4
+
+
+@dataclass(frozen=True)
+class Breaks:
+    """Frames before which a recording is cut: after pauses, where the picture jumps, where the fixed pattern steps."""
+
+    pauses: tuple[int, ...] = ()
+    jumps: tuple[int, ...] = ()
+    steps: tuple[int, ...] = ()
+
+    @property
+    def all(self) -> list[int]:
+        return sorted({*self.pauses, *self.jumps, *self.steps})
+
+    def sentences(self, start: int) -> Iterator[str]:
+        """Yield a sentence for each kind of break; `start` is the number of the first frame."""
+        if self.pauses:
+            yield f"time passes without frames before {_frames(self.pauses, start)}"
+        if self.jumps:
+            yield f"the whole picture changes at {_frames(self.jumps, start)}"
+        if self.steps:
+            yield f"the fixed pattern changes at {_frames(self.steps, start)}"
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames that are measured.
+
+    recorded    number of frames of the recording
+    repeats     number of those that repeat the one before
+    lost        number of camera frames missing among them, by their times
+    breaks      where the recording was cut
+    index       indices of the measured frames
+    number      their frame numbers in the camera's time
+    rate_hz     of the camera
+    slower      frame periods of the recording in one of the camera
+    """
+
+    recorded: int
+    repeats: int
+    lost: int
+    breaks: Breaks
+    index: tuple[int, ...]
+    number: tuple[int, ...]
+    rate_hz: float
+    slower: float
+
+    @property
+    def length(self) -> int:
+        """Frames of the camera from the first measured one to the last."""
+        return self.number[-1] - self.number[0] + 1
+
+    def of(self, frames: Values) -> Values:
+        """Return the measured frames; a view where they are consecutive."""
+        first, last = self.index[0], self.index[-1]
+        return frames[first : last + 1] if last - first + 1 == len(self.index) else frames[list(self.index)]
+
+    def left_out(self, start: int) -> Iterator[str]:
+        """Yield sentences on what was left out; `start` is the number of the first frame."""
+        if self.repeats:
+            verb = "repeats" if self.repeats == 1 else "repeat"
+            yield f"{self.repeats} of {self.recorded} frames {verb} the one before bit for bit and are not measured"
+        if self.lost:
+            yield f"{counted(self.lost, 'frame')} missing, by the times of the others"
+        if self.slower > 1:
+            yield f"the camera's rate is taken as {self.rate_hz:.3g} Hz; rho and lags are in its frames"
+        if causes := "; ".join(self.breaks.sentences(start)):
+            first, last = start + self.index[0], start + self.index[-1]
+            yield f"{causes}: frames {first} to {last} are measured, the longest stretch without a break"
+
+
+@dataclass(frozen=True, eq=False)
+class NewFrames:
+    """Indices (N,) of frames that repeat none, their camera frame numbers (N,), and the camera's rate."""
+
+    index: Indices
+    number: Indices
+    rate_hz: float
+    slower: float
+    lost: int
+    pauses: tuple[int, ...]
+
+
+def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> NewFrames:
+    """Return the frames that do not repeat the one before, and when they were taken.
+
+    A lone repeat is a frame that arrived twice, over which no time passes. Two and more in a row are a frozen picture,
+    over which time passes, unless `times` (T,), s, say otherwise. Where most frames are repeated, a slower camera was
+    recorded at a higher rate. Gaps between `times` that are whole periods are lost frames.
+    """
+    count = len(frames)
+    gaps, beat, same_time = _lost_frames(count, rate_hz, times)
+    missing = np.cumsum(gaps)
+    changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
+    index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
+    usually = float(np.median(changed[changed > 0])) if changed.any() else 0.0
+    few = len(index) < LEAST_FRAMES
+    if few and usually > 0.3 * frames[0].size:
+        raise InputError(
+            f"{len(index)} of {count} frames are new, the others repeat the one before bit for bit: too few to measure "
+            f"noise; allowed: at least {LEAST_FRAMES}"
+        )
+    slower, lost = float(beat), int(gaps.sum())
+    if few or usually < 30 or len(index) == count:  # alike by chance, where noise is far below one count
+        return _with_pauses(np.arange(count), np.arange(count) + missing, rate_hz, slower, lost)
+    shown = np.maximum(np.add.reduceat(~same_time, index, dtype=np.intp), 1)
+    gone = np.diff(missing[index], append=missing[-1])
+    usual = float(np.median(shown))
+    if usual < 2:
+        passed = np.where(shown == 2, 1, shown) + gone
+    else:
+        usual = float(shown[shown < 2 * usual].mean())
+        passed = np.maximum(np.rint((shown + gone) / usual), 1).astype(np.intp)
+        slower, lost = slower * usual, round(lost / usual)
+    return _with_pauses(index, np.cumsum(passed) - passed, rate_hz, slower, lost)
+
+
+def _lost_frames(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
+    """Return the frames lost before each, the periods of the rate in one of the camera, and which share a time."""
+    nothing = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
+    if times is None or count < 2:
+        return nothing
+    periods = np.diff(times.astype(np.float64)) * rate_hz
+    whole = np.rint(periods)
+    if not ((np.abs(periods - whole) <= 0.25) & (whole < 2.0**48)).all():
+        return nothing
+    beat = max(int(np.gcd.reduce(whole.astype(np.intp))), 1)
+    gaps = np.concatenate([[0], np.maximum(whole // beat - 1, 0)]).astype(np.intp)
+    if np.count_nonzero(gaps[1:] == 0) < count / 4:
+        return nothing
+    return gaps, beat, np.concatenate([[False], whole == 0])
+
+
+def _with_pauses(index: Indices, number: Indices, rate_hz: float, slower: float, lost: int) -> NewFrames:
+    pauses = np.flatnonzero(np.diff(number) > max(_MOST_LOST, 4 * len(number))) + 1
+    return NewFrames(index, number, rate_hz / slower, slower, lost, tuple(index[pauses].tolist()))
+
+
+def jumps(frames: Sequence[Values]) -> list[int]:
+    """Return the frames, of T (rows, columns), whose whole picture differs from that before.
+
+    The change is the median, over cells of 8 x 8 px, of the difference of their means; it is a jump beyond 12 times its
+    median over time, where no more than a fifth of all changes are.
+    """
+    if len(frames) < 2:
+        return []
+    rows, columns = (max(side // _CELL, 1) for side in frames[0].shape)
+    cells = [cv2.resize(f.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA) for f in frames]
+    changes = np.array([np.median(np.abs(later - before)) for before, later in itertools.pairwise(cells)])
+    usual, pixel = float(np.median(changes)), _pixel_change(frames)
+    sure = _BEYOND * (1 + (_SURE / len(changes)) ** 2) * usual
+    found = np.flatnonzero(changes > (_PLAIN * pixel if usual < _FAINT * pixel else sure)) + 1
+    return found.tolist() if len(found) <= max(2, _FEW * len(changes)) else []
+
+
+def _pixel_change(frames: Sequence[Values]) -> float:
+    """Return the median change of pixels that change."""
+    medians = []
+    for before, later in itertools.pairwise(frames):
+        change = np.abs(later[::4, ::4].astype(np.float64) - before[::4, ::4])
+        if change.any():
+            medians.append(np.median(change[change > 0]))
+    return float(np.median(medians)) if medians else 0.0
+
+
+def pattern_steps(flat: Floats) -> list[int]:
+    """Return the frames of a flat window (T, rows, columns) from which on the fixed pattern is another.
+
+    The mean of m frames after a place is compared with that of m before, rows and columns taken out. Over n pixels the
+    mean squared difference is 2 sigma^2 / m without a step, with a relative error of sqrt(2 / n). It is a step where it
+    lies far above those 2 m frames earlier and later, and is as sharp as a pixel. Drift and noise with memory raise all
+    alike. Weak steps, and those of rows and columns alone, are not found.
+    """
+    sums = np.concatenate([np.zeros((1, *flat.shape[1:])), np.cumsum(center_lines(flat - flat[0]), axis=0)])
+    found: list[int] = []
+    for width in _STEP_FRAMES:
+        places = range(width, len(flat) - width + 1)
+        if len(places) < 2 * width:
+            continue
+        after = [(sums[k + width] - 2 * sums[k] + sums[k - width]) / width for k in places]
+        logs = np.log([max(float(np.square(each).mean()), 1e-300) for each in after])
+        error = max(2 / np.sqrt(flat[0].size), MEDIAN_TO_SIGMA * float(np.median(np.abs(logs[width:] - logs[:-width]))))
+        for place in np.argsort(-logs):
+            beside = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
+            far = not beside or logs[place] - max(beside) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
+            near = any(abs(int(place) + width - other) < 2 * width for other in found)
+            if not near and beside and far and _sharp(after[int(place)]):
+                found.append(int(place) + width)
+            elif not near:
+                break
+    return sorted(found)
+
+
+def _sharp(change: Floats) -> bool:
+    power = float(np.square(change).mean())
+    along = float((change[:, 1:] * change[:, :-1]).mean())
+    across = float((change[1:] * change[:-1]).mean())
+    return max(along, across) < _STEP_BLUR * power
+
+
+def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -> Stretch:
+    """Return the longest stretch between breaks; raise InputError where it is too short to measure noise."""
+    ends = [0, *np.searchsorted(new.index, breaks.all), len(new.index)]
+    first, last = max(itertools.pairwise(ends), key=lambda pair: pair[1] - pair[0])
+    if last - first < LEAST_FRAMES <= len(new.index):
+        raise InputError(
+            f"{'; '.join(breaks.sentences(start))}: the longest stretch without a break has "
+            f"{counted(last - first, 'frame')}, too few to measure noise; allowed: at least {LEAST_FRAMES}"
+        )
+    return Stretch(
+        recorded=recorded,
+        repeats=recorded - len(new.index),
+        lost=new.lost,
+        breaks=breaks,
+        index=tuple(new.index[first:last].tolist()),
+        number=tuple(new.number[first:last].tolist()),
+        rate_hz=new.rate_hz,
+        slower=new.slower,
+    )
+
+
+def _frames(frames: tuple[int, ...], start: int) -> str:
+    """Return 'frame 3', or 'frames 3, 9, 12, 20 and 7 more'."""
+    named = [str(start + frame) for frame in frames[:_NAMED]]
+    more = f" and {len(frames) - _NAMED} more" if len(frames) > _NAMED else ""
+    return f"frame{'s' if len(frames) > 1 else ''} {', '.join(named)}{more}"

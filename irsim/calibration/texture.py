@@ -1,0 +1,366 @@
+"""Texture of the background: a power-law spectrum under the lens's blur, and a floor that is white from pixel to pixel.
+
+The spectrum is S(f) = A G(f) / (1 + |s c fx|^bx + |c fy|^by) + w^2, as backgrounds of kind ground are made (`betas`,
+`correlation_mrad`, `stretch`), with the power transfer G of a Gaussian blur. It is fitted to the periodogram by
+P. Whittle's likelihood ("Estimation and information in stationary time series", Arkiv for Matematik 2, 1953): the sum
+over frequencies of log S + P / S is least. Intervals are those of the Fisher information, for a Gaussian field; a real
+scene differs from place to place by more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from irsim.calibration.statistics import Estimate, Values, check_frames, hull
+from irsim.errors import InputError
+from irsim.types import Floats
+
+TILE = 1024
+"""Side, px, of the field whose standard deviation is given: backgrounds are made as large."""
+HANN_FREEDOM = 35 / 128 / (3 / 8) ** 2
+"""N sum w^4 / (sum w^2)^2 of a Hann window w, 1.94: fewer degrees of freedom by that factor, an axis."""
+USUAL_BLUR = Estimate(0.6, 0.4, 0.8)
+"""Sigma, px, of unseen blurs: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G. C. Holst, Opt. Eng. 46,
+2007)."""
+_REFERENCE = 0.04
+"""Cycles a px at which the strength of the texture is fitted."""
+_AXIS_CYCLES = 2
+"""Cycles a side about the axes that are not fitted: a detector's rows and columns lie there."""
+_COARSE = 512
+"""Side of the picture, px, from which on neighbouring frequencies are averaged before the fit."""
+_PRESENT = 30.0
+"""Gain of log likelihood from which on there is texture: four parameters gain 2 by chance, bad pixels 10."""
+_STEEPEST = 5.9
+"""Slope along both axes from which on a spectrum is that of one smooth thing, not of texture."""
+_NEAR = 0.01
+_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
+"""Prior weight of log c about half of the longer side, and of log s about 0: pictures hardly tell sizes beyond them."""
+_Z = 1.96
+_LEAST_SIDE = 64
+_LOWEST, _HIGHEST = 4, 0.2
+"""Cycles a side and cycles a px between which slopes are fitted: beyond, blur, noise and sharpening prevail."""
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """Texture in counts and px.
+
+    spread          standard deviation before the blur, over 1024 x 1024 px
+    beta_x, beta_y  slopes of the 2-D power spectrum along the axes
+    correlation_px  size of the largest features
+    stretch         ratio of their width to their height
+    """
+
+    spread: Estimate
+    beta_x: Estimate
+    beta_y: Estimate
+    correlation_px: Estimate
+    stretch: Estimate
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Fitted spectrum of a picture.
+
+    texture     None where there is none
+    floor       variance that is white from pixel to pixel
+    density     of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
+    loss        negative log likelihood, but for a constant of the periodogram
+    """
+
+    texture: PowerLaw | None
+    floor: Estimate
+    density: Floats
+    loss: float
+
+
+def periodogram(picture: Floats) -> Floats:
+    """Return the power spectrum of a picture (rows, columns) less its plane, under a Hann window; 1 for unit white."""
+    rows, columns = picture.shape
+    y, x = np.mgrid[:rows, :columns]
+    plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
+    rest = picture - (plane @ np.linalg.lstsq(plane, picture.ravel(), rcond=None)[0]).reshape(picture.shape)
+    window = np.outer(np.hanning(rows + 1)[:-1], np.hanning(columns + 1)[:-1])
+    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(window).sum()
+    return found
+
+
+def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -> tuple[Spectrum, Estimate]:
+    """Return the spectrum fitted to a periodogram of a picture (rows, columns), and the blur it is given for.
+
+    blur    sigma of the sharpest point seen, px; None where none is
+
+    The spectrum is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without
+    a point the likeliest of them is taken, since a power law and the blur shape the spectrum differently.
+    """
+    low = USUAL_BLUR.low if blur is None else min(USUAL_BLUR.low, blur.low)
+    high = USUAL_BLUR.high if blur is None else blur.high
+    middle = USUAL_BLUR.value if blur is None else blur.value
+    tried = [_fit(powers, shape, psf_px) for psf_px in (middle, low, high)]
+    taken = 0 if blur is not None else int(np.argmin([each.loss for each in tried] + np.array([0.0, 2.0, 2.0])))
+    best = tried[taken]
+    floor = hull(best.floor, [each.floor for each in tried])
+    texture = best.texture
+    if texture is not None:
+        others = [each.texture for each in tried if each.texture is not None]
+        names = [field.name for field in fields(PowerLaw)]
+        texture = PowerLaw(**{n: hull(getattr(texture, n), [getattr(other, n) for other in others]) for n in names})
+        if min(texture.beta_x.value, texture.beta_y.value) > _STEEPEST:
+            texture = None
+    return Spectrum(texture, floor, best.density, best.loss), Estimate((middle, low, high)[taken], low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class _Frequencies:
+    """Frequencies x, |y| (Y, X), cycles a px, the power transfer of a blur there, and the number each stands for."""
+
+    x: Floats
+    y: Floats
+    blur: Floats
+    count: float
+
+    @classmethod
+    def of(cls, shape: tuple[int, int], psf_px: float) -> _Frequencies:
+        x, y = np.meshgrid(np.fft.rfftfreq(shape[1]), np.abs(np.fft.fftfreq(shape[0])))
+        return cls(x, y, np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y**2)), 1.0)
+
+    def fitted(self, powers: Floats, shape: tuple[int, int]) -> tuple[_Frequencies, Floats]:
+        """Return the frequencies off the axes and the powers there; means of 2 x 2 or more in a large picture."""
+        down = np.flatnonzero((self.y[:, 0] * shape[0] > _AXIS_CYCLES + 0.5) & (self.y[:, 0] < 0.5))
+        across = np.flatnonzero((self.x[0] * shape[1] > _AXIS_CYCLES + 0.5) & (self.x[0] < 0.5))
+        step = max(max(shape) // _COARSE, 1)
+        rows = [down[k : k + step] for k in range(0, len(down) // 2 - step + 1, step)]
+        mirrored = [len(self.y) - row for row in rows]
+        columns = [across[k : k + step] for k in range(0, len(across) - step + 1, step)]
+
+        def mean(values: Floats) -> Floats:
+            pairs = zip(rows, mirrored, strict=True)
+            folded = np.stack([values[row].mean(axis=0) + values[other].mean(axis=0) for row, other in pairs])
+            return np.stack([folded[:, column].mean(axis=1) for column in columns], axis=1) / 2
+
+        at = _Frequencies(mean(self.x), mean(self.y), mean(self.blur), 2.0 * step**2)
+        return at, mean(powers)
+
+
+def _fit(powers: Floats, shape: tuple[int, int], psf_px: float) -> Spectrum:
+    everywhere = _Frequencies.of(shape, psf_px)
+    at, power = everywhere.fitted(powers, shape)
+    if not power.any():
+        return Spectrum(None, Estimate(0.0, 0.0, 1e-24), np.full(powers.shape, 1e-24), 0.0)
+    radius = np.hypot(at.x, at.y)
+    floor = float(power[radius > 0.45].mean()) + 1e-12
+    middle = power[radius < max(_REFERENCE * 2, float(radius.min()) * 2)]
+    start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
+    bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
+    theta, loss = _score(start, bounds, power, at, floor)
+    loss /= HANN_FREEDOM**2
+    count = power.size * at.count
+    flat = float(power.mean())
+    flat_loss = count * (np.log(flat) + 1) / HANN_FREEDOM**2
+    if flat_loss - loss < _PRESENT:
+        error = _Z * flat * HANN_FREEDOM / np.sqrt(count)
+        return Spectrum(None, Estimate(flat, flat - error, flat + error), np.full(powers.shape, flat), flat_loss)
+    covariance = _covariance(theta, bounds, at, floor)
+
+    def parameter(number: int, back: Callable[[float], float] = float) -> Estimate:
+        low, high = bounds[number]
+        if low + _NEAR < theta[number] < high - _NEAR:
+            return function_of(lambda t: t[number], back)
+        return Estimate(*(float(back(x)) for x in (theta[number], low, high)))
+
+    def function_of(value: Callable[[Floats], float], back: Callable[[float], float]) -> Estimate:
+        steps = np.array([(value(theta + step) - value(theta - step)) / 2e-3 for step in 1e-3 * np.eye(len(theta))])
+        reach = _Z * math.sqrt(max(float(steps @ covariance @ steps), 0.0))
+        middle = float(value(theta))
+        return Estimate(*(float(back(x)) for x in (middle, middle - reach, middle + reach)))
+
+    texture = PowerLaw(
+        spread=function_of(lambda t: _log_variance(t) / 2, _exp),
+        beta_x=parameter(1),
+        beta_y=parameter(2),
+        correlation_px=parameter(3, _exp),
+        stretch=parameter(4, _exp),
+    )
+    white = function_of(lambda t: t[5] + np.log(floor), _exp)
+    return Spectrum(texture, white, _density(theta, everywhere, floor), loss)
+
+
+def _exp(value: float) -> float:
+    return math.exp(value) if value < 700 else math.inf
+
+
+def _shape(theta: Floats, x: Floats, y: Floats) -> Floats:
+    """Return the power of the texture at frequencies x and |y|, without its strength."""
+    along = np.exp(theta[3])
+    return np.asarray(1 / (1 + (np.exp(theta[4]) * along * x) ** theta[1] + (along * y) ** theta[2]))
+
+
+def _strength(theta: Floats) -> float:
+    reference = np.array([_REFERENCE / np.sqrt(2)])
+    return float(np.exp(theta[0]) / _shape(theta, reference, reference)[0])
+
+
+def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
+    return np.asarray(_strength(theta) * _shape(theta, at.x, at.y) * at.blur + floor * np.exp(theta[5]))
+
+
+def _log_variance(theta: Floats) -> float:
+    """Return the log of the texture's variance over a field of TILE x TILE px, unblurred, without its mean."""
+    half = np.arange(TILE // 2 + 1) / TILE
+    shape = _shape(theta, half[None], half[:, None])
+    shape[0, 0] = 0
+    count = np.where((half == 0) | (half == 0.5), 1, 2)  # negative frequencies are alike
+    return float(np.log(_strength(theta) * (count @ shape @ count) / TILE**2))
+
+
+def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
+    """Return d log S / d theta, (parameters, frequencies), times the root of the number each stands for."""
+    ends = [
+        [np.log(_density(theta + sign * step, at, floor)) for sign in (1, -1)] for step in 1e-3 * np.eye(len(theta))
+    ]
+    return np.stack([((up - down) / 2e-3 * math.sqrt(at.count)).ravel() for up, down in ends])
+
+
+def _score(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
+    """Return the parameters of least log S + P / S, and that sum: Fisher scoring with K. Levenberg's damping (1944)."""
+
+    def loss_of(theta: Floats) -> float:
+        density = _density(theta, at, floor)
+        doubt = float(_PRIOR @ np.square(theta - start)) / 2
+        return float(at.count * (np.log(density) + power / density).sum()) + doubt
+
+    theta, damping = start, 1e-3
+    loss = loss_of(theta)
+    for _ in range(60):
+        slopes = _slopes(theta, at, floor)
+        excess = ((power / _density(theta, at, floor) - 1) * math.sqrt(at.count)).ravel()
+        information = slopes @ slopes.T + np.diag(_PRIOR)
+        push = slopes @ excess - _PRIOR * (theta - start)
+        while damping < 1e9:
+            step = np.linalg.solve(information + damping * np.diag(np.diag(information) + 1e-9), push)
+            moved = np.clip(theta + step, *bounds.T)
+            new_loss = loss_of(moved)
+            if new_loss <= loss:
+                break
+            damping *= 10
+        else:
+            break
+        gained, theta, loss, damping = loss - new_loss, moved, new_loss, damping / 5
+        if gained < 1e-3:
+            break
+    return theta, loss
+
+
+def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -> Floats:
+    """Return the inverse Fisher information; 0 for parameters at a bound."""
+    free = np.flatnonzero((theta > bounds[:, 0] + _NEAR) & (theta < bounds[:, 1] - _NEAR))
+    slopes = _slopes(theta, at, floor)[free]
+    covariance = np.zeros((len(theta), len(theta)))
+    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * HANN_FREEDOM**2
+    return covariance
+
+
+def grey_levels(seen: Floats, spectrum: Spectrum) -> tuple[float, ...]:
+    """Return 17 quantiles of the pixels (N,) of a texture where skewness or kurtosis are not Gaussian; else none.
+
+    Their variances are 6 / n and 24 / n for n independent values; the spectrum has n = (sum S)^2 / sum S^2.
+    """
+    if spectrum.texture is None:
+        return ()
+    density = spectrum.density.copy()
+    density[0, 0] = 0
+    independent = density.sum() ** 2 / np.square(density).sum()
+    unit = (seen - seen.mean()) / seen.std()
+    skewness = abs(float((unit**3).mean())) / math.sqrt(6 / independent)
+    kurtosis = abs(float((unit**4).mean()) - 3) / math.sqrt(24 / independent)
+    if max(skewness, kurtosis) < 4:
+        return ()
+    return tuple(float(value) for value in np.quantile(seen, np.linspace(0.002, 0.998, 17)))
+
+
+@dataclass(frozen=True, slots=True)
+class TextureFigures:
+    """Texture of 8-bit pictures, medians over frames.
+
+    beta            2-D power spectrum ~ f^-beta, from 4 cycles a side to 0.2 cycles a px
+    beta_x, beta_y  the same in strips about the axes
+    bend            slope of the upper half of the frequencies (by log f) less that of the lower
+    spread          standard deviation of grey levels
+    rows            share of its square between the means of rows: large with a horizon
+    uneven          relative standard deviation of the standard deviations of tiles, an eighth of the shorter side wide
+    """
+
+    beta: float
+    beta_x: float
+    beta_y: float
+    bend: float
+    spread: float
+    rows: float
+    uneven: float
+
+
+def texture_figures(frames: Values) -> TextureFigures:
+    """Return the texture of frames (T, rows, columns).
+
+    Raise InputError for frames that are no array of finite numbers, sides below 64 px, and frames that are all even.
+    """
+    check_frames(frames)
+    rows, columns = frames.shape[1:]
+    if min(rows, columns) < _LEAST_SIDE:
+        raise InputError(
+            f"{columns}x{rows} px are too few for a spectrum; allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
+        )
+    pictures = [np.asarray(frame, np.float64) for frame in frames]
+    found = [
+        (*slopes(each), float(each.std()), float(each.mean(axis=1).var() / each.var()), unevenness(each))
+        for each in pictures
+        if each.std() > 0
+    ]
+    if not found:
+        raise InputError("every frame is even: there is no texture to measure")
+    return TextureFigures(*(float(value) for value in np.median(found, axis=0)))
+
+
+def slopes(picture: Floats) -> tuple[float, float, float, float]:
+    """Return (beta, beta_x, beta_y, bend) of a picture (rows, columns): Hann window, least squares in log-log.
+
+    Powers are averaged over bands of equal width in log f first, so that high frequencies do not outweigh low ones.
+    """
+    rows, columns = picture.shape
+    window = np.outer(np.hanning(rows), np.hanning(columns))
+    power = np.square(np.abs(np.fft.rfft2((picture - picture.mean()) * window)))
+    fx, fy = np.meshgrid(np.fft.rfftfreq(columns), np.fft.fftfreq(rows))
+    radius = np.hypot(fx, fy)
+    x, y = np.abs(fy) < 1.5 / rows, np.abs(fx) < 1.5 / columns
+    lowest = _LOWEST / min(rows, columns)
+    middle = np.sqrt(lowest * _HIGHEST)
+    return (
+        _slope(radius, power, lowest, _HIGHEST),
+        _slope(radius[x], power[x], lowest, _HIGHEST),
+        _slope(radius[y], power[y], lowest, _HIGHEST),
+        _slope(radius, power, middle, _HIGHEST) - _slope(radius, power, lowest, middle),
+    )
+
+
+def unevenness(picture: Floats) -> float:
+    """Return the relative standard deviation of the standard deviations of square tiles of a picture."""
+    side = min(picture.shape) // 8
+    down, across = (length // side for length in picture.shape)
+    within = picture[: down * side, : across * side].reshape(down, side, across, side).std(axis=(1, 3))
+    return float(within.std() / within.mean())
+
+
+def _slope(frequency: Floats, power: Floats, lowest: float, highest: float) -> float:
+    """Return -d log power / d log f between two frequencies."""
+    kept = (frequency >= lowest) & (frequency <= highest)
+    logs = np.log(frequency[kept])
+    band = np.floor((logs - logs.min()) / 0.15).astype(int)
+    counts = np.bincount(band)
+    there = counts > 0
+    at = np.bincount(band, logs)[there] / counts[there]
+    powers = np.log((np.bincount(band, power[kept])[there] / counts[there]).clip(1e-30))
+    return float(-np.polyfit(at, powers, 1)[0])

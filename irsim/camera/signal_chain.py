@@ -1,0 +1,223 @@
+"""The signal chain of a camera: light to counts, and the variance of each count.
+
+light -> vignetting -> response (photons to electrons, dark current, pixel gains) -> bloom -> full well
+      -> shot noise, read noise and other white noise (one draw) -> further noise terms
+      -> correlated noise, fixed pattern, lines -> quantisation -> dead pixels
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from irsim.camera.bloom import Bloom, bloom_variance
+from irsim.camera.buffers import Int16Image, scratch
+from irsim.camera.drift import Correction
+from irsim.camera.noise import NoiseEquivalentRadiance, add_temporal_noise
+from irsim.camera.noise_base import FrameContext, GainProduct, Noise, NoiseVariance, PatternSum
+from irsim.camera.response import Lines, Response
+from irsim.types import Counts, Floats
+
+NOISE_STEPS = (
+    "gain_deviation",
+    "draw_electrons",
+    "temporal_sigma",
+    "add",
+    "correlated_noise",
+    "fixed_pattern",
+    "line_noise",
+    "replace_counts",
+)
+"""Methods of `Noise` that take part in a frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class SignalChain:
+    """A response and noise terms, in a camera and a scene.
+
+    At most one of the noise terms draws electrons. rate_hz of the camera; seed of the scene; bloom of saturated pixels;
+    correction, the non-uniformity corrections; vignetting of a frame, (rows, cols) float32, transmittance relative to
+    the axis.
+    """
+
+    response: Response
+    noises: Sequence[Noise]
+    rate_hz: float
+    seed: int
+    bloom: Bloom | None = None
+    correction: Correction | None = None
+    vignetting: Callable[[int], Floats] | None = None
+    _patterns: PatternSum = field(default_factory=PatternSum, init=False, repr=False)
+    _gains: GainProduct = field(default_factory=GainProduct, init=False, repr=False)
+
+    def shown(self, index: int) -> int:
+        """Return the frame whose picture is shown at frame `index`: an earlier one while a correction freezes it."""
+        return index if self.correction is None else self.correction.shown(index)
+
+    def frame_context(self, index: int, shape: tuple[int, int]) -> FrameContext:
+        """Return frame `index` as noise terms see it."""
+        last, count = (0, 0) if self.correction is None else self.correction.last(index)
+        return FrameContext(operator.index(index), shape, self.rate_hz, self.seed, last, count)
+
+    def expose(
+        self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
+    ) -> Counts:
+        """Return the counts, (rows, cols) uint16, of light (rows, cols) float32, in-band radiance, W/m²/sr.
+
+        Rounded to the nearest (halves to even) and clipped to the bit depth.
+
+        spent   whether the memory of the light, which is in the caches, may be overwritten
+        out     memory for the counts
+        steps   number of steps already done (see `step`)
+        """
+        frame = self.frame_context(index, light.shape)
+        signal = self._step(light, frame, steps, self.steps, spent)
+        counts = self.response.counts(signal, out, self._added_images(frame), self._lines(frame))
+        for noise in self._terms["replace_counts"]:
+            noise.replace_counts(counts, self.response, frame)
+        return counts
+
+    @property
+    def steps(self) -> int:
+        """Number of steps up to the signal that is read: pixel signal, white noise, and one for each further term."""
+        return 2 + len(self._terms["add"])
+
+    def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
+        """Apply the steps from `begin` to before `end` to a frame's picture, (rows, cols) float32.
+
+        Before the first step it is light, in-band radiance, W/m²/sr, after it a signal in the units of `response`. The
+        memory of a `spent` picture is overwritten.
+        """
+        return self._step(picture, self.frame_context(index, picture.shape), begin, end, spent)
+
+    def _step(self, picture: Floats, frame: FrameContext, begin: int, end: int, spent: bool) -> Floats:
+        signal = picture if spent else scratch(picture.shape, "signal")
+        if begin == 0 < end:
+            self.pixel_signal(picture, frame.index, signal, self._gain_deviation(frame))
+        elif not spent:
+            np.copyto(signal, picture)
+        if begin <= 1 < end:
+            self._draw_white_noise(signal, frame)
+        for noise in self._terms["add"][max(begin, 2) - 2 : max(end, 2) - 2]:
+            noise.add(signal, self.response, frame)
+        return signal
+
+    def pixel_signal(
+        self, light: Floats, index: int, out: Floats | None = None, gain: Int16Image | None = None
+    ) -> Floats:
+        """Return the noiseless signal in the pixels before they are read, of light (rows, cols), W/m²/sr.
+
+        out    memory for the result
+        gain   (rows, cols) relative deviation of each pixel's gain
+        """
+        if self.vignetting is not None:
+            buffer = scratch(light.shape, "light") if light.dtype == np.float32 else None
+            light = np.multiply(light, self.vignetting(index), out=buffer)
+        if self.bloom is None:
+            return self.response.signal(light, out, gain, self.response.well)
+        signal = self.response.signal(light, out, gain)
+        self.bloom.spill(signal, self.response.top)
+        return np.minimum(signal, np.float32(self.response.well), out=signal)
+
+    def _draw_white_noise(self, signal: Floats, frame: FrameContext) -> None:
+        """Draw one normal number a pixel for all terms, together with shot noise where electrons are counted."""
+        sigma = math.hypot(*(noise.temporal_sigma(frame) for noise in self._terms["temporal_sigma"]))
+        sigma *= self.response.noise
+        if counting := self._terms["draw_electrons"]:
+            counting[0].draw_electrons(signal, self.response, frame, sigma)
+        elif sigma:
+            add_temporal_noise(signal, sigma, frame)
+
+    @cached_property
+    def _terms(self) -> Mapping[str, Sequence[Noise]]:
+        """The noise terms that override each step of `Noise`; most terms override one only."""
+        terms = {
+            step: [noise for noise in self.noises if getattr(type(noise), step) is not getattr(Noise, step)]
+            for step in NOISE_STEPS
+        }
+        if len(terms["draw_electrons"]) > 1:
+            raise ValueError("at most one noise term may count electrons")
+        terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)  # those that change last (`PatternSum`)
+        return terms
+
+    def _gain_deviation(self, frame: FrameContext) -> Int16Image | None:
+        found = [noise.gain_deviation(frame) for noise in self._terms["gain_deviation"]]
+        deviations = [deviation for deviation in found if deviation is not None]
+        return self._gains.of(deviations) if deviations else None
+
+    def _added_images(self, frame: FrameContext) -> Sequence[Int16Image]:
+        """Return correlated noise and fixed patterns, in units of the signal."""
+        correlated = [image for noise in self._terms["correlated_noise"] for image in noise.correlated_noise(frame)]
+        found = [noise.fixed_pattern(frame) for noise in self._terms["fixed_pattern"]]
+        fixed = self._patterns.of([pattern for pattern in found if pattern is not None], frame)
+        return [Int16Image(values, unit * self.response.noise) for values, unit in (*correlated, *fixed)]
+
+    def _lines(self, frame: FrameContext) -> Lines | None:
+        """Return the noise along rows and columns, in units of the signal."""
+        found = [lines for noise in self._terms["line_noise"] if (lines := noise.line_noise(frame)) is not None]
+        if not found:
+            return None
+        down, across = found[0] if len(found) == 1 else (np.sum(parts, axis=0) for parts in zip(*found, strict=True))
+        return down * np.float32(self.response.noise), across * np.float32(self.response.noise)
+
+    def mean(self, light: Floats, index: int) -> Floats:
+        """Return the noiseless counts before rounding and clipping, (rows, cols), float64 for float64 light."""
+        return self._to_counts(self.pixel_signal(light, index))
+
+    def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
+        """Return the variance of each pixel about `mean(light, index)`, (rows, cols) float64, counts², 1/12 of rounding
+        included.
+
+        The mean square over all seeds, for independent noise terms (an offset that is the same for all seeds, such as
+        that of odd and even rows, counts too). Infinite where a pixel does not respond: dead or saturated. Where
+        pixels spill, the part of the gains is a mean of draws (`bloom_variance`).
+
+        fixed   False for the part that changes from frame to frame only
+        """
+        signal, frame = self.pixel_signal(light, index), self.frame_context(index, light.shape)
+        variance = np.full(light.shape, 1 / 12)
+        for noise in self.noises:
+            variance += noise.variance(signal, self.response, frame, fixed) / self.response.gain**2
+        variance += self._bloom_correction(light, index, signal, frame, fixed)
+        counts = self._to_counts(signal)
+        silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
+        variance[silent] = np.inf
+        return variance
+
+    def _bloom_correction(
+        self, light: Floats, index: int, signal: Floats, frame: FrameContext, fixed: bool
+    ) -> Floats | float:
+        """Return the change by blooming of the variance due to gains, counts²."""
+        gain = sum(noise.variance_terms(frame, fixed).gain for noise in self.noises)
+        if self.bloom is None or gain == 0:
+            return 0.0
+        response = self.response
+        unspilled = replace(self, bloom=None, response=replace(response, well=math.inf)).pixel_signal(light, index)
+        found = bloom_variance(unspilled.astype(np.float32), gain, response.zero, response.top, self.bloom)
+        if found is None:
+            return 0.0
+        region, squares = found
+        change = np.zeros(light.shape)
+        change[region] = (squares - gain * (signal[region].astype(np.float64) - response.zero) ** 2) / response.gain**2
+        return change
+
+    def noise_equivalent(self, index: int) -> NoiseEquivalentRadiance:
+        """Return the noise-equivalent radiance of a frame by all terms together, without rounding and bad pixels."""
+        frame, (constant, others) = self.frame_context(index, (1, 1)), self._variance_terms
+        variance = NoiseVariance.total([constant, *(noise.variance_terms(frame, True) for noise in others)])
+        return NoiseEquivalentRadiance(self.response, variance, self.vignetting and self.vignetting(index))
+
+    @cached_property
+    def _variance_terms(self) -> tuple[NoiseVariance, Sequence[Noise]]:
+        """The variance of all stationary terms together, and the other terms."""
+        first = self.frame_context(0, (1, 1))
+        constant = NoiseVariance.total(noise.variance_terms(first, True) for noise in self.noises if noise.stationary)
+        return constant, [noise for noise in self.noises if not noise.stationary]
+
+    def _to_counts(self, signal: Floats) -> Floats:
+        return signal / np.float32(self.response.gain) + np.float32(self.response.offset)

@@ -1,0 +1,169 @@
+"""Output files and folders: checked before any work, written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, BinaryIO, TextIO
+
+import cv2
+import numpy.typing as npt
+
+from irsim.config.paths import check_input
+from irsim.errors import InputError
+
+
+def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
+    """Raise InputError where `path` cannot become a file, would replace one of `inputs`, or has none of `endings`.
+
+    It cannot where its folder is missing, or where it is a folder or a device. `inputs` are files that the command
+    reads (a folder: every file in it), or its other outputs. `endings` are suffixes such as ".mcap"; none: any.
+    A path of None passes.
+    """
+    if path is None:
+        return
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; allowed: the name of a file")
+    check_input(path, "the name of a file")
+    real = path.resolve()
+    for used in inputs:
+        if used is not None and (
+            used.resolve() == real or (used.is_dir() and path.exists() and used.resolve() in real.parents)
+        ):
+            raise InputError(f"{path}: would replace {used}, which this command needs; allowed: another name")
+    if endings and path.suffix.lower() not in endings:
+        raise InputError(f"{path}: allowed: a name that ends in {' or '.join(endings)}")
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it unless they exist; InputError where that fails."""
+    try:
+        for place in (path, *path.parents):
+            if place.exists() and not place.is_dir():
+                which = "" if place == path else f"{place} "
+                raise InputError(f"{path}: {which}is no folder; allowed: the name of a folder")
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
+
+
+def refuse_leftovers(folder: Path, stays: Callable[[str], bool], content: str) -> None:
+    """Raise InputError where an output folder holds files of another call, which would mix with the new ones.
+
+    stays   of a file's name: is it one of the `content`, and not replaced by this call?
+    """
+    if left := _summary(folder, stays):
+        raise InputError(
+            f"{folder}: holds {content} of another call that would stay among the new ones, {left}; "
+            "allowed: another folder, or the same without them"
+        )
+
+
+def refuse_others(folder: Path, other: Callable[[str], bool], content: str, command: str) -> None:
+    """Raise InputError where an output folder holds files of another origin, which would be taken for the command's.
+
+    other   of a file's name: is it one of the `content`?
+    """
+    if there := _summary(folder, other):
+        raise InputError(
+            f"{folder}: holds {content}, {there}; allowed: a new or empty folder, or one that {command} wrote"
+        )
+
+
+def _summary(folder: Path, wanted: Callable[[str], bool]) -> str:
+    """Return 'NAME and N more' of a folder's wanted files; '' where there are none. InputError where it cannot be
+    read."""
+    try:
+        names = sorted(path.name for path in folder.iterdir() if wanted(path.name)) if folder.is_dir() else []
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror or error}") from None
+    return "".join(names[:1]) + (f" and {len(names) - 1} more" if len(names) > 1 else "")
+
+
+@contextmanager
+def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
+    """Open a temporary file that takes the name `path` when the block ends well and is removed when it does not.
+
+    tidy   remove temporary files of killed processes first (for outputs that take long to write)
+    """
+    check_output(path)
+    real = path.resolve()  # a link stays a link
+    if tidy:
+        _remove_leftovers(real)
+    temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            _lock(file)
+            yield file
+        os.replace(temporary, real)
+    except OSError as error:
+        # A failed write (a full disk) names no file; errors of other files are not reported here.
+        if error.filename not in (None, str(temporary)):
+            raise
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        with suppress(OSError):  # a read-only file system refuses to remove even a missing file
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def atomic_text(path: Path) -> Iterator[TextIO]:
+    """Open an `atomic_file` for text: UTF-8, line ends unchanged."""
+    with atomic_file(path) as file, io.TextIOWrapper(file, encoding="utf-8", newline="") as text:
+        yield text
+
+
+def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as a PNG file. InputError as
+    `atomic_file`."""
+    written, data = cv2.imencode(".png", picture)
+    assert written
+    with atomic_file(path) as file:
+        file.write(data.tobytes())
+
+
+def _remove_leftovers(real: Path) -> None:
+    """Remove temporary files of an output whose process is gone: not locked, and not of a living process here."""
+    pattern = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
+    with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
+        for path in list(real.parent.iterdir()):
+            found = pattern.fullmatch(path.name)
+            if found is not None and not _is_alive(int(found[1])):
+                with path.open("rb") as file:
+                    if _lock(file):
+                        path.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    """Return whether the process runs; True where that is unknown."""
+    if sys.platform == "win32":  # os.kill would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def _lock(file: BinaryIO) -> bool:
+    """Lock a file until it is closed, against other machines too where the file system can; False where another process
+    has the lock."""
+    if sys.platform != "win32":
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks: the process id alone decides
+            pass
+    return True

@@ -1,0 +1,214 @@
+"""Moving parts of a scenario at the instants of each frame's exposure: camera, targets, atmosphere, sprites ahead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from irsim.backgrounds import ViewDirection
+from irsim.backgrounds.base import Place
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.texture import BLOCK, MARGIN
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
+from irsim.geometry.projection import Geometry
+from irsim.geometry.sprite import Sprite
+from irsim.motion import CameraTrajectory
+from irsim.render.composite import NamedSprite
+from irsim.scenario.model import Scenario
+from irsim.targets import View, draw_shapes
+from irsim.targets.trajectory import TargetTrajectory
+from irsim.types import Floats
+
+Shifts = Mapping[str, tuple[float, float]]
+"""Displacements (dx, dy), px, of targets in the picture by their ids."""
+
+PREFETCHED = 8
+"""Frames at most whose sprites are drawn in a row: their data stay in the processor's caches, which a whole picture
+would fill."""
+
+PREFETCHED_PX = 1 << 16
+"""Pixels of sprites that are kept at most: 1.5 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Camera and target trajectories at a fixed offset, in frames, from the time of each frame."""
+
+    context: SceneContext
+    mount: CameraTrajectory
+    courses: tuple[TargetTrajectory, ...]
+
+    @classmethod
+    def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
+        """Return the trajectories of the targets that are switched on and of the camera, with the atmosphere's tilt."""
+        count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
+        frames = np.arange(float(count)) + offset
+        tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
+        still = CameraTrajectory.of(scenario.motions, frames, context)
+        mount = replace(still, turns=still.turns + tilt)
+        targets = (target for target in scenario.targets if scenario.is_on(target.id))
+        return cls(context, mount, tuple(TargetTrajectory.of(target, mount, context, offset) for target in targets))
+
+    @cached_property
+    def _level(self) -> Floats:
+        """(3, 3): world vectors to the vectors of the first camera frame."""
+        return self.context.geometry.world_rotation(np.zeros(3))
+
+    def view_direction(self, index: int) -> ViewDirection:
+        """Return the view direction of a frame; its key is that of the first frame of its block."""
+        return self._pointing(index, 0, self._key(index // BLOCK * BLOCK))
+
+    @cached_property
+    def _key(self) -> Callable[[int], ViewDirection]:
+        return lru_cache(maxsize=2)(lambda first: self._pointing(first, MARGIN, None))
+
+    def _pointing(self, frame: int, margin: int, key: ViewDirection | None) -> ViewDirection:
+        mount = self.mount
+        turns, place = tuple(mount.turns[frame].tolist()), tuple(mount.places[frame].tolist())
+        chart, in_world = self._chart_and_place(turns, place, float(mount.zooms[frame]), margin)
+        return ViewDirection(frame / self.context.rate_hz, chart, key, in_world)
+
+    @cached_property
+    def _chart_and_place(
+        self,
+    ) -> Callable[[tuple[float, ...], tuple[float, ...], float, int], tuple[Chart, Place]]:
+        """Map a camera's turns, place and zoom, and a margin, px, to its chart and its place in the world.
+
+        The last ones are kept: a static camera has the same in all frames.
+        """
+        geometry, level = self.context.geometry, self._level
+
+        def found(turns: tuple[float, ...], place: tuple[float, ...], zoom: float, margin: int) -> tuple[Chart, Place]:
+            right, down, ahead = (np.array(place) @ level).tolist()
+            return _chart(geometry, turns, margin, geometry.zoomed(zoom)), (right, down, ahead)
+
+        return lru_cache(maxsize=4)(found)
+
+    @cached_property
+    def pose(self) -> Callable[[int], CameraPose]:
+        """Map a frame to the camera's pose; the last ones are kept."""
+        mount, context = self.mount, self.context
+
+        def pose(index: int) -> CameraPose:
+            return CameraPose(
+                context, mount.lens(index), mount.rotation(index), mount.places[index], index / context.rate_hz
+            )
+
+        return lru_cache(maxsize=2)(pose)
+
+    def sprites(self, index: int, numbers: Sequence[int], shifts: Shifts) -> list[Sprite | None]:
+        """Return the sprites of the targets of those numbers at frame `index`, each drawn alone."""
+        views, pose = [], self.pose(index)
+        for number in numbers:
+            course = self.courses[number]
+            view, shift = course.view(index, pose), shifts.get(course.target.id)
+            views.append((course.target.shape, view if shift is None else _shifted(view, shift)))
+        return draw_shapes(views)
+
+    def looks_as(self, other: Instant, index: int) -> bool:
+        """Return whether the camera's place, rotation and zoom are those of another instant of frame `index`."""
+        return other is self or all(
+            np.array_equal(getattr(self.mount, what)[index], getattr(other.mount, what)[index])
+            for what in ("turns", "places", "zooms")
+        )
+
+
+@lru_cache(maxsize=8)
+def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geometry) -> Chart:
+    return Chart.at(geometry, geometry.world_rotation(np.array(turns)), margin, lens)
+
+
+def _shifted(view: View, shift: tuple[float, float]) -> View:
+    """Return the view of a target displaced in the picture, its aspect the same to the last bit."""
+    context = view.context
+    return view._replace(context=replace(context, geometry=replace(context.geometry, shift_px=shift)))
+
+
+def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprite:
+    """Return a sprite attenuated by the atmosphere, with path radiance; with scintillation where `name` is a target's.
+
+    Scintillation changes a target's contrast: one as bright as its background does not stand out in turbulent air
+    either. Where the atmosphere does nothing, the sprite itself is returned.
+    """
+    context, air = pose.context, pose.context.air
+    if name is not None and air.turbulence.cn2 > 0:
+        area = sprite.alpha.sum() * (sprite.range_m * pose.lens.ifov_rad) ** 2
+        width = 2 * float(np.sqrt(area / np.pi))
+        factor = air.turbulence.scintillation(name, pose.time, sprite.range_m, width, context.band, context.seed)
+        sprite = sprite._replace(contrast=sprite.contrast * factor)
+    if air.is_clear:
+        return sprite
+    tau, light = air.path(context.band, sprite.range_m, _elevation_rad(sprite, pose), pose.climbed_m)
+    own, added = tau * sprite.emission, light * sprite.alpha
+    arrived = own + added
+    total = arrived.sum()
+    share = float(added.sum() / total) if total > 0 else 0.0
+    (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
+    center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
+    samples = sprite.samples and sprite.samples.relit(tau, light)
+    return sprite._replace(emission=arrived, signal_center=center, samples=samples)
+
+
+def _elevation_rad(sprite: Sprite, pose: CameraPose) -> float:
+    """Return the elevation of a sprite above the camera's horizontal, rad."""
+    direction = pose.lens.directions(np.asarray(sprite.center)) @ pose.rotation
+    return float(-np.arcsin(np.clip(direction @ pose.context.geometry.down, -1, 1)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Consecutive frames that were asked for from `begin` on: those before `end` are drawn, some of them kept."""
+
+    begin: int
+    end: int
+    kept: Mapping[int, Sequence[NamedSprite]] = field(default_factory=dict)
+
+
+class Prefetch:
+    """Sprites of `count` frames by `draw`, drawn some frames ahead where frames are asked for in order.
+
+    As many frames are drawn together as were asked for in order before, up to `PREFETCHED`: short runs draw few in
+    vain.
+    """
+
+    def __init__(self, draw: Callable[[int], Iterable[NamedSprite]], count: int) -> None:
+        self._draw = draw
+        self._count = count
+        self._run = _Run(0, 0)
+
+    def pieces(self, index: int) -> Sequence[NamedSprite]:
+        """Return the sprites of a frame, which are not to be changed."""
+        run = self._run  # read once: another thread may replace it
+        if index in run.kept:
+            return run.kept[index]
+        begin = run.begin if index == run.end else index
+        together = min(index - begin, PREFETCHED) or 1
+        found = self._drawn(index, min(index + together, self._count))
+        small = sum(map(_pixels, found)) <= PREFETCHED_PX
+        self._run = _Run(begin, index + len(found), dict(enumerate(found, index)) if small else {})
+        return found[0]
+
+    def _drawn(self, begin: int, end: int) -> list[Sequence[NamedSprite]]:
+        """Return the sprites of the frames from `begin` on before `end`, or of fewer."""
+        found: list[Sequence[NamedSprite]] = [list(self._draw(begin))]
+        pixels = _pixels(found[0])
+        for index in range(begin + 1, end):
+            if pixels * (len(found) + 1) > PREFETCHED_PX * len(found):
+                break
+            try:
+                found.append(list(self._draw(index)))
+            except Exception:  # raised again when that frame is asked for
+                break
+            pixels += _pixels(found[-1])
+        return found
+
+
+def _pixels(pieces: Iterable[NamedSprite]) -> int:
+    """Return the pixels of all sprites, those of each instant of the exposure included."""
+    sprites = [piece.sprite for piece in pieces]
+    samples = sum(sprite.samples.alpha.size for sprite in sprites if sprite.samples is not None)
+    return sum(sprite.alpha.size for sprite in sprites) + samples

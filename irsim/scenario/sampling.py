@@ -1,0 +1,196 @@
+"""Sampling: the space of scenes that a scenario's `vary` spans, drawn at random or searched.
+
+A *point* has a value for each key that is searched. Nuisances follow from the scene's seed instead: another seed gives
+the same point under other circumstances.
+"""
+
+from __future__ import annotations
+
+import json
+import reprlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from irsim.errors import InputError, as_int, counted, whole_number
+from irsim.rng import stream
+from irsim.scenario.loader import change, dumps, values_of
+from irsim.scenario.model import Scenario, expect_scenario
+from irsim.scenario.variation import Variation
+
+Point = Mapping[str, Any]
+"""Values by override key."""
+
+_SEEDS = 2**31
+"""Seeds of drawn scenes lie below this."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """Key that varies."""
+
+    key: str
+    """Override key."""
+    variation: Variation
+    benign: Any
+    """The value at severity 0."""
+
+    @property
+    def severities(self) -> range:
+        """Severities, 0 the benign value; negative ones where values lie on both sides of it."""
+        return self.variation.severities(self.benign)
+
+
+@dataclass(frozen=True)
+class Variations:
+    """Keys of a scenario that vary, in the order of its text."""
+
+    scenario: Scenario
+    knobs: tuple[Knob, ...]
+    """Keys that a search chooses."""
+    nuisances: tuple[Knob, ...]
+    """Keys that follow from the scene's seed."""
+
+    def benign(self) -> Point:
+        """Return the point of severity 0 for each key."""
+        return {knob.key: knob.benign for knob in self.knobs}
+
+    def at(self, shares: Sequence[float]) -> Point:
+        """Return the point at quantiles from 0 to 1, one for each knob; uniform ones are fair draws. InputError for
+        anything else."""
+        place = self._coordinates("shares", shares)
+        if not all(isinstance(share, int | float | np.integer | np.floating) and 0 <= share <= 1 for share in place):
+            raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
+        return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
+
+    def at_severities(self, severities: Sequence[int]) -> Point:
+        """Return the point at a severity for each knob, one of its `severities`; InputError for anything else."""
+        steps = self._coordinates("severities", severities)
+        return {
+            knob.key: knob.variation.at_severity(_severity(knob, step), knob.benign)
+            for knob, step in zip(self.knobs, steps, strict=True)
+        }
+
+    def draw(self, seed: int) -> Point:
+        """Return the random point of a seed; InputError for anything but an integer."""
+        whole_number("seed", seed)
+        return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
+
+    def concrete(self, point: Point, seed: int | None = None) -> Scenario:
+        """Return the scenario at a point, without variations; nuisances by the scene's seed, default: its own.
+
+        Keys missing from the point have their benign values; it may hold nuisances too. InputError where no scenario
+        can be made of it.
+        """
+        if not isinstance(point, Mapping):
+            raise InputError(
+                f"point {reprlib.repr(point)}: allowed: a mapping of override keys to values, such as `at` gives"
+            )
+        seed = self.scenario.seed if seed is None else whole_number("seed", seed)
+        known = [knob.key for knob in (*self.knobs, *self.nuisances)]
+        for key in point:
+            if key not in known:
+                raise InputError(f"vary: there is no '{key}'; allowed: {', '.join(known) or 'nothing'}")
+        circumstances = {
+            knob.key: knob.variation.quantile(float(stream(seed, "nuisance", knob.key).random()))
+            for knob in self.nuisances
+        }
+        return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
+
+    def _coordinates(self, name: str, given: Any) -> list[Any]:
+        """Return the argument `name`, a list with an item of any type for each knob."""
+        wanted = f"{len(self.knobs)}, for {', '.join(knob.key for knob in self.knobs) or 'nothing'}"
+        try:
+            found = None if isinstance(given, str | bytes | Mapping) else list(given)
+        except TypeError:
+            found = None
+        if found is None:
+            raise InputError(f"{name} {reprlib.repr(given)}: allowed: a list of {wanted}")
+        if len(found) != len(self.knobs):
+            raise InputError(f"{counted(len(found), 'coordinate')}; allowed: {wanted}")
+        return found
+
+
+def _severity(knob: Knob, given: Any) -> int:
+    """Return one of a knob's severities; InputError for anything else."""
+    try:
+        severity = as_int(given)
+    except TypeError:
+        severity = None
+    if severity is None or severity not in knob.severities:
+        first, last = knob.severities[0], knob.severities[-1]
+        raise InputError(f"vary: {knob.key}: there is no severity {given!r}; allowed: {first} to {last}")
+    return severity
+
+
+def variations(scenario: Scenario) -> Variations:
+    """Return the space that a scenario's `vary` spans around it."""
+    expect_scenario("variations", scenario)
+    bases = values_of(scenario, scenario.vary)
+    knobs = [
+        Knob(key, variation, bases[key] if variation.benign is None else variation.benign)
+        for key, variation in scenario.vary.items()
+    ]
+    searched = tuple(knob for knob in knobs if not knob.variation.nuisance)
+    return Variations(scenario, searched, tuple(knob for knob in knobs if knob.variation.nuisance))
+
+
+def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Scenario]:
+    """Draw `n` scenarios, from number `start` on, from a scenario's `vary`, each with its own scene seed.
+
+    Draw k is the same for any `n`. InputError where nothing varies, and where no scenario can be made of a draw.
+    """
+    expect_scenario("sample", scenario)
+    for name, given in (("n", n), ("seed", seed), ("start", start)):
+        whole_number(name, given)
+    if not scenario.vary:
+        raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
+    space = variations(scenario)
+    drawn = []
+    for k in range(start, start + n):
+        own = int(stream(seed, "sample", k).integers(_SEEDS))
+        point = space.draw(own)
+        try:
+            drawn.append(space.concrete(point, own))
+        except InputError as error:
+            values = ", ".join(f"{key}={json.dumps(value)}" for key, value in point.items())
+            raise InputError(f"draw {k} of seed {seed} cannot be ({values}): {error}") from None
+    return drawn
+
+
+def sample_names(name: str, n: int) -> list[str]:
+    """Return the file names of `n` samples: NAME-0.yaml and on, with as many digits as the last needs."""
+    return [f"{name}-{index:0{len(str(n - 1))}}.yaml" for index in range(n)]
+
+
+def sample_texts(
+    scenario: Scenario,
+    name: str,
+    n: int,
+    seed: int,
+    repeat: str,
+    folder: Path,
+    progress: Callable[[int], None] | None = None,
+) -> list[str]:
+    """Return `n` draws of `sample` as YAML texts, headed by the values drawn and the command. InputError as `sample`.
+
+    name     of the scenario
+    repeat   the command that draws them
+    folder   folder of the files: names of other files become relative to it
+    """
+    texts = []
+    for index in range(n):
+        (drawn,) = sample(scenario, 1, seed, start=index)
+        texts.append(_sample_text(drawn, name, index, n, repeat, scenario.vary, folder))
+        if progress is not None:
+            progress(index + 1)
+    return texts
+
+
+def _sample_text(drawn: Scenario, name: str, index: int, n: int, repeat: str, keys: Iterable[str], folder: Path) -> str:
+    head = [f"Sample {index} of {n} drawn from {name}; all of them again: {repeat}"]
+    head += [f"{key} = {json.dumps(value)}" for key, value in values_of(drawn, keys).items()]
+    return "".join(f"# {' '.join(line.split())}\n" for line in head) + dumps(drawn, True, folder)

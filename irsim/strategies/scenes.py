@@ -1,0 +1,332 @@
+"""Hypothesis strategies for scenes: parts as mappings, and whole scenarios.
+
+Severities 0 to 5 are the steps of a ladder, from no effect to more than most trackers survive; the ladders are those of
+the shipped `stress` scenarios where one has the cause, except `HIDING`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from irsim.camera.presets import PRESETS
+from irsim.config.yaml_text import write_yaml
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
+
+Part = dict[str, Any]
+Drawn = TypeVar("Drawn")
+
+TOP = 5
+"""The highest severity."""
+
+SPEEDS = (0.0, 0.3, 0.6, 1.0, 1.5, 2.0)
+"""px per frame."""
+TURNS = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+"""Sharpest turns, degrees per frame."""
+WEAVES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0)
+"""Amplitudes, px."""
+NETD_MK = (20.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0)
+CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
+"""False targets in a square milliradian."""
+COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+"""Fraction of the sky covered by cloud."""
+HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
+"""Hidden fraction of a target, and number of frames: as in `stress/occlusion`, but in fewer frames, as these scenes are
+short."""
+ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
+"""Angle between crossing trajectories, degrees."""
+FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
+SHAKE_PX = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
+NEAREST = (0.0, 40.0, 32.0, 24.0, 18.0, 14.0)
+"""Distance of a decoy, px."""
+
+
+def chosen(given: SearchStrategy[Drawn] | None, default: SearchStrategy[Drawn]) -> SearchStrategy[Drawn]:
+    """Return the given strategy, else the default."""
+    return default if given is None else given
+
+
+def severities(top: int = TOP) -> SearchStrategy[int]:
+    """Return integers 0 .. top; they shrink to 0."""
+    return st.integers(0, top)
+
+
+def seeds() -> SearchStrategy[int]:
+    """Return seeds of a scene; draw them last, since a smaller seed is no milder."""
+    return st.integers(0, 2**31 - 1)
+
+
+def straight(pace: float, heading: float, size: Sequence[int], frames: int, range_m: float = 1000.0) -> Part:
+    """Return a straight path through the middle of the picture, reached in the middle frame.
+
+    pace px per frame;  heading degrees;  size (columns, rows)
+    """
+    turn = math.radians(heading)
+    start = [
+        round((side - 1) / 2 - pace * part * (frames - 1) / 2, 3)
+        for side, part in zip(size, (math.cos(turn), math.sin(turn)), strict=True)
+    ]
+    return {"kind": "straight", "start": start, "speed": pace, "heading_deg": heading, "range_m": range_m}
+
+
+@st.composite
+def straights(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """Draw a `straight` path; speed: severities of `SPEEDS`; 0 stands still."""
+    pace = SPEEDS[draw(chosen(speed, severities()))]
+    return straight(pace, 45.0 * draw(st.integers(0, 7)), size, frames, range_m)
+
+
+@st.composite
+def weaves(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    amplitude: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """Draw a sinusoid about a straight path; amplitude: severities of `WEAVES`; 0 is straight."""
+    way = draw(straights(size, frames, speed, range_m))
+    height = WEAVES[draw(chosen(amplitude, severities()))]
+    return {**way, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
+
+
+@st.composite
+def manoeuvres(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    turn: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """Draw a path of random turns; turn: severities of `TURNS`; 0 is straight."""
+    way = draw(straights(size, frames, speed, range_m))
+    sharpest = TURNS[draw(chosen(turn, severities()))]
+    return {**way, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
+
+
+def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 1000.0) -> SearchStrategy[Part]:
+    """Return any of these paths; they shrink to a target at rest."""
+    return st.one_of(
+        straights(size, frames, range_m=range_m),
+        weaves(size, frames, range_m=range_m),
+        manoeuvres(size, frames, range_m=range_m),
+    )
+
+
+@st.composite
+def shapes(draw: st.DrawFn) -> Part:
+    """Draw a target shape about 15 px wide at 1000 m and 0.5 mrad; an even patch is the first."""
+    kinds = {"hot_spot": 0, "fighter": 7.0, "car": 5.0, "boat": 8.0, "quadrotor": 5.0, "point": 0}
+    kind = draw(st.sampled_from(list(kinds)))
+    if kind == "hot_spot":
+        return {"kind": kind, "size_m": [7.0, 5.0], "temperature_k": 305.0}
+    if kind == "point":
+        return {"kind": kind, "area_m2": 1.0, "temperature_k": 500.0}
+    return {"kind": kind, "length_m": kinds[kind], "temperature_k": 305.0}
+
+
+@st.composite
+def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """Draw keys of a camera: its NETD by `NETD_MK` and its noise terms; white noise alone is the first."""
+    netd = NETD_MK[draw(chosen(severity, severities()))]
+    terms: tuple[Part, ...] = (
+        {"kind": "fixed_pattern"},
+        {"kind": "ar1", "rho": 0.9},
+        {"kind": "noise_3d", "tv": 0.3, "th": 0.3},
+    )
+    further = draw(st.lists(st.sampled_from(terms), max_size=2, unique_by=lambda term: str(term["kind"])))
+    return {"netd_mk": netd, "noise": [{"kind": "white"}, *further]}
+
+
+@st.composite
+def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """Draw a background of ground with false targets by `CLUTTER`; at 0 it is flat."""
+    step = draw(chosen(severity, severities()))
+    ground = {"kind": "ground", "mean_k": 285.0, "spread_k": 0.2 * step}
+    if step == 0:
+        return ground
+    things = {"per_mrad2": CLUTTER[step], "size_mrad": [3.0, 7.0], "contrast_k": [3.0, 10.0], "cold": 0.2}
+    return {**ground, "clutter": things}
+
+
+@st.composite
+def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """Draw a background of sky with cloud by `COVERAGE`; at 0 it is flat."""
+    step = draw(chosen(severity, severities()))
+    sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
+    return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
+
+
+@st.composite
+def countries(draw: st.DrawFn) -> Part:
+    """Draw a background of ground or landscape, with temperatures of an hour or given ones, and a horizon behind trees
+    that is bare, wooded, or the default. Flat ground is the first."""
+    kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
+    country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
+    hour = draw(st.sampled_from(["any", "day", "night"]))
+    if hour != "any":
+        left_out = draw(st.sets(st.sampled_from(["spread_k", mean])))
+        country = {"hour": hour, **{key: value for key, value in country.items() if key not in left_out}}
+    if kind == "landscape" and draw(st.booleans()):
+        country["trees"] = [{"range_m": 800.0}]
+    woods = draw(st.sampled_from([None, 0.0, 2.0])) if kind == "landscape" else None
+    return country if woods is None else {**country, "far_woods_mrad": woods}
+
+
+@st.composite
+def cameras(draw: st.DrawFn) -> Part:
+    """Draw keys of a camera: a preset or none, some keys of its own and, where they agree, a detector. The plain camera
+    is the first."""
+    plain = {"bits": 14, "netd_mk": 40.0, "time_constant_ms": 0.0, "noise": [{"kind": "white"}], "correction": None}
+    own = draw(st.sets(st.sampled_from(sorted(plain))))
+    preset = draw(st.sampled_from([None, *PRESETS]))
+    any_detector = st.sampled_from([None, "stated", "electrons"])
+    detector = draw(any_detector) if preset is None or "noise" in own else None
+    camera: Part = {key: plain[key] for key in sorted(own)}
+    if preset is not None:
+        camera["preset"] = preset
+    return camera if detector is None else {**camera, "detector": {"kind": detector}}
+
+
+@st.composite
+def occlusions(
+    draw: st.DrawFn, target: str = "target", frames: int = 30, severity: SearchStrategy[int] | None = None
+) -> list[Part]:
+    """Draw smoke that hides `target` from about the middle of the scene on, by `HIDING`; at 0 there is none.
+
+    Unlike a wall, smoke can come and go before a target at rest.
+    """
+    fraction, length = HIDING[draw(chosen(severity, severities()))]
+    if length == 0:
+        return []
+    first = max(frames // 2 - length // 2, 1)
+    last = min(first + length - 1, frames - 2)
+    smoke = {"kind": "smoke", "id": "screen", "hides": target, "frames": [first, last], "fraction": fraction}
+    return [{**smoke, "grow_frames": 1.0, "fade_frames": 1.0, "range_m": 300.0, "temperature_k": 287.0}]
+
+
+@st.composite
+def crossings(
+    draw: st.DrawFn,
+    target: str = "target",
+    frames: int = 30,
+    shape: Part | None = None,
+    severity: SearchStrategy[int] | None = None,
+) -> list[Part]:
+    """Draw another target that crosses `target` in the middle of the scene at one of `ANGLES`; at 0 there is none."""
+    step = draw(chosen(severity, severities()))
+    if step == 0:
+        return []
+    way = {"kind": "crosses", "target": target, "at_frame": frames // 2, "speed": 1.5, "angle_deg": ANGLES[step]}
+    return [{"id": "crosser", "cls": "decoy", "shape": shape or HOT_SPOT, "path": way}]
+
+
+@st.composite
+def decoys(
+    draw: st.DrawFn,
+    path: Part,
+    shape: Part | None = None,
+    severity: SearchStrategy[int] | None = None,
+) -> list[Part]:
+    """Draw a decoy of the same shape beside the target's `path`, at one of `NEAREST` px; at 0 there is none."""
+    step = draw(chosen(severity, severities()))
+    if step == 0:
+        return []
+    angle = math.radians(path["heading_deg"] + 90.0 * draw(st.sampled_from([1, -1])))
+    start = [
+        round(place + NEAREST[step] * part, 3)
+        for place, part in zip(path["start"], (math.cos(angle), math.sin(angle)), strict=True)
+    ]
+    return [{"id": "like", "cls": "decoy", "shape": shape or HOT_SPOT, "path": {**path, "start": start}}]
+
+
+@st.composite
+def frame_faults(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+    """Draw frame loss: frames dropped or doubled, by `FAULT_RATES`; at 0 there is none."""
+    rate = FAULT_RATES[draw(chosen(severity, severities()))]
+    return [] if rate == 0 else [{"kind": draw(st.sampled_from(["drop", "duplicate"])), "rate": rate}]
+
+
+@st.composite
+def camera_motions(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+    """Draw camera shake by `SHAKE_PX`; at 0 there is none."""
+    rms = SHAKE_PX[draw(chosen(severity, severities()))]
+    return [] if rms == 0 else [{"kind": "shake", "rms_px": rms}]
+
+
+HOT_SPOT: Part = {"kind": "hot_spot", "size_m": [7.0, 5.0], "temperature_k": 305.0}
+"""Even patch to which `shapes` shrinks."""
+
+
+SIZE, FRAMES, IFOV_MRAD = (96, 72), 30, 0.5
+"""Defaults of `documents`: small enough to render hundreds, large enough for track loss."""
+
+
+@st.composite
+def documents(
+    draw: st.DrawFn,
+    *,
+    size: Sequence[int] = SIZE,
+    frames: int = FRAMES,
+    camera: Mapping[str, Any] | None = None,
+    path: SearchStrategy[Part] | None = None,
+    shape: SearchStrategy[Part] | None = None,
+    background: SearchStrategy[Part] | None = None,
+    noise: SearchStrategy[Part] | None = None,
+    motion: SearchStrategy[list[Part]] | None = None,
+    faults: SearchStrategy[list[Part]] | None = None,
+    occlusion: SearchStrategy[list[Part]] | None = None,
+    crossing: SearchStrategy[list[Part]] | None = None,
+    decoy: bool | SearchStrategy[int] = True,
+    seed: SearchStrategy[int] | None = None,
+) -> dict[str, Any]:
+    """Draw a scenario as plain YAML values: one target, `target`, and its difficulties.
+
+    size      (columns, rows) px;  camera: keys that take precedence over drawn ones
+    decoy     severities of a decoy beside the target; False: there is none
+    Each of the others is a strategy of `irsim.strategies`, `st.just(...)` for a fixed value.
+    """
+    way = draw(chosen(path, paths(size, frames)))
+    look = draw(chosen(shape, shapes()))
+    behind = draw(chosen(background, st.one_of(skies(), clutters())))
+    grain = draw(chosen(noise, noises()))
+    likes = draw(decoys(way, look, None if decoy is True else decoy)) if decoy is not False else []
+    crosser = draw(chosen(crossing, crossings(frames=frames, shape=look)))
+    hiding = draw(chosen(occlusion, occlusions(frames=frames)))
+    shaking = draw(chosen(motion, camera_motions()))
+    lost = draw(chosen(faults, frame_faults()))
+    return {
+        "seed": draw(chosen(seed, seeds())),
+        "frames": frames,
+        "camera": {
+            "size": list(size),
+            "ifov_mrad": IFOV_MRAD,
+            "range_k": [270.0, 330.0],
+            **grain,
+            "motion": shaking,
+            "faults": lost,
+            **(camera or {}),
+        },
+        "background": behind,
+        "targets": [{"id": "target", "shape": look, "path": way}, *likes, *crosser],
+        "occluders": hiding,
+        "follow": "target",
+    }
+
+
+def scenarios(**kwargs: Any) -> SearchStrategy[Scenario]:
+    """Return the scenarios of `documents`, with its arguments."""
+    return documents(**kwargs).map(write_yaml).map(loads)

@@ -1,0 +1,313 @@
+"""Aircraft: fighter, airliner, helicopter, quadrotor and missile."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from irsim.config.base import Switches
+from irsim.config.quantities import Fraction, Kelvin, Length, NotNegative
+from irsim.motion.attitude import AEROPLANE, HELICOPTER, MULTIROTOR, Posture
+from irsim.targets.base import Angles
+from irsim.targets.body import Body
+from irsim.targets.parts import (
+    JointAngle,
+    RigidTransform,
+    Solid,
+    ball,
+    block,
+    hinge,
+    joint_angle,
+    limb,
+    mirrored,
+    on,
+    plate,
+    profile,
+    shifted,
+    tilted,
+    tube,
+)
+
+_FIGHTER_WING = plate(((0.13, 0.02), (-0.13, 0.32), (-0.20, 0.32), (-0.23, 0.02)), -0.006, 0.006)
+_FIGHTER_TAILPLANE = plate(((-0.32, 0.02), (-0.43, 0.18), (-0.49, 0.18), (-0.47, 0.02)), -0.005, 0.005)
+
+
+class Fighter(Body):
+    """A jet with cropped delta wings, one fin and a hot nozzle that only its tail shows."""
+
+    default_posture: ClassVar[Posture] = AEROPLANE
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((70.0, 10.0, -50.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
+    # The MiG-25 at its limit for short dashes, Mach 3 at height (Mach 2.83 for longer): 885 m/s.
+    max_speed_m_s: ClassVar[float | None] = 900.0
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube((0.5, 0.01, 0.004, 0.004), (0.41, 0.005, 0.02, 0.02), (0.22, 0.0, 0.043, 0.043)),
+        tube(
+            (0.30, 0.0, 0.036, 0.036), (0.08, 0.0, 0.056, 0.053), (-0.22, 0.0, 0.056, 0.053), (-0.42, 0.0, 0.042, 0.042)
+        ),
+        tube(
+            (0.33, -0.035, 0.008, 0.008),
+            (0.22, -0.05, 0.027, 0.03),
+            (0.14, -0.045, 0.02, 0.02),
+            (0.06, -0.035, 0.01, 0.01),
+        ),
+        plate(((0.20, -0.035), (0.20, 0.035), (-0.1, 0.03), (-0.1, -0.03)), 0.02, 0.085),
+        _FIGHTER_WING,
+        mirrored(_FIGHTER_WING),
+        _FIGHTER_TAILPLANE,
+        mirrored(_FIGHTER_TAILPLANE),
+        profile(((-0.20, -0.03), (-0.40, -0.23), (-0.47, -0.23), (-0.45, -0.03)), -0.006, 0.006),
+        tube((-0.40, 0.0, 0.041, 0.041), (-0.5, 0.0, 0.033, 0.033), material="engine_k"),
+    )
+
+    length_m: Length = 15.0
+    """Length, m."""
+    engine_k: Kelvin = 400.0
+    """Temperature of the nozzle's outside, kelvin."""
+
+
+# Proportions of the common single-aisle twins: 37.6 m long, 34 m span, 4 m across.
+_DIHEDRAL = 0.1
+_INNER_WING = tilted(plate(((0.135, 0.03), (0.05, 0.18), (-0.085, 0.18), (-0.09, 0.03)), 0.032, 0.05), _DIHEDRAL)
+_OUTER_WING = tilted(plate(((0.05, 0.18), (-0.105, 0.46), (-0.145, 0.46), (-0.085, 0.18)), 0.036, 0.046), _DIHEDRAL)
+_STABILISER = tilted(plate(((-0.375, 0.02), (-0.455, 0.18), (-0.495, 0.18), (-0.475, 0.02)), -0.03, -0.018), _DIHEDRAL)
+_COWL = shifted(tube((0.13, 0.0, 0.026, 0.026), (0.09, 0.0, 0.031, 0.031), (0.01, 0.0, 0.024, 0.024)), (0, 0.165, 0.06))
+_NOZZLE = shifted(tube((0.012, 0.0, 0.02, 0.02), (-0.04, 0.0, 0.012, 0.012), material="engine_k"), (0, 0.165, 0.06))
+_PYLON = profile(((0.09, 0.035), (-0.03, 0.02), (-0.03, 0.035), (0.02, 0.045)), 0.161, 0.169)
+
+
+class Airliner(Body):
+    """A twin-jet airliner: long fuselage, swept wings, an engine with a hot nozzle under each."""
+
+    default_posture: ClassVar[Posture] = AEROPLANE
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((60.0, 20.0, 25.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
+    # In a jet stream: 825 mph over the ground, 369 m/s (a Boeing 747 over the Atlantic, February 2020).
+    max_speed_m_s: ClassVar[float | None] = 370.0
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube(
+            (0.5, 0.012, 0.006, 0.006),
+            (0.475, 0.008, 0.03, 0.028),
+            (0.44, 0.002, 0.046, 0.045),
+            (0.39, 0, 0.053, 0.053),
+        ),
+        tube((0.39, 0.0, 0.053, 0.053), (-0.2, 0.0, 0.053, 0.053)),
+        tube((-0.2, 0.0, 0.053, 0.053), (-0.36, -0.018, 0.036, 0.036), (-0.5, -0.035, 0.01, 0.012)),
+        _INNER_WING,
+        mirrored(_INNER_WING),
+        _OUTER_WING,
+        mirrored(_OUTER_WING),
+        _STABILISER,
+        mirrored(_STABILISER),
+        profile(((-0.33, -0.045), (-0.445, -0.205), (-0.5, -0.205), (-0.47, -0.045)), -0.006, 0.006),
+        _COWL,
+        mirrored(_COWL),
+        _NOZZLE,
+        mirrored(_NOZZLE),
+        _PYLON,
+        mirrored(_PYLON),
+    )
+
+    length_m: Length = 37.6
+    """Length, m."""
+    temperature_k: Kelvin = 272.0
+    """Temperature of the skin, kelvin: air at cruising height is cold, friction warms it by some 25 K."""
+    engine_k: Kelvin = 420.0
+    """Temperature of the nozzles, kelvin."""
+
+
+_MAST = (0.1, 0.0, -0.24)
+_TAIL_HUB = (-0.56, 0.035, -0.2)
+
+
+def _main_blade(quarter: int) -> Solid:
+    """Return one of the four main blades, a quarter turn after the previous one."""
+    along = [(1, 0), (0, 1), (-1, 0), (0, -1)][quarter]
+    corners = ((0.023, 0.018), (0.56, 0.018), (0.56, -0.018), (0.023, -0.018))
+    outline = tuple((r * along[0] - s * along[1] + _MAST[0], r * along[1] + s * along[0]) for r, s in corners)
+    return plate(outline, _MAST[2] - 0.008, _MAST[2] + 0.004, "rotor_k")
+
+
+_TAIL_BLADES = tuple(
+    shifted(profile(outline, -0.006, 0.006, "rotor_k"), _TAIL_HUB)
+    for outline in (
+        ((0.09, 0.014), (0.09, -0.014), (-0.09, -0.014), (-0.09, 0.014)),
+        ((0.014, 0.09), (-0.014, 0.09), (-0.014, -0.09), (0.014, -0.09)),
+    )
+)
+_WINDOW = Solid(
+    ((0.43, 0.072, 0.0), (0.3, 0.094, 0.0), (0.3, 0.082, -0.075), (0.39, 0.05, -0.07), (0.3, 0.05, -0.05)), "windows_k"
+)
+_SKID = limb((0.38, 0.085, 0.165), (-0.06, 0.085, 0.165), 0.01, 0.01)
+_STRUTS = tuple(limb((x, 0.085, 0.165), (x, 0.05, 0.08), 0.009, 0.009) for x in (0.28, 0.03))
+_EXHAUST = shifted(
+    tube((-0.08, -0.155, 0.03, 0.03), (-0.14, -0.16, 0.026, 0.026), material="engine_k"), (0.0, 0.045, 0.0)
+)
+
+
+class Helicopter(Body):
+    """A four-bladed helicopter: cabin, tail boom, turning main and tail rotor, hot exhausts below the mast."""
+
+    default_posture: ClassVar[Posture] = HELICOPTER
+    switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
+    rotational_symmetry: ClassVar[Mapping[str, int]] = {"rotor_hz": 4}
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
+    # The Eurocopter X3, which has propellers too: 255 kn, 131 m/s (2013); the Westland Lynx of 1986: 111 m/s.
+    max_speed_m_s: ClassVar[float | None] = 135.0
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube(
+            (0.47, 0.04, 0.03, 0.03),
+            (0.42, 0.025, 0.068, 0.065),
+            (0.31, -0.002, 0.09, 0.1),
+            (0.04, -0.005, 0.09, 0.105),
+        ),
+        tube((0.04, -0.005, 0.09, 0.105), (-0.08, -0.035, 0.06, 0.07), (-0.16, -0.055, 0.035, 0.04)),
+        tube((-0.12, -0.055, 0.035, 0.036), (-0.54, -0.085, 0.018, 0.02)),
+        profile(((-0.46, -0.08), (-0.55, -0.235), (-0.6, -0.235), (-0.56, -0.07)), -0.009, 0.009),
+        plate(((-0.42, -0.13), (-0.42, 0.13), (-0.48, 0.13), (-0.48, -0.13)), -0.09, -0.078),
+        block((-0.08, -0.06, -0.17), (0.2, 0.06, -0.1)),
+        _EXHAUST,
+        mirrored(_EXHAUST),
+        limb((_MAST[0], 0.0, -0.16), _MAST, 0.022, 0.016, "engine_k"),
+        _WINDOW,
+        mirrored(_WINDOW),
+        ball((0.4, 0.0, 0.095), (0.035, 0.035, 0.03), "windows_k"),
+        _SKID,
+        mirrored(_SKID),
+        *_STRUTS,
+        *map(mirrored, _STRUTS),
+        *on("rotor", *map(_main_blade, range(4))),
+        *on("tail", *_TAIL_BLADES),
+    )
+
+    length_m: Length = 14.0
+    """Length of the fuselage with its tail, m; the main rotor is 1.16 times that across."""
+    temperature_k: Kelvin = 290.0
+    """Temperature of the skin, kelvin."""
+    engine_k: Kelvin = 460.0
+    """Temperature of exhausts and rotor head, kelvin."""
+    rotor_k: Kelvin = 283.0
+    """Temperature of the blades, kelvin."""
+    windows_k: Kelvin = 278.0
+    """Temperature of the windows, kelvin."""
+    windows_emissivity: Fraction = 0.85
+    """Emissivity of the windows: glass in the thermal infrared."""
+    rotor_hz: NotNegative = 4.3
+    """Turns of the main rotor a second; the tail rotor turns five times as fast."""
+    rotor_deg: JointAngle = 30.0
+    """Angle of the main rotor in frame 0, degrees."""
+
+    def joints(self, time: float) -> Mapping[str, RigidTransform]:
+        turn = joint_angle(self.rotor_deg, self.rotor_hz, time)
+        return {"rotor": hinge(_MAST, (0.0, 0.0, 1.0), -turn), "tail": hinge(_TAIL_HUB, (0.0, 1.0, 0.0), 5 * turn)}
+
+
+_MOTORS = {"fl": (0.29, -0.33), "fr": (0.29, 0.33), "rl": (-0.29, -0.33), "rr": (-0.29, 0.33)}
+_ROTOR_Z = -0.1
+_ROTOR_RADIUS = 0.21
+
+
+def _motor_corner(name: str) -> tuple[Solid, ...]:
+    """Return arm, motor, leg and rotor of one corner."""
+    x, y = _MOTORS[name]
+    tip = _ROTOR_RADIUS
+    blades = plate(
+        tuple((x + dx, y + dy) for dx, dy in ((tip, 0.022), (tip, -0.022), (-tip, -0.022), (-tip, 0.022))),
+        _ROTOR_Z - 0.012,
+        _ROTOR_Z,
+        "rotors_k",
+    )
+    return (
+        limb((x * 0.25, y * 0.2, -0.02), (x * 0.89, y * 0.883, -0.03), 0.035, 0.028),
+        limb((x, y, 0.0), (x, y, _ROTOR_Z), 0.045, 0.042, "motors_k", sides=8),
+        limb((x, y, 0.0), (x, y, 0.11), 0.02, 0.012),
+        *on(name, blades),
+    )
+
+
+class Quadrotor(Body):
+    """A drone: body with a warm battery, four arms with warm motors and turning rotors, a camera below."""
+
+    default_posture: ClassVar[Posture] = MULTIROTOR
+    switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
+    rotational_symmetry: ClassVar[Mapping[str, int]] = {"rotor_hz": 2}
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((30.0, 0.0, 0.0), (60.0, -20.0, 0.0), (80.0, -4.0, 8.0))
+    picture_depression_deg: ClassVar[float] = -20.0
+    # Guinness World Records of 2024, a racing drone: 480 km/h, 133 m/s.
+    max_speed_m_s: ClassVar[float | None] = 135.0
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube(
+            (0.24, -0.01, 0.05, 0.04), (0.15, -0.02, 0.1, 0.07), (-0.17, -0.02, 0.1, 0.07), (-0.24, -0.02, 0.06, 0.04)
+        ),
+        plate(((0.0, -0.065), (0.0, 0.065), (-0.2, 0.065), (-0.2, -0.065)), -0.12, -0.085, "battery_k"),
+        ball((0.2, 0.0, 0.067), (0.043, 0.043, 0.043), "motors_k"),
+        *(solid for name in _MOTORS for solid in _motor_corner(name)),
+    )
+
+    length_m: Length = 0.45
+    """Length over the rotors of a side, m: 0.45 for a camera drone, above 1 for one that carries loads."""
+    temperature_k: Kelvin = 294.0
+    """Temperature of body and arms, kelvin."""
+    motors_k: Kelvin = 320.0
+    """Temperature of motors and camera, kelvin."""
+    battery_k: Kelvin = 309.0
+    """Temperature of the battery, kelvin."""
+    rotors_k: Kelvin = 288.0
+    """Temperature of the rotors, kelvin."""
+    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: they would seem to stand
+    """Turns of the rotors a second; neighbours turn against each other."""
+    rotor_deg: JointAngle = 20.0
+    """Angle of the rotors in frame 0, degrees."""
+
+    def joints(self, time: float) -> Mapping[str, RigidTransform]:
+        turn = joint_angle(self.rotor_deg, self.rotor_hz, time)
+        signs = {"fl": 1, "fr": -1, "rl": -1, "rr": 1}
+        return {name: hinge((x, y, 0.0), (0.0, 0.0, 1.0), signs[name] * turn) for name, (x, y) in _MOTORS.items()}
+
+
+_SIDE_FIN = plate(((-0.36, 0.025), (-0.44, 0.16), (-0.5, 0.16), (-0.5, 0.025)), -0.005, 0.005)
+_MISSILE_WING = plate(((0.12, 0.025), (0.02, 0.13), (-0.04, 0.13), (-0.06, 0.025)), -0.005, 0.005)
+_TOP_FIN = profile(((-0.36, -0.025), (-0.44, -0.16), (-0.5, -0.16), (-0.5, -0.025)), -0.005, 0.005)
+_BOTTOM_FIN = profile(((-0.36, 0.025), (-0.44, 0.16), (-0.5, 0.16), (-0.5, 0.025)), -0.005, 0.005)
+
+
+class Missile(Body):
+    """A slender missile with wings and fins, its seeker's dome hot by friction, and a bright plume behind it.
+
+    The plume is part of the body: it counts for box and centre. It is thin gas, so its emissivity is
+    low, but nothing is seen through it.
+    """
+
+    picture_poses: ClassVar[tuple[Angles, ...]] = ((70.0, 20.0, 45.0), (90.0, 0.0, 0.0), (50.0, 35.0, 20.0))
+    # Of air-to-air missiles the R-37M, Mach 6 at height: 1800 m/s. Ballistic ones are another matter.
+    max_speed_m_s: ClassVar[float | None] = 2000.0
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube((0.5, 0.0, 0.008, 0.008), (0.475, 0.0, 0.022, 0.022), (0.44, 0.0, 0.032, 0.032), material="dome_k"),
+        tube((0.44, 0.0, 0.032, 0.032), (-0.5, 0.0, 0.036, 0.036)),
+        _MISSILE_WING,
+        mirrored(_MISSILE_WING),
+        _SIDE_FIN,
+        mirrored(_SIDE_FIN),
+        _TOP_FIN,
+        _BOTTOM_FIN,
+        tube((-0.5, 0.0, 0.03, 0.03), (-0.58, 0.0, 0.055, 0.055), (-0.66, 0.0, 0.058, 0.058), material="plume_k"),
+        tube((-0.66, 0.0, 0.056, 0.056), (-0.88, 0.0, 0.05, 0.05), material="flame_k"),
+        tube((-0.88, 0.0, 0.045, 0.045), (-1.2, 0.0, 0.008, 0.008), material="smoke_k"),
+    )
+
+    length_m: Length = 3.0
+    """Length, m; the plume adds 0.7 of it."""
+    temperature_k: Kelvin = 330.0
+    """Temperature of the skin, kelvin."""
+    dome_k: Kelvin = 380.0
+    """Temperature of the seeker's dome, kelvin."""
+    plume_k: Kelvin = 1300.0
+    """Temperature of the plume at the nozzle, kelvin."""
+    plume_emissivity: Fraction = 0.3
+    """Emissivity of the plume at the nozzle."""
+    flame_k: Kelvin = 1000.0
+    """Temperature of the middle of the plume, kelvin."""
+    flame_emissivity: Fraction = 0.2
+    """Emissivity of the middle of the plume."""
+    smoke_k: Kelvin = 700.0
+    """Temperature of the plume's end, kelvin."""
+    smoke_emissivity: Fraction = 0.12
+    """Emissivity of the plume's end."""

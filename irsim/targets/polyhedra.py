@@ -1,0 +1,247 @@
+"""Convex polyhedra: an assembly of convex parts in a pose, and the depth order of the parts from a viewpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.targets.parts import Hull, Ints, RigidTransform, Solid, convex_hull
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Pose-independent connectivity of several convex polyhedra, the topology.
+
+    vertex_part  (V,) part of each vertex; those of one part are contiguous
+    face_part    (F,) part of each face, contiguous too
+    corner       (F,) one vertex of each face
+    tail, head   (E,) vertices of each edge
+    left, right  (E,) faces of each edge; the left one is counter-clockwise along it as seen from outside
+    part         (E,) part of each edge
+    material     (parts,) material number; the depth order of parts of equal material does not matter
+    """
+
+    vertex_part: Ints
+    face_part: Ints
+    corner: Ints
+    tail: Ints
+    head: Ints
+    left: Ints
+    right: Ints
+    part: Ints
+    material: Ints
+
+    @property
+    def count(self) -> int:
+        return len(self.starts)
+
+    @cached_property
+    def starts(self) -> Ints:
+        """(parts,) first vertex of each part."""
+        return np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
+
+    @cached_property
+    def firsts(self) -> Ints:
+        """(2, parts + 1) first vertex and first face of each part, and their total numbers."""
+        return np.stack(
+            [np.append(np.flatnonzero(np.diff(of, prepend=-1)), len(of)) for of in (self.vertex_part, self.face_part)]
+        )
+
+    @cached_property
+    def edges(self) -> Ints:
+        """(E, 5) tail, head, left, right and part of each edge."""
+        return np.column_stack([self.tail, self.head, self.left, self.right, self.part])
+
+    @cached_property
+    def all(self) -> PartSubset:
+        """Subset of all topology."""
+        return self.subset(tuple(range(self.count)))
+
+    def subset(self, parts: tuple[int, ...]) -> PartSubset:
+        """Return the subset of the given topology."""
+        return _subset(self, parts)
+
+    @cached_property
+    def owner(self) -> npt.NDArray[np.float32]:
+        """(F, parts) 1 where a face belongs to a part: a product with it sums over each part's faces."""
+        belongs = self.face_part[:, None] == np.arange(self.count)
+        return cast(npt.NDArray[np.float32], belongs.astype(np.float32))
+
+    @cached_property
+    def faces(self) -> Ints:
+        """(parts, most faces) faces of each part, padded with its last face."""
+        counts = np.bincount(self.face_part)
+        begins = np.cumsum(counts) - counts
+        return np.asarray(begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1))
+
+    @cached_property
+    def later(self) -> npt.NDArray[np.bool_]:
+        """(parts, parts) True where the second part's number is greater."""
+        return np.triu(np.ones((self.count, self.count), dtype=bool), 1)
+
+    @cached_property
+    def different_material(self) -> npt.NDArray[np.bool_]:
+        """(parts, parts) True where the materials differ."""
+        return np.asarray(self.material[:, None] != self.material)
+
+
+@dataclass(frozen=True, eq=False)
+class PartSubset:
+    """Subset of n parts, in rising order.
+
+    parts         (n,) part numbers
+    vertices      their vertices;  whose_vertex  the subset index 0 .. n-1 of each
+    faces         their faces;     whose_face    the subset index of each
+    equal_sized   groups of parts with equal numbers of vertices: subset indices (m,) and vertices (m, count), counted
+                  within the subset
+    """
+
+    parts: Ints
+    vertices: Ints
+    faces: Ints
+    whose_vertex: Ints
+    whose_face: Ints
+    equal_sized: tuple[tuple[Ints, Ints], ...]
+
+    def penetration(self, vertices: Floats, normals: Floats, offsets: Floats) -> Floats:
+        """Return the depth (n, planes) to which each part, at `vertices`, reaches behind planes normal . v = offset."""
+        heights = vertices @ normals.T
+        lowest = np.empty((len(self.parts), len(normals)))
+        for which, corners in self.equal_sized:
+            lowest[which] = heights[corners].min(axis=1)
+        return np.asarray(offsets - lowest)
+
+
+@lru_cache(maxsize=64)
+def _subset(topology: Topology, subset: tuple[int, ...]) -> PartSubset:
+    place = np.full(topology.count, -1)
+    place[list(subset)] = np.arange(len(subset))
+    vertices, faces = (np.flatnonzero(place[of] >= 0) for of in (topology.vertex_part, topology.face_part))
+    whose = place[topology.vertex_part[vertices]]
+    counts = np.bincount(whose)
+    starts = np.cumsum(counts) - counts
+    equal_sized = tuple(
+        (which, starts[which][:, None] + np.arange(count))
+        for count in np.unique(counts).tolist()
+        for which in [np.flatnonzero(counts == count)]
+    )
+    return PartSubset(np.array(subset), vertices, faces, whose, place[topology.face_part[faces]], equal_sized)
+
+
+@dataclass(frozen=True, eq=False)
+class Polyhedra:
+    """Several convex polyhedra in one pose.
+
+    topology     connectivity
+    vertices     (V, 3)
+    normals      (F, 3) outward normals; a face's plane is normal . v = offset
+    offsets      (F,)
+    penetration  (parts, F) depth to which each part reaches behind each face's plane
+    """
+
+    topology: Topology
+    vertices: Floats
+    normals: Floats
+    offsets: Floats
+    penetration: Floats
+
+    @cached_property
+    def thin(self) -> float:
+        """Rounding tolerance of penetration: a part below it lies wholly in front of a face."""
+        return float(1e-9 * self.penetration.max())
+
+    @cached_property
+    def in_front(self) -> npt.NDArray[np.float32]:
+        """(parts, F) 1 where a part lies wholly in front of a face."""
+        return cast(npt.NDArray[np.float32], (self.penetration <= self.thin).astype(np.float32))
+
+    @cached_property
+    def separating(self) -> npt.NDArray[np.float32]:
+        """(parts, parts) number of faces of the second part that the first lies wholly in front of."""
+        return cast(npt.NDArray[np.float32], self.in_front @ self.topology.owner)
+
+    @cached_property
+    def least_penetrated(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
+        """(parts, parts) the face of either of two parts that the other penetrates least, and True if of the second."""
+        faces, part = self.topology.faces, np.arange(self.topology.count)
+        least = faces[part, np.argmin(self.penetration[:, faces], axis=2)]
+        crossed = self.penetration[part[:, None], least]
+        of_second = crossed <= crossed.T
+        return np.where(of_second, least, least.T), np.asarray(of_second)
+
+    def depth_order(self, eye: Floats, pixels: Floats) -> Ints:
+        """Return the rank (parts,) of each part in depth order as seen from `eye` (3,); rank 0 is hidden by none.
+
+        pixels  (V, 2) projected vertices
+
+        If the plane of a face separates two parts, the one beyond it as seen from the eye cannot hide the other;
+        without such a plane the least penetrated face decides. Only parts of different material with overlapping
+        bounding boxes count. A part follows all parts that hide it, directly or through others.
+        """
+        topology = self.topology
+        to_eye = self.normals @ eye > self.offsets
+        before = (self.in_front * to_eye) @ topology.owner
+        cannot = (before.T > 0) | (self.separating > before)  # (hider, hidden)
+        low, high = np.minimum.reduceat(pixels, topology.starts), np.maximum.reduceat(pixels, topology.starts)
+        meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
+        meet = meet & meet.T & topology.different_material
+        first, second = np.nonzero(meet & topology.later & ~(cannot | cannot.T))
+        face, of_second = self.least_penetrated
+        nearer = to_eye[face[first, second]] == of_second[first, second]  # True if the first part is on the eye's side
+        cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
+        hides = (meet & ~cannot).astype(np.float32)
+        for _ in range(topology.count.bit_length()):  # transitive closure: chains double in length each time
+            hides = np.minimum(hides + hides @ hides, 1.0)
+        rank = np.empty(topology.count, dtype=np.int64)
+        rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(topology.count)
+        return rank
+
+    def posed(self, transforms: Mapping[int, RigidTransform], scale: float) -> Polyhedra:
+        """Return the polyhedra with some parts moved by transforms with translations in units of `scale`."""
+        if not transforms:
+            return self
+        topology, names = self.topology, tuple(sorted(transforms))
+        moved = topology.subset(names)
+        rotations = np.array([transforms[part].rotation for part in names])
+        translations = np.array([transforms[part].translation for part in names]) * scale
+        vertices, normals, offsets, penetration = (
+            each.copy() for each in (self.vertices, self.normals, self.offsets, self.penetration)
+        )
+        own, face = moved.vertices, moved.faces
+        turned = (rotations[moved.whose_vertex] @ vertices[own, :, None])[..., 0]
+        vertices[own] = turned + translations[moved.whose_vertex]
+        normals[face] = (rotations[moved.whose_face] @ normals[face, :, None])[..., 0]
+        offsets[face] = np.sum(normals[face] * vertices[topology.corner[face]], axis=1)
+        # Penetrations change only for moved parts and moved faces.
+        penetration[:, face] = topology.all.penetration(vertices, normals[face], offsets[face])
+        penetration[moved.parts] = moved.penetration(vertices[own], normals, offsets)
+        return Polyhedra(topology, vertices, normals, offsets, penetration)
+
+
+def build_polyhedra(solids: tuple[Solid, ...], scale: float) -> Polyhedra:
+    """Return the convex hulls of solids scaled by `scale`. Raises ValueError if one encloses no volume."""
+    hulls = [_part_hull(part, solid) for part, solid in enumerate(solids)]
+    counts = np.array([(len(each.vertices), len(each.normals), len(each.edges)) for each in hulls])
+    vertex_part, face_part, part = (np.repeat(np.arange(len(hulls)), count) for count in counts.T)
+    before = np.cumsum(counts, axis=0) - counts  # offsets of vertices, faces and edges of each part
+    corner = np.concatenate([each.corner for each in hulls]) + before[face_part, 0]
+    tail, head, left, right = (np.concatenate([each.edges for each in hulls]) + before[part][:, [0, 0, 1, 1]]).T
+    material = np.unique([solid.material for solid in solids], return_inverse=True)[1].astype(np.int64)
+    topology = Topology(vertex_part, face_part, corner, tail, head, left, right, part, material)
+    places = np.concatenate([each.vertices for each in hulls]) * scale
+    planes = np.concatenate([each.normals for each in hulls])
+    offsets = np.sum(planes * places[corner], axis=1)
+    return Polyhedra(topology, places, planes, offsets, topology.all.penetration(places, planes, offsets))
+
+
+def _part_hull(part: int, solid: Solid) -> Hull:
+    try:
+        return convex_hull(solid.points)
+    except ValueError as error:
+        raise ValueError(f"solid {part} has {error}") from None

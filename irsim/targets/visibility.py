@@ -1,0 +1,183 @@
+"""Visibility of a body's parts: splitting of intersecting parts, and part outlines in depth order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from irsim.targets.base import View
+from irsim.targets.parts import Hull, Ints, Point3, RigidTransform, Solid, convex_hull
+from irsim.targets.polyhedra import Polyhedra
+from irsim.types import Box, Floats
+
+_THIN = 1e-5
+"""Thickness, relative to the body's length, below which nothing is cut off."""
+_MOST_PIECES = 2
+"""A part that would become more pieces is left whole, to bound the drawing time of the body."""
+
+
+class PartOutlines(NamedTuple):
+    """Outlines of n convex parts in depth order.
+
+    edges   start (m, 2), stop (m, 2) px relative to `middle`, and layer (m,), rising; see `visible_edges`
+    middle  (x, y) px of the body: relative coordinates keep the digits of a small body
+    glow    (n,) radiance of each layer, the nearest first, W/m2/sr
+    box     bounding box, px
+    """
+
+    edges: tuple[Floats, Floats, Ints]
+    middle: tuple[float, float]
+    glow: Floats
+    box: Box
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Joints of a body.
+
+    names    of its joints
+    of_part  index of each part's joint, -1 for fixed parts
+    """
+
+    names: tuple[str, ...]
+    of_part: Ints
+
+
+def part_outlines(
+    body: Polyhedra,
+    joints: Joints,
+    transforms: Mapping[str, RigidTransform],
+    scale: float,
+    view: View,
+    radiance: Floats,
+) -> PartOutlines | None:
+    """Return the outlines of a body's parts in a view; None if any part lies behind the camera.
+
+    body        in its rest pose
+    transforms  of its joints, translations in units of `scale`
+    radiance    (n,) of its parts, W/m2/sr
+    """
+    right, down, ahead = view.position.tolist()
+    if ahead <= 0:
+        return None
+    geometry = view.context.geometry
+    (x, y), scale_px = geometry.axis_px, 1 / (ahead * geometry.ifov_rad)
+    x, y = x + right * scale_px, y + down * scale_px
+    moved = {part: transforms[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
+    body = body.posed(moved, scale)
+    topology = body.topology
+    arms, position = body.vertices @ view.attitude.T, view.position
+    depth = arms[:, 2] + position[2]
+    if depth.min() <= 0:
+        return None
+    pixels = (arms[:, :2] - position[:2] / position[2] * arms[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
+    (west, north), (east, south) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+    eye = -position @ view.attitude
+    faces_eye = body.normals @ eye > body.offsets
+    left = faces_eye[topology.left]
+    on_outline = left != faces_eye[topology.right]
+    # Sorted by layer, the nearest first: the edges of a layer must be contiguous.
+    rank = body.depth_order(eye, pixels)
+    edge = np.flatnonzero(on_outline)
+    layer = rank[topology.part[edge]]
+    by_layer = np.argsort(layer, kind="stable")
+    order, layer = edge[by_layer], layer[by_layer]
+    # A front face is clockwise with x right, y down if its edges are read backwards.
+    start = pixels[np.where(left, topology.head, topology.tail)[order]]
+    stop = pixels[np.where(left, topology.tail, topology.head)[order]]
+    glow = np.empty(len(rank))
+    glow[rank] = radiance
+    box = Box.from_edges(x + west, y + north, x + east, y + south)
+    return PartOutlines((start, stop, layer), (x, y), glow, box)
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """A solid and its convex hull."""
+
+    solid: Solid
+    hull: Hull
+
+
+def split_intersections(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """Return solids of the same visible surface, of which intersecting ones are split where possible.
+
+    No depth order is right for two intersecting parts: the light jumps where their order changes. So of two parts of
+    different material on the same joint, one is replaced by its pieces outside the other, cut along planes of the
+    other's faces, if these are at most two.
+    """
+    done: list[_Piece] = []
+    waiting = [_piece(solid, np.array(solid.points)) for solid in reversed(solids)]
+    while waiting:
+        one = waiting.pop()
+        for other in done:
+            if not _intersect(one, other):
+                continue
+            rest = [each for each in (*done, *waiting) if each is not other]
+            choices = [(_outside(one, other, rest), other), (_outside(other, one, rest), one)]
+            pieces, whole = min(choices, key=lambda choice: _cost(choice[0]))
+            if len(pieces) <= _MOST_PIECES:
+                done.remove(other)
+                waiting += [whole, *pieces]  # tested again: a face that separated it from a third may be gone
+                break
+        else:
+            done.append(one)
+    return tuple(piece.solid for piece in done)
+
+
+def _piece(of: Solid, points: Floats) -> _Piece:
+    """Return the convex hull of points, with nearly coincident points merged."""
+    places: list[Point3] = []
+    for x, y, z in points.tolist():
+        if all(max(abs(x - u), abs(y - v), abs(z - w)) > _THIN for u, v, w in places):
+            places.append((x, y, z))
+    return _Piece(replace(of, points=tuple(places)), convex_hull(tuple(places)))
+
+
+def _intersect(one: _Piece, other: _Piece) -> bool:
+    """Return True if two pieces of different material on the same joint each reach behind all faces of the other."""
+    if one.solid.material == other.solid.material or one.solid.joint != other.solid.joint:
+        return False
+    return all(_heights(a, b).min(axis=0).max() < -_THIN for a, b in ((one, other), (other, one)))
+
+
+def _heights(one: _Piece, other: _Piece) -> Floats:
+    """Return the signed distances (vertices, faces) of the vertices of one from the faces of the other."""
+    return np.asarray(one.hull.vertices @ other.hull.normals.T - other.hull.offsets)
+
+
+def _outside(one: _Piece, other: _Piece, rest: Iterable[_Piece]) -> list[_Piece]:
+    """Return the pieces of one outside the other, except those hidden inside any of the rest.
+
+    It stops after one piece too many.
+    """
+    found: list[_Piece] = []
+    hiding = [each for each in rest if each.solid.joint == one.solid.joint]
+    while (before := _heights(one, other).max(axis=0)).max() > _THIN and len(found) <= _MOST_PIECES:
+        face = int(before.argmax())
+        normal, offset = other.hull.normals[face], float(other.hull.offsets[face])
+        piece = _cut(one, normal, offset)
+        if all(_heights(piece, each).max() > _THIN for each in hiding):
+            found.append(piece)
+        one = _cut(one, -normal, -offset)
+    return found
+
+
+def _cut(piece: _Piece, normal: Floats, offset: float) -> _Piece:
+    """Return the part of a piece in front of a plane."""
+    vertices, (tail, head, _, _) = piece.hull.vertices, piece.hull.edges.T
+    heights = vertices @ normal - offset
+    heights[np.abs(heights) <= _THIN] = 0.0
+    crosses = heights[tail] * heights[head] < 0
+    tail, head = tail[crosses], head[crosses]
+    share = heights[tail] / (heights[tail] - heights[head])
+    met = vertices[tail] + share[:, None] * (vertices[head] - vertices[tail])
+    return _piece(piece.solid, np.concatenate([vertices[heights >= 0], met]))
+
+
+def _cost(pieces: list[_Piece]) -> tuple[int, int]:
+    """Return the number of pieces and of their vertices."""
+    return len(pieces), sum(len(piece.hull.vertices) for piece in pieces)

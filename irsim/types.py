@@ -1,0 +1,346 @@
+"""Values that pass between rooms: Box, Frame, TargetTruth, Truth, and the Source protocol.
+
+Conventions, everywhere in irsim and irtrack
+    x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
+    [i - 1/2, i + 1/2]. Lengths are in px, times in seconds, velocities in px per frame.
+    A target is a centre (cx, cy) and a full size (w, h). Images are indexed [row, column].
+    None means not known (imported truth knows little more than boxes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol, TypeVar, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.errors import InputError, whole_number
+
+Counts = npt.NDArray[np.uint16]
+Image = npt.NDArray[np.uint8] | Counts
+Floats = npt.NDArray[np.floating]
+Bools = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.intp]
+Slices = tuple[slice, slice]
+"""A patch of a picture: its rows and columns."""
+Held = TypeVar("Held")
+
+Input = Literal["display", "counts"]
+"""Picture of a frame: 8 bits after AGC, or the detector's counts."""
+
+BandName = Literal["mwir", "lwir"]
+
+Band = BandName | tuple[float, float]
+"""A spectral band by its name, or its own limits, um."""
+
+Curve = tuple[float, float, float]
+"""(linear, root, zero): the noiseless count of in-band radiance L, W/m2/sr, is linear L + root sqrt(L) + zero."""
+
+BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
+"""Classes of real backgrounds with known statistics (`irsim realism`)."""
+
+SHOWN = 0.5
+"""Least visible fraction of a target that is shown and not hidden."""
+
+MEDIAN_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation: 1 / Phi^-1(3/4). F. R. Hampel, "The
+influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69, 383 (1974)."""
+
+
+def arrays_frozen(held: Held) -> Held:
+    """Make the arrays in a value's fields read-only and return the value: caches hand it to many."""
+    for value in held if isinstance(held, tuple) else vars(held).values():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return held
+
+
+def frame_range(start: int, stop: int | None, length: int) -> range:
+    """Return the numbers of frames start .. stop-1 of `length`; there are none past the last.
+
+    Raises InputError for a number below 0 and for anything but integers.
+    """
+    return range(whole_number("start", start), length if stop is None else min(whole_number("stop", stop), length))
+
+
+def expect_input(input: object) -> None:
+    """Raise InputError unless `input` names a picture of a frame, see `Input`."""
+    if input not in ("display", "counts"):
+        raise InputError(f"input {input!r}: allowed: 'display' (the 8-bit picture) or 'counts' (the detector's)")
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Axis-aligned box: centre (cx, cy) and full size (w, h), px."""
+
+    cx: float
+    cy: float
+    w: float
+    h: float
+
+    @classmethod
+    def from_pixels(cls, x: float, y: float, w: float, h: float) -> Box:
+        """Return the box of the whole pixels x .. x+w-1, y .. y+h-1 (as label files write them)."""
+        return cls(x + (w - 1) / 2, y + (h - 1) / 2, w, h)
+
+    @classmethod
+    def from_edges(cls, left: float, top: float, right: float, bottom: float) -> Box:
+        """Return the box between continuous edges; pixel i has its edges at i - 1/2 and i + 1/2."""
+        return cls((left + right) / 2, (top + bottom) / 2, right - left, bottom - top)
+
+    @property
+    def left(self) -> float:
+        return self.cx - self.w / 2
+
+    @property
+    def right(self) -> float:
+        return self.cx + self.w / 2
+
+    @property
+    def top(self) -> float:
+        return self.cy - self.h / 2
+
+    @property
+    def bottom(self) -> float:
+        return self.cy + self.h / 2
+
+    @property
+    def pixels(self) -> tuple[float, float, float, float]:
+        """(x, y, w, h) as label files write it: the inverse of `from_pixels`."""
+        return (self.cx - (self.w - 1) / 2, self.cy - (self.h - 1) / 2, self.w, self.h)
+
+    @property
+    def diagonal(self) -> float:
+        return float(np.hypot(self.w, self.h))
+
+    def at_least(self, size: float) -> Box:
+        """Return a box of the same centre with no side under `size` px."""
+        return Box(self.cx, self.cy, max(self.w, size), max(self.h, size))
+
+    @property
+    def edges(self) -> tuple[float, float, float, float]:
+        """(left, top, right, bottom): the inverse of `from_edges`."""
+        wide, high = self.w / 2, self.h / 2
+        return self.cx - wide, self.cy - high, self.cx + wide, self.cy + high
+
+    def iou(self, other: Box) -> float:
+        """Return the intersection over union, 0..1."""
+        w = min(self.cx + self.w / 2, other.cx + other.w / 2) - max(self.cx - self.w / 2, other.cx - other.w / 2)
+        h = min(self.cy + self.h / 2, other.cy + other.h / 2) - max(self.cy - self.h / 2, other.cy - other.h / 2)
+        if w <= 0 or h <= 0:
+            return 0.0
+        return w * h / (self.w * self.h + other.w * other.h - w * h)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure.
+
+    index counts frames that arrive, without gaps. A dropped frame leaves a gap in time; a doubled one has the time of
+    the frame before it.
+    """
+
+    image: Image
+    index: int
+    time: float
+    bits: int
+
+    def __repr__(self) -> str:
+        rows, cols = self.image.shape
+        return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
+
+
+@dataclass(frozen=True, slots=True)
+class TargetTruth:
+    """Ground truth of one target in one frame; None where it is not known.
+
+    id, cls       its name, and its class: the kind of a rendered body, a label's class
+    center        (x, y) px: area centroid of the whole target, occluded or not
+    box           tight box of the whole target, occluded or not; of a point, its PSF's full width at
+                  half maximum, or its own where that is larger
+    signal_center (x, y) px: centroid of the whole target's own light at the camera (hot parts weigh
+                  more), independent of the background; for an isothermal target the same as center. The
+                  centroid of its contribution to the picture differs: see `irsim.Moments.contribution`
+    velocity      (vx, vy) px per frame period, apparent (the camera's own motion included): the step since the
+                  scenario's previous frame, dropped or not; in frame 0 the step to frame 1. It is the velocity of
+                  the trajectory's point; the centroid moves around it as the target turns or moves its limbs
+    attitude      (yaw, pitch, roll) degrees in the camera's first frame
+    range_m       metres from the camera
+    visible       fraction 0..1 of the target's area that is in the frame and not occluded, over the whole exposure
+                  where the camera has motion blur
+    occluders     names of occluders that each cover at least a hundredth of its area, occluded themselves or not
+    crossing      another target's box meets this one's
+    in_view       its centre is inside the frame
+    contrast_k    apparent temperature of the target's mean less that of its background, K
+    scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
+                  noiseless light of target and background, with the camera's noise counted as clutter
+                  (formula: docs/moments.md); None where no part of the target is in the frame and where nothing
+                  varies around it
+    accuracy_px   bound on the error of the centre; 0 for rendered truth, which is exact
+    """
+
+    id: str
+    center: tuple[float, float]
+    box: Box
+    cls: str | None = None
+    signal_center: tuple[float, float] | None = None
+    velocity: tuple[float, float] | None = None
+    attitude: tuple[float, float, float] | None = None
+    range_m: float | None = None
+    visible: float | None = None
+    occluders: tuple[str, ...] = ()
+    crossing: bool | None = None
+    in_view: bool | None = None
+    contrast_k: float | None = None
+    accuracy_px: float = 0.0
+    scr: float | None = None
+
+    @property
+    def hidden(self) -> bool:
+        """Whether less than `SHOWN` of it is visible; False where that is not known."""
+        return self.visible is not None and self.visible < SHOWN
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Ground truth of one frame: its time and the targets that exist in it."""
+
+    index: int
+    time: float
+    targets: tuple[TargetTruth, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Truth({self.index} at {self.time:.6g} s: {', '.join(map(_summary, self.targets)) or 'no target'})"
+
+    def target(self, id: str) -> TargetTruth | None:
+        """Return the target of that id; None where it does not exist."""
+        return next((target for target in self.targets if target.id == id), None)
+
+
+def _summary(target: TargetTruth) -> str:
+    """Return a target's id and box, and its visible fraction where that is below 1."""
+    box, (x, y) = target.box, target.center
+    visible = "" if target.visible in (None, 1.0) else f", visible {target.visible:.2g}"
+    return f"{target.id} at ({x:.1f}, {y:.1f}), {box.w:.1f} x {box.h:.1f} px{visible}"
+
+
+class Display(Protocol):
+    """Mapping of counts to the 8-bit picture."""
+
+    def display(self, counts: Image, bits: int) -> npt.NDArray[np.uint8]:
+        """Return the picture of counts (rows, cols) of that depth."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFacts:
+    """Known facts of the camera behind a source; None: not known.
+
+    ifov_rad   angle of a pixel, rad
+    band       its name, or its limits, um
+    range_k    blackbody temperatures of count 0 and of full scale, K; counts between are linear in radiance
+    curve      radiance to counts where range_k does not tell it, as of a camera that counts photons
+    """
+
+    ifov_rad: float | None = None
+    band: Band | None = None
+    range_k: tuple[float, float] | None = None
+    curve: Curve | None = None
+
+
+@runtime_checkable
+class Source(Protocol):
+    """Sequence of frames with truth (or none) and a hash: a rendered scenario or a recording.
+
+    name           a short name for tables: a file's stem or the scenario's name
+    hash           hex digest; two sources of one hash give the same counts and the same truth
+    size           (columns, rows)
+    follow         id of the default target to follow
+    seed           of the rendered scene; None where no seed changes the frames
+    scenario_text  the scenario that was rendered, as YAML; None where there was none
+    file           the file that holds the frames; None where none does
+    agc            its mapping of counts to a picture; None where it has none
+    camera         known facts of the camera
+
+    A class that derives from Source needs only the members without a value here.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def bits(self) -> int: ...
+    @property
+    def rate_hz(self) -> float: ...
+    @property
+    def follow(self) -> str | None: ...
+    @property
+    def has_truth(self) -> bool: ...
+
+    @property
+    def seed(self) -> int | None:
+        return None
+
+    @property
+    def scenario_text(self) -> str | None:
+        return None
+
+    @property
+    def file(self) -> Path | None:
+        return None
+
+    @property
+    def needs(self) -> tuple[Path, ...]:
+        """Files that the frames are read from: no output may replace them."""
+        return () if self.file is None else (self.file,)
+
+    @property
+    def agc(self) -> Display | None:
+        return None
+
+    @property
+    def camera(self) -> CameraFacts:
+        return CameraFacts()
+
+    def __len__(self) -> int: ...
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        """Return frame `index`, bit for bit as in the sequence. IndexError past the end, InputError for another
+        `input`."""
+        ...
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        """Yield frames start .. stop-1 in order; an image stays valid while later ones are made."""
+        ...
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        """Yield the truths of the same frames; nothing where has_truth is False."""
+        ...
+
+    def truth(self, index: int) -> Truth | None:
+        """Return the truth of frame `index` without its counts; None where has_truth is False. IndexError where there
+        is no such frame."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index}: {self.name} has frames 0 to {len(self) - 1}")
+        return next(iter(self.truths(index, index + 1)), None)
+
+    def pairs(
+        self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
+    ) -> Iterator[tuple[Frame, Truth | None]]:
+        """Yield frames start .. stop-1, each with its truth, in one pass; by `jobs` processes where the source can."""
+        frames = self.frames(input, start, stop)
+        if self.has_truth:
+            yield from zip(frames, self.truths(start, stop), strict=True)
+        else:
+            for frame in frames:
+                yield frame, None
+
+    def with_seed(self, seed: int) -> Source:
+        """Return the same scene with another seed; itself where no seed changes the frames."""
+        return self

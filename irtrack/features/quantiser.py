@@ -1,0 +1,85 @@
+"""Quantisation of grey levels to the bins of a histogram."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Frame, Image
+
+Bins = npt.NDArray[np.intp]
+Counts = Image | npt.NDArray[np.float32]
+BinsRange = Literal["full", "first_frame"]
+
+TAILS = (1.0, 99.0)
+"""Percentiles that bound the first frame's levels; chosen here. They leave out dead pixels (up to 0.5 % of a
+detector) and single noise peaks."""
+MARGIN = 0.1
+"""Share of that range added on both sides; chosen here. It leaves room for a target that grows warmer or colder."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantiser:
+    """`bins` equal bins over [low, high) counts; levels outside go to the end bins."""
+
+    low: float
+    high: float
+    bins: int
+
+    def __call__(self, image: Image) -> Bins:
+        """Return the bin of each pixel, floor((I - low) / ((high - low) / bins)) clipped to 0 .. bins-1."""
+        return _table(self.low, self.high, self.bins, image.itemsize).take(image)
+
+    def table(self, itemsize: int) -> npt.NDArray[np.uint16]:
+        """Return the bin of each level of an unsigned integer of `itemsize` bytes."""
+        return _short_table(self.low, self.high, self.bins, itemsize)
+
+
+@lru_cache(maxsize=16)
+def _table(low: float, high: float, bins: int, itemsize: int) -> Bins:
+    """Return the bin of each level; keys are plain numbers, since hashing a dataclass costs 3 us."""
+    cells = (np.arange(256**itemsize) - low) * (bins / (high - low))
+    table: Bins = np.clip(cells, 0, bins - 1).astype(np.intp)
+    return table
+
+
+@lru_cache(maxsize=16)
+def _short_table(low: float, high: float, bins: int, itemsize: int) -> npt.NDArray[np.uint16]:
+    return _table(low, high, bins, itemsize).astype(np.uint16)
+
+
+def contiguous(image: Image) -> Image:
+    """Return the image row after row in one block of memory."""
+    whole: Image = np.ascontiguousarray(image)  # type: ignore[assignment]  # numpy's stubs lose the element type
+    return whole
+
+
+def full_range(bits: int, bins: int) -> Quantiser:
+    """Return the quantiser of the whole range of `bits`; on 8 bits b(I) = floor(I / (256 / B)), as in the sources."""
+    return Quantiser(0.0, float(2**bits), bins)
+
+
+def levels_between(image: Counts, patch: Counts) -> tuple[float, float]:
+    """Return (low, high) counts of a frame and a patch of it, the `TAILS` of each cut."""
+    levels = np.concatenate([np.percentile(image, TAILS), np.percentile(patch, TAILS)])
+    return float(levels.min()), float(levels.max())
+
+
+def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
+    """Return the quantiser of the range filled by a first frame and the target's patch, plus a margin.
+
+    With the full range a low-contrast target and its background share one bin. The patch counts by itself: a small
+    hot target lies beyond its frame's percentiles.
+    """
+    low, high = levels_between(image, patch)
+    margin = max(MARGIN * (high - low), 0.5)
+    return Quantiser(low - margin, high + margin, bins)
+
+
+def first_quantiser(frame: Frame, patch: Image, bins: int, bins_range: BinsRange) -> Quantiser:
+    """Return the quantiser that a tracker sets in its first frame and keeps."""
+    return full_range(frame.bits, bins) if bins_range == "full" else fitted_range(frame.image, patch, bins)

@@ -1,0 +1,93 @@
+"""Velocity of a target from its last places, and the similarity of two velocities.
+
+Xue, Yuan, Xie 2011, section 2. Places are (..., k, 2) px, the oldest first; velocities (..., 2).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from irsim.types import Floats
+from irtrack._native import COMPILED, kernels
+
+Speed = Literal["lambda", "sqrt_lambda"]
+
+
+def pca_velocity(places: Floats, speed: Speed) -> Floats:
+    """Return the velocity along the principal axis of the places (Algorithm 1).
+
+    The covariance of the k places (step 3, divided by k) has the largest eigenvalue lambda_max. The direction is
+    that of its vector. The speed is proportional to lambda_max (step 5) or, as the text of section 2 says, to the
+    axis' length, sqrt(lambda_max); the factor cancels in eq. 6. The algorithm leaves the vector's sign open: here it
+    points from the first place to the last. Places that coincide have velocity 0.
+    """
+    k = places.shape[-2]
+    off = places - places.sum(axis=-2, keepdims=True) / k
+    covariance = np.einsum("...ki,...kj->...ij", off, off) / k
+    xx, xy, yy = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
+    half = (xx - yy) / 2
+    largest = (xx + yy) / 2 + np.hypot(half, xy)
+    angle = np.arctan2(xy, half) / 2
+    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    forward = ((places[..., -1, :] - places[..., 0, :]) * axis).sum(axis=-1) >= 0
+    length = largest if speed == "lambda" else np.sqrt(largest)
+    velocity: Floats = (np.where(forward, length, -length))[..., None] * axis
+    return velocity
+
+
+def velocity_similarity(velocities: Floats, model: Floats) -> Floats:
+    """Return the similarity (...) of velocities (..., 2) to one (2,), 0 .. 1 (eq. 6).
+
+    The smaller speed over the larger, times the cosine between the directions. The text says 0 .. 1, but a cosine
+    reaches -1: a backward velocity counts 0. Two targets at rest have 1; one at rest and one that moves, 0.
+    """
+    speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
+    # min / max . cosine = dot / max^2, which needs no division by a speed of 0.
+    larger, dot = np.maximum(speeds, pace), velocities @ model
+    square = np.where(larger > 0, larger, 1.0) ** 2
+    ratio: Floats = np.minimum(np.maximum(np.where(larger > 0, dot, square) / square, 0), 1)
+    return ratio
+
+
+def trajectory_similarity(trajectory: Floats, places: Floats, speed: Speed) -> Floats:
+    """Return the similarity (N,) of a trajectory's velocity and its next one, for each next place (N, 2) px.
+
+    trajectory is (k, 2) px. The next velocity is that of its last k - 1 places and the new one.
+    """
+    if COMPILED:
+        out = np.empty(len(places))
+        trajectory, places = (np.ascontiguousarray(each, np.float64) for each in (trajectory, places))
+        kernels.trajectory_similarity(trajectory, places, speed == "sqrt_lambda", out)
+        return out
+    return _trajectory_similarity_plain(trajectory, places, speed)
+
+
+def _trajectory_similarity_plain(trajectory: Floats, places: Floats, speed: Speed) -> Floats:
+    tracks = np.empty((len(places) + 1, len(trajectory), 2))
+    tracks[:-1, :-1], tracks[:-1, -1], tracks[-1] = trajectory[1:], places, trajectory
+    velocities = pca_velocity(tracks, speed)
+    return velocity_similarity(velocities[:-1], velocities[-1])
+
+
+def line_fit(places: Floats) -> tuple[Floats, Floats]:
+    """Return the straight line through k places (k, 2): its place one frame ahead, px, and its velocity, px/frame.
+
+    By least squares, v = 12 / (k (k^2 - 1)) sum_i (i - mean i) x_i. The line of one place stands still.
+    """
+    if COMPILED:
+        ahead, velocity = np.empty(2), np.empty(2)
+        kernels.line_fit(np.ascontiguousarray(places, np.float64), ahead, velocity)
+        return ahead, velocity
+    return _line_fit_plain(places)
+
+
+def _line_fit_plain(places: Floats) -> tuple[Floats, Floats]:
+    k = len(places)
+    if k == 1:
+        return places[0], np.zeros(2)
+    steps = np.arange(k) - (k - 1) / 2
+    velocity = 12 / (k * (k**2 - 1)) * (steps @ places)
+    ahead: Floats = places.sum(axis=0) / k + (k + 1) / 2 * velocity
+    return ahead, velocity

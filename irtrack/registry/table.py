@@ -1,0 +1,203 @@
+"""Table of trackers by name, and `make`, which turns a name and parameters into a tracker.
+
+A new tracker is a module with a frozen `TrackerPart` and a line in `TRACKERS`; the contract tests run over the table.
+A tracker of another package is named as ``module:Class``, or by an entry point of the group ``irtrack.trackers``. It
+has `init` and `step`, or is a plain one (`irtrack.trackers.adapters`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import redirect_stdout
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, NamedTuple, Union, cast, get_args, get_origin, get_type_hints
+
+from pydantic import create_model
+
+from irsim import build
+from irsim.config.base import Part, suggestion
+from irtrack.errors import InputError, told
+from irtrack.external import HINT, PEERS, offered, required
+from irtrack.trackers.adapters import Plain, is_plain
+from irtrack.trackers.base import TrackerPart
+from irtrack.trackers.camshift import CamShiftKalman
+from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
+from irtrack.trackers.change_kalman import ChangeKalman
+from irtrack.trackers.foreign import FOREIGN, Command
+from irtrack.trackers.fusion_pf import FusionWSPF
+from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.kalman import EKF, Kalman
+from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
+from irtrack.trackers.optical_flow import OpticalFlow
+from irtrack.trackers.svd_pf import SVDPF
+from irtrack.trackers.template import Template
+from irtrack.types import Tracker
+
+TRACKERS: dict[str, type[TrackerPart]] = {
+    "grey_pf": GreyPF,
+    "cascade_pf": CascadePF,
+    "product_pf": ProductPF,
+    "coasting_pf": CoastingPF,
+    "mean_shift": MeanShift,
+    "mean_shift_kalman": MeanShiftKalman,
+    "mean_shift_pf": MeanShiftPF,
+    "background_restrained_pf": BackgroundRestrainedPF,
+    "template": Template,
+    "kalman": Kalman,
+    "ekf": EKF,
+    "optical_flow": OpticalFlow,
+    "camshift_kalman": CamShiftKalman,
+    "change_kalman": ChangeKalman,
+    "fusion_wspf": FusionWSPF,
+    "svd_pf": SVDPF,
+}
+
+NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
+"""The table and the trackers that run as programs."""
+
+ENTRY_POINTS = "irtrack.trackers"
+
+CONTRACTS = "a class with start(frame, box) and step(frame), or with init(frame, box, rng) and step(state, frame, rng)"
+"""The two forms of a tracker: a plain one, or one with its state outside (`irtrack.types.Tracker`)."""
+
+
+class Row(NamedTuple):
+    """Line of `irtrack list`."""
+
+    name: str
+    summary: str
+    source: str
+
+
+def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
+    """Return the tracker of a name from the table, an entry point, ``module:Class``, or ``trax:COMMAND``.
+
+    InputError, a line for each error: an unknown name or parameter, a wrong type, a value out of range, a module that
+    cannot be imported. Parameters of a user's own class are checked where annotated as numbers, texts, true or false.
+    Its output goes to standard error.
+    """
+    cls = find(name)
+    given = _command(name) | dict(parameters or {})
+    if issubclass(cls, Part):
+        return cast(Tracker, build(cls, given, name))
+    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
+    checked = build(create_model(cls.__name__, __base__=Part, **cast(Any, plain)), {k: given[k] for k in plain}, name)
+    given |= {key: getattr(checked, key) for key in plain}
+    try:
+        with redirect_stdout(sys.stderr):
+            made = cls(**given)
+    except (Exception, SystemExit) as error:  # a user's class may raise anything
+        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else told(error)
+        raise InputError(f"{name}: {plainly}") from None
+    return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
+
+
+def of(tracker: object) -> Tracker:
+    """Return the tracker of an object: a tracker, a plain one, or the class of either; InputError of any other."""
+    kind = tracker if isinstance(tracker, type) else type(tracker)
+    _checked(f"{kind.__module__}:{kind.__qualname__}", kind)
+    if isinstance(tracker, type):
+        return Plain.made(tracker, {}) if is_plain(tracker) else cast(Tracker, tracker())
+    return Plain.of(tracker) if is_plain(type(tracker)) else cast(Tracker, tracker)
+
+
+def find(name: str) -> type[Any]:
+    """Return the class of a tracker's name; InputError where there is none."""
+    if not isinstance(name, str):
+        raise InputError(f"tracker {name!r}: is no name; allowed: text, such as 'kalman'")
+    if name in PEERS and name not in offered():
+        raise InputError(f"{name}: is not in {required(name)}'s environment; allowed: after {HINT}")
+    if name in NAMED:
+        return NAMED[name]
+    installed = _installed()
+    if name in installed:
+        return _checked(name, _load(name, installed[name]))
+    known = [*NAMED, *installed]
+    module, colon, cls = name.partition(":")
+    if _command(name):
+        return NAMED[module]
+    if module in known:
+        raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
+    if colon:
+        file = Path(module)
+        if file.suffix == ".py" or not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
+            hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
+            raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
+        # As with `python -m`, a module of the current folder counts; it must not shadow others.
+        here = os.getcwd()
+        if here not in sys.path:
+            sys.path.append(here)
+        return _checked(name, _load(name, EntryPoint(name, name, ENTRY_POINTS)))
+    raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{suggestion(name, known)}")
+
+
+def _command(name: str) -> dict[str, object]:
+    """Return the parameter in a name such as ``trax:COMMAND``; none of any other name."""
+    kind, colon, command = name.partition(":")
+    return {"command": command} if colon and issubclass(NAMED.get(kind, object), Command) else {}
+
+
+def describe(peers: Sequence[str] = ()) -> list[Row]:
+    """Return a row for every tracker that can be named, for `irtrack list`; of the peers, for those given."""
+    present = [*TRACKERS, *(name for name, cls in FOREIGN.items() if issubclass(cls, Command)), *peers]
+    rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
+    for name, entry in _installed().items():
+        try:
+            cls = _checked(name, _load(name, entry))
+        except InputError as error:
+            rows.append(Row(name, str(error), entry.value))
+        else:
+            rows.append(Row(name, _summary(cls), str(getattr(cls, "source", entry.value))))
+    return rows
+
+
+def _installed() -> dict[str, EntryPoint]:
+    """Return trackers of installed packages; they cannot replace the table's names."""
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if entry.name not in NAMED}
+
+
+def _load(name: str, entry: EntryPoint) -> object:
+    try:
+        importlib.invalidate_caches()
+        with redirect_stdout(sys.stderr):
+            return entry.load()
+    except (Exception, SystemExit) as error:  # a user's module may raise anything
+        raise InputError(f"cannot import tracker '{name}': {told(error)}") from None
+
+
+def _checked(name: str, found: object) -> type[Any]:
+    if not isinstance(found, type):
+        raise InputError(f"'{name}' is not a tracker; allowed: {CONTRACTS}")
+    if hasattr(found, "step") and (hasattr(found, "init") or hasattr(found, "start")):
+        return found
+    has = " and ".join(part for part in ("init", "start", "step") if hasattr(found, part))
+    lacks = "start" if has == "step" else "step" if has else "start and no step"
+    raise InputError(f"'{name}' is not a tracker: it has {f'{has} but ' * bool(has)}no {lacks}; allowed: {CONTRACTS}")
+
+
+def _summary(cls: type[Any]) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]
+
+
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    """Return the annotations of a class' arguments; none where they cannot be evaluated."""
+    try:
+        return get_type_hints(cls.__init__)
+    except Exception:  # annotations may be any text
+        return {}
+
+
+def _is_checked(key: str, hint: Any) -> bool:
+    return _is_plain(hint) and not key.startswith("_") and not hasattr(Part, key)
+
+
+def _is_plain(hint: Any) -> bool:
+    """Return whether a parameter takes only numbers, texts, true or false, or one of several words."""
+    if get_origin(hint) in (Union, UnionType):
+        return all(_is_plain(choice) for choice in get_args(hint))
+    return get_origin(hint) is Literal or hint in (int, float, bool, str, type(None))

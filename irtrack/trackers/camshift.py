@@ -1,0 +1,154 @@
+"""`camshift_kalman`: centroid and ellipse by CamShift, predicted through occlusion by a Kalman filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Annotated, ClassVar, Literal
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from irsim.config.quantities import Fraction
+from irsim.types import Box, Floats, Frame, Image
+from irtrack.features.histogram import LocalBackground, gaussian_kernel
+from irtrack.features.mean_shift import back_projection
+from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
+from irtrack.features.window import Window, region
+from irtrack.trackers.base import Footage, VisibilityMonitor, footage, start_window
+from irtrack.trackers.kalman import GatedKalman, kalman_estimate
+from irtrack.types import Estimate
+
+CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
+"""Iterations at most, and px of the last step; OpenCV's window moves by whole pixels."""
+SIZES = (0.5, 2.0)
+"""Least and largest size, in start sizes. Chosen here: on a background of its own levels the ellipse floods."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Settings of the first frame. likely (bins,): share of the target at each level, 0 .. 1; histogram (bins,): the
+    reference of matches; ellipse: the target's full sides there, px."""
+
+    footage: Footage
+    size: tuple[float, float]
+    levels: Quantiser
+    likely: Floats
+    background: LocalBackground
+    histogram: Floats
+    ellipse: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CamShiftState:
+    """State: mean (4,), x, y px, vx, vy px/frame, and its covariance; scale (2,) of the start size."""
+
+    start: Start
+    mean: Floats
+    covariance: Floats
+    scale: Floats
+    monitor: VisibilityMonitor
+
+
+class CamShiftKalman(GatedKalman):
+    """CamShift in a window predicted by a Kalman filter, which alone gives the place during occlusion.
+
+    One of the systems named in the digest beside L. An et al. 2007: CamShift gives a centroid and an
+    ellipse as measurement, a Kalman filter the next window, and the place while targets overlap;
+    rotation is its weakness. CamShift is that of G. Bradski, "Computer Vision Face Tracking for Use in
+    a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back projection of
+    the target's levels, then its moments there.
+
+    Chosen here: grey levels for his hue; a level counts by its share in the target against that in a
+    ring around it, since with the share alone a target's rim draws the window into a like
+    background; sizes are those of the ellipse's second moments against the first frame's, smoothed;
+    constant velocity with white-noise acceleration; occlusion is detected by the match of the place found
+    (see `irtrack.trackers.base.VisibilityMonitor`) and the gate.
+    """
+
+    source: ClassVar[str] = "Bradski 1998; Kalman 1960"
+
+    bins: int = Field(default=32, ge=2, le=256)
+    """Grey levels of the histogram."""
+    bins_range: BinsRange = "first_frame"
+    """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
+    weights: Literal["ratio", "share"] = "ratio"
+    """Weight of a level: the target's share of it in target and ring, or its share in the target (Bradski)."""
+    resize: Fraction = 0.1
+    """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
+    margin: Annotated[float, Field(ge=0, le=10)] = 0.25
+    """Margin of the search window beyond the target on each side, in its sides; the centroid must not be cut."""
+    seen: Fraction = 0.5
+    """Share of the way from the local background's score to the target's usual one that counts as visible."""
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
+    """Misses in a row after which the status is lost."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> CamShiftState:
+        """Return the state at the box's centre, at rest within `start_speed_sd`."""
+        part, corner = start_window(frame, box)
+        window, center = Window.of(box), (box.cx, box.cy)
+        levels = first_quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
+        reach = (ceil(window.columns / 2), ceil(window.rows / 2))
+        kernel = gaussian_kernel(window, 0.5 * float(np.hypot(box.w, box.h)))
+        background = LocalBackground.of(window, kernel, reach, levels)
+        (target, ring), _ = background.histograms(frame.image, center)
+        total = target + ring
+        ratio = np.divide(target, total, out=np.zeros_like(target), where=total > 0)
+        start = Start(
+            footage=footage(frame),
+            size=(box.w, box.h),
+            levels=levels,
+            likely=np.maximum(2 * ratio - 1, 0) if self.weights == "ratio" else target,
+            background=background,
+            histogram=target,
+            ellipse=(1.0, 1.0),
+        )
+        found = self._found(start, frame.image, np.array(center), np.ones(2))
+        first = replace(start, ellipse=found[1] if found else (1.0, 1.0))
+        return CamShiftState(first, *self.start(box), np.ones(2), VisibilityMonitor())
+
+    def step(self, state: CamShiftState, frame: Frame, rng: np.random.Generator) -> tuple[CamShiftState, Estimate]:
+        """Predict the window, shift it, update by the centroid."""
+        start, image = state.start, frame.image
+        start.footage.check(frame)
+        mean, covariance = self.predict(state.mean, state.covariance)
+        found = self._found(start, image, mean[:2], state.scale)
+        monitor, score, scale = state.monitor.miss(), 0.0, state.scale
+        if found is not None:
+            place, ellipse = found
+            match = start.background.score(image, (float(place[0]), float(place[1])), start.histogram)
+            score = match.score
+            if self.within_gate(mean, covariance, place):
+                monitor = state.monitor.after(score, match.background_score, self.seen)
+            if monitor.misses == 0:
+                mean, covariance = self.update(mean, covariance, place)
+                now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
+                scale = scale + self.resize * (now - scale)
+        after = replace(state, mean=mean, covariance=covariance, scale=scale, monitor=monitor)
+        size = (float(scale[0]) * start.size[0], float(scale[1]) * start.size[1])
+        return after, kalman_estimate(mean, covariance, size, monitor.status(self.lost_after), score)
+
+    def _found(
+        self, start: Start, image: Image, center: Floats, scale: Floats
+    ) -> tuple[Floats, tuple[float, float]] | None:
+        """Return centroid (2,) px and full sides (w, h) of the ellipse in the last window; None where it is empty."""
+        columns, rows = (
+            min(ceil((1 + 2 * self.margin) * factor * side), limit)
+            for factor, side, limit in zip(scale.tolist(), start.size, image.shape[::-1], strict=True)
+        )
+        window = Window(columns, rows, (0.0, 0.0))
+        corner = window.corner((float(center[0]), float(center[1])))
+        # Levels are looked up only as far as a target moves in a frame.
+        left, top, pixels = region(image, window, corner, 2 * max(columns, rows))
+        picture = back_projection(pixels, start.levels, start.likely).astype(np.float32)
+        x = min(max(corner[0] - left, 0), picture.shape[1] - window.columns)
+        y = min(max(corner[1] - top, 0), picture.shape[0] - window.rows)
+        _, (x, y, w, h) = cv2.meanShift(picture, (x, y, window.columns, window.rows), CONVERGED)
+        moments = cv2.moments(picture[y : y + h, x : x + w])
+        if moments["m00"] <= 0:
+            return None
+        place = np.array([moments["m10"], moments["m01"]]) / moments["m00"] + (left + x, top + y)
+        variances = np.array([moments["mu20"], moments["mu02"]]) / moments["m00"] + 1 / 12  # of pixels as areas
+        width, height = (4 * np.sqrt(np.maximum(variances, 1 / 12))).tolist()
+        return place, (width, height)

@@ -1,0 +1,249 @@
+"""Moving camera: clouds, ground and sea pass by according to their range."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from carried import CLOUDS, apart, layer_of, passed, resampled, scene
+from country import context, view_direction
+
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.ground_texture import GroundPlane
+from irsim.backgrounds.panorama import Sphere, from_origin
+from irsim.geometry.projection import Geometry
+from irsim.render.frame import Renderer
+
+MIDDLE = slice(40, 81), slice(60, 101)
+"""Rows and columns about the picture's middle."""
+LASTING = 1e6
+"""A cloud that evolves in so many seconds does not change in two."""
+
+
+@pytest.mark.parametrize("evolve_s", [0.0, LASTING])
+@pytest.mark.parametrize("ifov_mrad", [2.0])
+@pytest.mark.parametrize(("range_m", "shift_px"), [(2000.0, 20.0), (8000.0, 5.0)])
+@pytest.mark.parametrize("way", ["right", "up"])
+def test_clouds_have_the_parallax_of_their_range(
+    way: str, range_m: float, shift_px: float, ifov_mrad: float, evolve_s: float
+) -> None:
+    """Carried across by d, the camera sees a layer at R shifted by d / R: in frame 60, after two seconds, by 20 m in
+    2 km, which is 20 px of 0.5 mrad, and in 8 km, which is 5 px; four times as fast with pixels of 2 mrad."""
+    speed = 10.0 * ifov_mrad / 0.5
+    up = math.radians(10.0)  # across the line of sight, upwards
+    velocity = (speed, 0.0, 0.0) if way == "right" else (0.0, -speed * math.sin(up), speed * math.cos(up))
+    clouds = [{"id": "layer", "range_m": range_m, "evolve_s": evolve_s, **CLOUDS}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity, camera={"ifov_mrad": ifov_mrad}))
+    before, after = (passed(renderer, "layer", frame) for frame in (0, 60))
+    across, down = (int(shift_px), 0) if way == "right" else (0, -int(shift_px))
+    rows, columns = MIDDLE
+    moved = before[rows.start + down : rows.stop + down, columns.start + across : columns.stop + across]
+    assert np.std(moved) > 0.1
+    # The picture turns with the sphere: of d / R = 0.04 at most, half the square over the patch's 20 px.
+    assert apart(after[MIDDLE], moved) == pytest.approx((0, 0), abs=0.05)
+    assert np.abs(after[MIDDLE] - moved).mean() < 0.05 * np.std(moved)
+
+
+@pytest.mark.parametrize("evolve_s", [0.0, LASTING])
+def test_approached_clouds_grow(evolve_s: float) -> None:
+    """From 2000 m to 1600 m: what was seen at an angle from the axis is seen at 1.25 times that."""
+    up = math.radians(10.0)
+    velocity = (0.0, 200 * math.cos(up), 200 * math.sin(up))
+    clouds = [{"id": "layer", "range_m": 2000.0, "evolve_s": evolve_s, **CLOUDS}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity))
+    before, after = (passed(renderer, "layer", frame) for frame in (0, 60))
+    y, x = (np.asarray(at, np.float32) for at in np.indices(after.shape))
+    grown = resampled(before, 80 + (x - 80) * 0.8, 60 + (y - 60) * 0.8)
+    assert apart(after, grown) == pytest.approx((0, 0), abs=0.05)
+    assert np.abs(after - grown).mean() < 0.02 * np.std(grown)
+
+
+@pytest.mark.parametrize("place", [(-40.0, 25.0, 60.0), (0.0, -80.0, -120.0)])
+@pytest.mark.parametrize("range_m", [300.0, 3000.0])
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (1.2, 0.3, 0.4)])
+def test_cloud_parallax_is_that_of_points_on_a_sphere(
+    place: tuple[float, float, float], range_m: float, turn: tuple[float, float, float]
+) -> None:
+    """What the moved camera sees at a pixel is the point of the sphere on its ray."""
+    camera = context(elevation_deg=12.0)
+    here = view_direction(camera, place, turn)
+    chart = from_origin(here, Sphere(range_m)).chart
+    for x, y in ((0, 0), (80, 60), (160, 17)):
+        ray = camera.geometry.directions(np.array([x, y])) @ camera.geometry.world_rotation(np.array(turn))
+        gone = np.array(place)
+        toward = ray @ gone
+        point = gone + ray * (math.sqrt(toward**2 + range_m**2 - gone @ gone) - toward)
+        assert np.linalg.norm(point) == pytest.approx(range_m)
+        u = math.atan2(point[0], point[2]) * math.cos(math.radians(12.0)) / 0.5e-3
+        v = (math.radians(12.0) - math.asin(-point[1] / range_m)) / 0.5e-3
+        assert (chart.at_pixels(chart.u)[y, x], chart.at_pixels(chart.v)[y, x]) == pytest.approx((u, v), abs=0.02)
+
+
+@pytest.mark.parametrize("right_m", [-30.0, 0.0, 30.0])
+def test_parallax_has_no_seam_past_the_zenith(right_m: float) -> None:
+    """A camera that has gone back by half of the range and looks steeply up sees beyond the first place's zenith."""
+    chart = from_origin(view_direction(context(elevation_deg=70.0), (right_m, 0.0, -1000.0)), Sphere(2000.0)).chart
+    turns = np.diff(chart.u, axis=1) * 0.5e-3 / math.cos(math.radians(70.0))
+    assert np.abs(turns).max() < math.pi / 2
+
+
+JET = {"id": "jet", "shape": {"kind": "fighter"}}
+
+
+@pytest.mark.parametrize(("range_m", "hidden"), [(5200.0, True), (4800.0, False)])
+def test_clouds_occlude_by_first_range(range_m: float, hidden: bool) -> None:
+    """A layer 5 km from where the camera was; after it has flown 1200 m on, both jets are nearer than that."""
+    up = math.radians(10.0)
+    velocity = (0.0, 600 * math.cos(up), 600 * math.sin(up))
+    path = {"kind": "straight", "start": (80, 60), "speed": 0.0, "range_m": range_m}
+    clouds = [{"id": "thick", "range_m": 5000.0, "coverage": 0.999, "depth": 50.0}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity, targets=[{**JET, "path": path}]))
+    for frame in (0, 60):
+        (jet,) = renderer.scene(frame)[1].targets
+        assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
+        assert jet.occluders == (("thick",) if hidden else ())
+    assert jet.range_m == pytest.approx(range_m - 1200, abs=1)
+
+
+@pytest.mark.parametrize(("range_m", "hidden"), [(520.0, True), (480.0, False)])
+def test_occluders_occlude_by_first_range(range_m: float, hidden: bool) -> None:
+    up = math.radians(10.0)
+    velocity = (0.0, 50 * math.cos(up), 50 * math.sin(up))
+    path = {"kind": "straight", "start": (80, 60), "speed": 0.0, "range_m": range_m}
+    bar = {"kind": "bar", "center_px": (80, 60), "size_px": (120, 100), "range_m": 500.0}
+    carried = scene({"kind": "sky"}, velocity, targets=[{**JET, "path": path}], occluders=[bar])
+    (jet,) = Renderer(carried).scene(60)[1].targets
+    assert jet.range_m == pytest.approx(range_m - 100, abs=1)
+    assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
+
+
+def test_targets_occlude_by_present_range() -> None:
+    """A camera that has flown past both and looks back at them."""
+    paths = {
+        name: {"kind": "straight_m", "axes": "world", "start_m": (0.0, ahead, 0.0), "velocity_m_s": (0, 0, 0)}
+        for name, ahead in (("first", 600.0), ("second", 800.0))
+    }
+    targets = [{"id": name, "shape": {"kind": "fighter"}, "path": path} for name, path in paths.items()]
+    motion = [
+        {"kind": "platform", "velocity_m_s": (0.0, 500.0, 0.0)},
+        {"kind": "tracks", "target": "first", "lag_s": 0.0},
+    ]
+    camera = {"elevation_deg": 0.0, "motion": motion}
+    renderer = Renderer(scene({"kind": "sky"}, (0.0, 0.0, 0.0), camera=camera, targets=targets))
+    for frame, nearer in ((0, "first"), (60, "second")):
+        seen = {target.id: target for target in renderer.scene(frame)[1].targets}
+        assert seen[nearer].visible == pytest.approx(1.0)
+        ((other, hidden),) = [(name, each) for name, each in seen.items() if name != nearer]
+        assert hidden.occluders == (nearer,), (frame, other)
+
+
+def test_passed_clouds_are_not_drawn() -> None:
+    clouds = [
+        {"id": "near", "range_m": 500.0, **CLOUDS},
+        {"id": "evolves", "range_m": 600.0, "evolve_s": 20.0, **CLOUDS},
+    ]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, (0.0, 330.0, 0.0)))
+    for name, last in (("near", 45), ("evolves", 54)):  # 11 m a frame
+        assert (passed(renderer, name, last) != 1).any()
+        assert (passed(renderer, name, last + 3) == 1).all()
+    light, _ = renderer.scene(60)
+    bare = Renderer(scene({"kind": "sky"}, (0.0, 330.0, 0.0))).scene(60)[0]
+    np.testing.assert_array_equal(light, bare)
+
+
+def test_ground_without_a_height_stays() -> None:
+    still, moving = (Renderer(scene({"kind": "ground"}, (speed, 0.0, 0.0))) for speed in (0.0, 30.0))
+    np.testing.assert_array_equal(still.scene(0)[0], moving.scene(60)[0])
+
+
+@pytest.mark.parametrize(
+    ("elevation_deg", "velocity"),
+    [
+        (-20.0, (1.0, 0.0, 0.0)),
+        (-70.0, (0.2, -0.5, -0.3)),
+        (-80.0, (0.3, -0.5, 0.4)),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_what_stands_on_the_ground_does_not_slide_over_it(
+    elevation_deg: float, velocity: tuple[float, float, float], turned: bool
+) -> None:
+    """The first picture, seen through the plane 80 m below as a body on it is, is the last one."""
+    points = [
+        {
+            "id": f"at_{x}",
+            "shape": {"kind": "point", "area_m2": 1.0},
+            "path": {"kind": "straight", "start": (x, y), "speed": 0.0, "ground_m": 80.0},
+        }
+        for x, y in ((60, 50), (80, 60), (110, 75))
+    ]
+    if turned:
+        velocity = (6 * velocity[0], 6 * velocity[1], 6 * velocity[2])
+    motion: list[dict[str, Any]] = [{"kind": "platform", "velocity_m_s": velocity}]
+    if turned:
+        motion.append({"kind": "tracks", "target": "at_80", "lag_s": 0.0, "place_px": (80, 60)})
+    background = {"kind": "ground", "height_m": 80.0, "correlation_mrad": 8.0, "beta": 3.0}
+    camera = {"elevation_deg": elevation_deg, "motion": motion}
+    renderer = Renderer(scene(background, velocity, camera=camera, targets=points))
+    first, pose = renderer.context.geometry, renderer.pose(60)
+    y, x = np.mgrid[30:91, 45:116]
+    rays = pose.lens.directions(np.stack([x, y], axis=-1)) @ pose.rotation
+    reach = (80 - pose.place @ first.down) / (rays @ first.down)
+    seen = np.asarray(first.project(pose.place + rays * reach[..., None]), np.float32)
+    inside = np.asarray(((seen > 2) & (seen < np.array(first.size) - 3)).all(axis=-1))
+    assert inside.mean() > 0.3
+    before, after = (layer_of(renderer, "ground").light(renderer.now.view_direction(frame))[1] for frame in (0, 60))
+    wanted = resampled(before, seen[..., 0], seen[..., 1])
+    found = after[30:91, 45:116]
+    assert apart(found, wanted, inside) == pytest.approx((0, 0), abs=0.05)
+    assert np.corrcoef(wanted[inside], found[inside])[0, 1] > 0.98
+    starts, ends = ({each.id: each.center for each in renderer.scene(frame)[1].targets} for frame in (0, 60))
+    for name, (at_x, at_y) in ends.items():
+        if 45 <= at_x <= 115 and 30 <= at_y <= 90:
+            there = resampled(seen, np.array([[at_x - 45]]), np.array([[at_y - 30]]))
+            assert there.ravel().tolist() == pytest.approx(starts[name], abs=0.1)
+
+
+def test_ground_is_a_plane_at_the_nadir() -> None:
+    """74 degrees wide, turned to the nadir: each pixel sees the texel that its ray meets, 80 m below."""
+    geometry = Geometry((641, 481), 2e-3, math.radians(-80))
+    turned = geometry.world_rotation(np.array([0.3, math.radians(-10), 0.2]))
+    columns, rows, _ = GroundPlane(geometry, 80.0, (4096, 4096)).places(Chart.at(geometry, turned), (0.0, 0.0, 0.0))
+    y, x = np.mgrid[:481, :641].astype(float)
+    right, down, ahead = np.moveaxis(geometry.directions(np.stack([x, y], axis=-1)) @ turned, -1, 0)
+    first = math.sin(
+        math.radians(80)
+    )  # a texel is 2 mrad wide at the range 80 m / sin 80, and so high as seen slantwise
+    across = right / down * first / 2e-3
+    along = (1 / math.tan(math.radians(80)) - ahead / down) * first**2 / 2e-3
+    for seen, met in ((columns, across), (rows, along)):
+        np.testing.assert_allclose((seen - met + 2048) % 4096 - 2048, 0, atol=0.01)
+
+
+def test_far_ground_is_averaged_over_pixels() -> None:
+    """White ground, seen from 3 degrees down on: pixels that see n texels spread less by sqrt(n), or they flicker."""
+    camera = {"size": (400, 801), "ifov_mrad": 0.8, "elevation_deg": -21.0}
+    background = {"kind": "ground", "height_m": 100.0, "beta": 0.0, "stretch": 1.0}
+    light = Renderer(scene(background, (0.0, 0.0, 0.0), camera=camera)).scene(0)[0]
+    spreads = light.std(axis=1)
+    depressions = np.radians(21.0) + np.arctan((np.arange(801) - 400) * 0.8e-3)
+    many = (math.sin(math.radians(21.0)) / np.sin(depressions)) ** 3
+    far = many > 1
+    steadied = (spreads[far] * np.sqrt(many[far])).reshape(-1, 25).mean(axis=1)
+    assert len(steadied) == 16
+    assert steadied == pytest.approx(np.full(16, steadied.mean()), rel=0.15)
+
+
+def test_the_sea_passes_by_as_its_plane() -> None:
+    """By 8 m to the right: what is 400 m off on the level has gone 20 mrad to the left, 40 px."""
+    sea = {"kind": "sea", "camera_height_m": 20.0, "gusts": 0.0}
+    renderer = Renderer(scene(sea, (8.0, 0.0, 0.0), camera={"elevation_deg": -3.0, "psf_px": 0.0}))
+    there = renderer.now.view_direction(30)
+    before, after = (
+        renderer.layers[0].light(type(there)(0.0, there.chart, None, place))[1]
+        for place in ((0.0, 0.0, 0.0), there.place)
+    )
+    row = round(60 + (math.atan(20 / 400) - math.radians(3.0)) / 0.5e-3)
+    assert np.corrcoef(after[row, 40:81], before[row, 80:121])[0, 1] > 0.99

@@ -1,0 +1,65 @@
+"""16-bit images, and the cached sums of patterns and products of gains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from irsim.camera.buffers import int16_image, int16_sum
+from irsim.camera.noise_base import FINEST_UNIT, FrameContext, GainProduct, PatternSum
+from irsim.rng import normals
+from irsim.types import Floats
+
+FRAME = FrameContext(0, (60, 80), 50.0, 1)
+
+Values = st.lists(st.floats(-1e6, 1e6, width=32, allow_subnormal=False), min_size=1, max_size=50)
+
+
+@given(values=Values)
+def test_rounding_is_relative_to_the_greatest_magnitude(values: list[float]) -> None:
+    image = np.array([values], np.float32)
+    found = int16_image(image)
+    assert found.values.dtype == np.int16
+    assert not found.values.flags.writeable
+    error = np.abs(found.to_float() - image).max()
+    assert error <= max(0.5001 * np.abs(image).max() / 32_767, 1e-30)
+
+
+def test_zeros_halves_and_clipping() -> None:
+    zeros = np.zeros((3, 40), np.float32)
+    np.testing.assert_array_equal(int16_image(zeros).to_float(), zeros, strict=True)
+    image = np.array([[0.5, 1.5, -2.5, 1e5, -1e5, 3.75]], np.float32)
+    np.testing.assert_array_equal(int16_image(image, 1.0).values, [[0, 2, -2, 32_767, -32_768, 4]])
+    np.testing.assert_array_equal(int16_image(image, 0.5).to_float(), [[0.5, 1.5, -2.5, 16_383.5, -16_384.0, 4.0]])
+
+
+def drawn(name: str, sigma: float) -> Floats:
+    return normals(FRAME.shape, 1, name) * np.float32(sigma)
+
+
+@pytest.mark.parametrize("far", [0.0, 100.0, 1e4])
+def test_small_patterns_are_kept_beside_large_values(far: float) -> None:
+    small, hot = drawn("small", 0.02), np.zeros(FRAME.shape, np.float32)
+    hot[::7, 5] = far
+    total = np.zeros(FRAME.shape)
+    for part in PatternSum().of([small, hot], FRAME):
+        total += part.to_float()
+    assert np.abs((total - small)[hot == 0]).max() <= FINEST_UNIT / 2
+    assert len(int16_sum(small + hot, FINEST_UNIT)) == (2 if far > 1000 else 1)
+
+
+def test_sums_and_products_are_cached_by_identity() -> None:
+    first, second, third = (drawn(name, 0.03) for name in ("one", "two", "three"))
+    total, gains = PatternSum(), GainProduct()
+    once = total.of([first, second], FRAME)
+    assert total.of([first, second], FRAME) is once
+    changed = total.of([first, third], FRAME)[0]
+    np.testing.assert_allclose(changed.to_float(), first + third, atol=changed.unit)
+    assert total.of([], FRAME) == ()
+    both = gains.of([first, second])
+    expected = (1 + first.astype(np.float64)) * (1 + second) - 1
+    np.testing.assert_allclose(both.to_float(), expected, atol=both.unit)
+    assert gains.of([first, second]) is both
+    np.testing.assert_allclose(gains.of([second]).to_float(), second, atol=both.unit)

@@ -1,0 +1,187 @@
+"""Contract of every registered kind: what a kind of any family keeps."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any, get_args
+
+import jsonschema
+import pytest
+from mesh_files import GIVEN
+from pydantic import ValidationError
+
+import irsim
+from irsim.backgrounds import BACKGROUNDS
+from irsim.camera import AGCS, NOISES
+from irsim.config.base import Family, Kind, Part
+from irsim.config.fields import field_docs
+from irsim.config.schema import Slot
+from irsim.config.serialization import brief_value, plain_value
+from irsim.config.yaml_text import parse_yaml, write_yaml
+from irsim.motion import CAMERA_MOTIONS, PATHS
+from irsim.occluders import OCCLUDERS
+from irsim.scenario.expectation import EXPECTATIONS
+from irsim.scenario.variation import VARIATIONS
+from irsim.targets import SHAPES
+
+FAMILIES = (
+    *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),
+    *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
+)
+REQUIRED: dict[str, Any] = {
+    "start": [10, 20],
+    "start_m": [0, 900, 0],
+    "target": "jet",
+    "at_frame": 5,
+    "range_m": 800,
+    "px": 5,
+    "low": 1,
+    "high": 9,
+    "mean": 5,
+    "sd": 1,
+    "values": [1, 2],
+    "frames": 5,
+}
+"""Values of required keys, by key."""
+BESIDE: dict[str, dict[str, Any]] = {
+    "ar1": {"rho": 0.8},
+    "noise_3d": {"t": 0.5},
+    "drop": {"frames": [1]},
+    "duplicate": {"frames": [2]},
+    "waypoints": {"points": [[10, 10], [20, 10]], "speed": 2},
+    "waypoints_m": {"points": [[0, 900, 0], [50, 900, 0]], "speed_m_s": 20},
+    "bar": {"center_px": [40, 40], "size_px": [9, 50]},
+    "pole": {"foot_px": [40, 60], "height_px": 40, "width_px": 4},
+    "tree": {"foot_px": [40, 60], "height_px": 40, "crown_px": [20, 24]},
+    "building": {"foot_px": [40, 60], "size_px": [24, 30]},
+    "smoke": {"center_px": [40, 40], "size_px": [24, 20]},
+    **GIVEN,
+}
+"""Keys that a kind needs by its own rules."""
+KINDS = [pytest.param(family, word, id=f"{family.name}-{word}") for family in FAMILIES for word, _ in family]
+
+
+@pytest.fixture(scope="module")
+def footage(tmp_path_factory: pytest.TempPathFactory) -> str:
+    text = "{frames: 1, camera: {size: [16, 16], range_k: [250, 330]}, background: {kind: ground}}"
+    path = tmp_path_factory.mktemp("kinds") / "footage.mcap"
+    return str(irsim.record(irsim.Rendering(irsim.loads(text)), path))
+
+
+@pytest.fixture
+def text(family: Family, word: str, footage: str) -> dict[str, Any]:
+    """The shortest text of a kind."""
+    needed = [key for key, field in family.kinds[word].model_fields.items() if field.is_required()]
+    own = BESIDE.get(word, {})
+    given = {"file": footage, **REQUIRED, **own}
+    return {"kind": word, **{key: given[key] for key in needed}, **own}
+
+
+@pytest.mark.parametrize(("family", "word"), KINDS)
+def test_a_kind_keeps_its_contract(family: Family, word: str, text: dict[str, Any]) -> None:
+    kind = family.kinds[word]
+    value = family.parse(text)
+    assert (type(value), value.kind) == (kind, word)
+    assert issubclass(kind, family.base)
+    for written in (plain_value(value), brief_value(value), value.model_dump()):
+        again = family.parse(parse_yaml(write_yaml({"kind": word, **written})).value)
+        assert again == value
+        assert isinstance(hash(again), int)
+    with pytest.raises(ValidationError, match="frozen"):
+        setattr(value, next(iter(kind.model_fields), "any"), 1)
+    with pytest.raises(Exception, match="1 errors"):
+        family.parse({**text, "no_such_key": 1})
+    assert len((kind.__doc__ or "").split()) > 2
+    for key, field in kind.model_fields.items():
+        slot = Slot.of(field.annotation, field.metadata)
+        assert key in field_docs(kind) or key == "emissivity" or slot.part(None), f"{key} has no documentation"
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_the_schema_of_a_family_selects_keys_by_kind(family: Family) -> None:
+    validator = jsonschema.Draft202012Validator(irsim.Scenario.model_json_schema())
+    word, kind = next(iter(family))
+    scene: dict[str, Any] = {"background": {"kind": "ground"}}
+    places: dict[str, list[str | int]] = {
+        "background": ["background"],
+        "detector": ["camera", "detector"],
+        "noise": ["camera", "noise", 0],
+        "agc": ["camera", "agc"],
+        "expectation": ["expect", 0],
+        "fault": ["camera", "faults", 0],
+        "path": ["targets", 0, "path"],
+        "camera motion": ["camera", "motion", 0],
+        "occluder": ["occluders", 0],
+        "shape": ["targets", 0, "shape"],
+        "variation": ["vary", "seed"],
+    }
+    place = places[family.name]
+    needed = {key: REQUIRED[key] for key, field in kind.model_fields.items() if field.is_required()}
+    wrong: Any = {"kind": word, **needed, "no_such_key": 1}
+    for step in reversed(place[1:]):
+        wrong = [wrong] if step == 0 else {step: wrong}
+    found = list(validator.iter_errors({**scene, str(place[0]): wrong}))
+    assert place in [list(error.absolute_path) for error in found]
+
+
+def parts(part: type[Part]) -> list[type[Part]]:
+    """Return the part and all parts that may stand in it."""
+    found = [part]
+    for field in part.model_fields.values():
+        found += parts_of(Slot.of(field.annotation, field.metadata))
+    return list(dict.fromkeys(found))
+
+
+def parts_of(slot: Slot) -> list[type[Part]]:
+    if slot.family is not None:
+        return [part for _, kind in slot.family for part in parts(kind)]
+    if len(slot.choices) > 1:
+        return [part for choice in slot.choices for part in parts_of(choice)]
+    if slot.is_list or slot.is_table:
+        return [part for item in get_args(slot.annotation) if item is not Ellipsis for part in parts_of(Slot.of(item))]
+    found = slot.part(None)
+    return [] if found is None else parts(found)
+
+
+def test_every_kind_is_reached_from_a_scenario() -> None:
+    assert {kind for family in FAMILIES for _, kind in family} <= set(parts(irsim.Scenario))
+
+
+def test_only_files_are_looked_into_before_validation() -> None:
+    """Short texts are complete without other validators that fill keys."""
+    own = {
+        (part.__name__, name)
+        for part in parts(irsim.Scenario)
+        for name, decorator in part.__pydantic_decorators__.model_validators.items()
+        if decorator.info.mode != "after" and name != "_fill"
+    }
+    assert {part for part, _ in own} == {"Recorded", "Model"}
+
+
+class Ladder(Kind):
+    """A kind that is nobody's."""
+
+
+def test_a_kind_outside_of_tables_is_named_by_its_module() -> None:
+    assert Ladder.kind == f"{__name__}:Ladder"
+
+
+@pytest.mark.parametrize("module", ["irsim.scenario.model", "irtrack.cli"])
+def test_imports_leave_out_slow_packages(module: str) -> None:
+    slow = ("scipy", "matplotlib", "hypothesis", "jinja2")
+    program = f"import sys, {module}; print(*(name for name in {slow} if name in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_help_needs_no_slow_package() -> None:
+    program = "import sys, irsim.cli.app, irtrack.cli.app; print('numpy' in sys.modules, 'pydantic' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]
+
+
+def test_loading_does_not_import_the_linter() -> None:
+    program = "import sys, irsim; irsim.load('sky'); print('irsim.lint' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False"]

@@ -1,0 +1,187 @@
+"""A background and a detector of one's own, derived from the bare family, are treated as irsim's own are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import irsim
+from irsim.backgrounds import Background, ClearLayer, Ground, Layer, Sky
+from irsim.camera.response import Response
+from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
+from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
+from irsim.geometry.context import SceneContext
+from irsim.lint import doubts
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.scenario.placement_all import overdone
+from irsim.types import Floats
+
+
+class Lake(Background):
+    """Water of one temperature, 20 m below the camera, under a sky of a model atmosphere."""
+
+    surface: ClassVar[str] = "lake"
+
+    water_k: float = 285.0
+
+    @property
+    def surface_m(self) -> float:
+        return 20.0
+
+    @property
+    def sky_preset(self) -> str:
+        return "us_standard"
+
+    def clear(self, context: SceneContext) -> ClearLayer:
+        return Sky(preset="us_standard").clear(context)
+
+    def ground_radiance(self, context: SceneContext) -> GroundRadiance:
+        land = Ground(mean_k=self.water_k, spread_k=0).ground_radiance(context)
+        return lambda view_direction: land(view_direction)[:100]
+
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        return [self.clear(context)]
+
+
+class Still(Background):
+    """A picture that a camera has taken: count 100 everywhere, and what is drawn adds 1 for each W/m2/sr."""
+
+    has_noise: ClassVar[bool] = True
+    mapped: ClassVar[bool] = False
+
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        return [Picture()]
+
+
+class Picture:
+    name = "picture"
+    range_m = np.inf
+
+    def light(self, view_direction: Any) -> tuple[None, Floats]:
+        return None, np.full((48, 64), 10.0, np.float32)
+
+    def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        return np.asarray(100 + (light - 10))
+
+
+class Integrating(Sensor):
+    """One that counts electrons in a time of its own, and asks the camera for nothing."""
+
+    default_noise = ({"kind": "shot"},)
+    camera_keys = ()
+    counts_electrons = True
+    integration_key = "gate_ms"
+
+    gate_ms: float = 5.0
+
+    def response(self, setting: SensorSettings) -> Response:
+        return Response(1e5, 0.0, 0.0, 1e6, 500.0, 30.0, 100.0, 0.0, 2**setting.bits - 1, True, 10.0)
+
+
+def scene(background: str, **changes: Any) -> dict[str, Any]:
+    camera = {"size": (64, 48), **changes.pop("camera", {})}
+    kind = background if background.islower() else f"{__name__}:{background}"
+    return {"frames": 60, "camera": camera, "background": {"kind": kind, **changes.pop("keys", {})}, **changes}
+
+
+def told(value: dict[str, Any]) -> list[str]:
+    return [notice.message for notice in doubts(Scenario.model_validate(value))]
+
+
+def sinking(down_m_s: float) -> dict[str, Any]:
+    return {"motion": [{"kind": "platform", "velocity_m_s": (0.0, 0.0, -down_m_s)}]}
+
+
+def test_a_camera_comes_down_to_its_surface() -> None:
+    assert any("has come down to the lake, 20 m under" in text for text in told(scene("Lake", camera=sinking(15.0))))
+    assert not any("come down" in text for text in told(scene("Lake", camera=sinking(5.0))))
+
+
+def test_a_path_goes_below_its_surface() -> None:
+    path = {"kind": "straight_m", "axes": "world", "start_m": (0.0, 900.0, -50.0)}
+    target = {"id": "jet", "shape": {"kind": "fighter"}, "path": path}
+    assert any("jet goes below the lake, 20 m under" in text for text in told(scene("Lake", targets=[target])))
+
+
+@pytest.mark.parametrize(("kelvin", "word"), [(600.0, "above"), (150.0, "below")])
+def test_its_surface_is_off_the_scale(kelvin: float, word: str) -> None:
+    value = scene("Lake", camera={"range_k": (270.0, 310.0)}, keys={"water_k": kelvin})
+    assert any(text.startswith("all of the lake, ") and f"lies {word}" in text for text in told(value))
+
+
+def test_its_sky_is_off_the_scale_and_unlike_the_air() -> None:
+    value = scene("Lake", camera={"range_k": (400.0, 500.0), "elevation_deg": 10})
+    assert any(text.startswith("all of the clear sky") for text in told(value))
+    tropical = scene("Lake", atmosphere={"preset": "tropical"})
+    assert any("the sky is of us_standard behind an atmosphere of tropical" in text for text in told(tropical))
+
+
+def test_its_preset_needs_a_fitted_band() -> None:
+    with pytest.raises(ValidationError, match="no atmosphere is fitted to a band"):
+        Scenario.model_validate(scene("Lake", camera={"band": (5.5, 7.0)}))
+
+
+def test_what_stands_stands_below_its_horizon() -> None:
+    """A pole that hides a target in the sky goes down to the horizon, and so hides one that dives for far longer."""
+    target = {"id": "jet", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (32, 4), "speed": 0.5}}
+    target["path"] |= {"heading_deg": 90.0, "range_m": 2000}  # type: ignore[operator]  # the dump of a path, a mapping
+    pole = {"kind": "pole", "range_m": 500, "hides": "jet", "frames": (2, 4)}
+    for background, expected in (("Lake", 1), ("sky", 1), ("ground", 0)):
+        value = scene(background, camera={"elevation_deg": 3}, targets=[target], occluders=[pole])
+        assert len(list(overdone(Scenario.model_validate(value)))) == expected
+
+
+def test_a_background_of_counts_takes_targets() -> None:
+    up = {"motion": [{"kind": "pan", "elevation_deg_s": 45.0}]}
+    assert any("zenith" in text for text in told(scene("Lake", camera=up)))
+    assert not any("zenith" in text for text in told(scene("Still", camera=up)))
+    target = {
+        "id": "hot",
+        "shape": {"kind": "point", "temperature_k": 900.0, "area_m2": 2.0},
+        "path": {"kind": "straight"},
+    }
+    target["path"] |= {"start": (30, 20), "range_m": 100}  # type: ignore[operator]  # the dump of a path, a mapping
+    rendered = Scenario.model_validate(scene("Still", targets=[target]))
+    image = Renderer(rendered).frame(0)[0].image
+    assert image[0, 0] == 100
+    assert image[20, 30] > 100
+    moments = irsim.Moments(rendered)
+    np.testing.assert_allclose(moments.contribution(0, "hot"), image.astype(float) - 100, rtol=1e-5, atol=0.5)
+    with pytest.raises(irsim.InputError, match="the noise of a recording is not known"):
+        moments.mean(0)
+
+
+def test_an_own_detector_has_its_keys_and_exposure() -> None:
+    kind = {"kind": f"{__name__}:Integrating"}
+    camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
+    found = Scenario.model_validate(scene("ground", camera=camera))
+    assert found.camera.smeared_ms == 5.0
+    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.message]
+    assert ignored == ["range_k"]
+    other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
+    assert "2 ms are smeared, but the detector integrates for 5 ms" in told(other)
+    with pytest.raises(ValidationError, match="do not fit into a frame"):
+        Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
+    off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
+    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.message]
+    assert place == ("camera", "detector", "gate_ms")
+
+
+def test_a_bare_family_has_defaults() -> None:
+    """Nothing is said of a background or a detector that says nothing of itself."""
+
+    class Plain(Background):
+        def layers(self, context: SceneContext) -> Sequence[Layer]:
+            return Ground().layers(context)
+
+    value = Scenario.model_validate(scene("ground", camera=sinking(50.0)))
+    plain = value.model_copy(update={"background": Plain()})
+    assert [notice.message for notice in doubts(plain)] == []
+    assert plain.sky_preset is None
+    assert Sensor.camera_keys == NetdSensor.camera_keys
+    assert NetdSensor().integration_time_ms is None

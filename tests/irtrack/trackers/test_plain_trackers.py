@@ -1,0 +1,148 @@
+"""Plain trackers: a class with start and step, wrapped as it is."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bench_fakes import Strip
+
+import irtrack
+from irsim.types import Box, Frame
+from irtrack.errors import TrackerError
+from irtrack.registry.identity import code_hash, tracker_config
+from irtrack.registry.table import make, of
+from irtrack.types import Estimate, resumable
+
+
+class Walks:
+    """Right by `speed` px a frame; writes on its image, as people do."""
+
+    def __init__(self, speed: float = 1.0) -> None:
+        self.speed = speed
+
+    def start(self, frame: Any, box: Box) -> None:
+        self.box = box
+
+    def step(self, frame: Any) -> Any:
+        frame[:] = 0
+        self.box = Box(self.box.cx + self.speed, self.box.cy, self.box.w, self.box.h)
+        return self.answer()
+
+    def answer(self) -> Any:
+        return self.box
+
+
+class Four(Walks):
+    def answer(self) -> Any:
+        return np.array([self.box.cx, self.box.cy, self.box.w, self.box.h])
+
+
+class Says(Walks):
+    def answer(self) -> Any:
+        return Estimate((self.box.cx, self.box.cy), (self.box.w, self.box.h), status="occluded", score=0.5)
+
+
+class Jitters(Walks):
+    def start(self, frame: Any, box: Box, rng: np.random.Generator | None = None) -> None:
+        assert rng is not None
+        self.box = Box(box.cx + rng.normal(), box.cy, box.w, box.h)
+
+
+@pytest.mark.parametrize("given", [Walks, Walks(), Four, Four(), Says], ids=["class", "object", "4", "4s", "says"])
+def test_every_answer_is_an_estimate(given: Any) -> None:
+    track = irtrack.run(given, Strip())
+    assert track.centers[:, 0].tolist() == [10.0 + k for k in range(20)]
+    assert track.statuses[1:] == (("occluded" if given is Says else "tracking"),) * 19
+
+
+def test_each_run_has_its_own_object() -> None:
+    mine = Walks(speed=2.0)
+    first, second = irtrack.run(mine, Strip()), irtrack.run(mine, Strip())
+    assert first.centers.tolist() == second.centers.tolist()
+    assert first.centers[-1, 0] == 10 + 2 * 19
+    assert not hasattr(mine, "box")
+
+
+def test_its_generator_is_that_of_the_seed() -> None:
+    ends = [irtrack.run(Jitters, Strip(), seed=seed).centers[-1, 0] for seed in (0, 0, 1)]
+    assert ends[0] == ends[1] != ends[2]
+
+
+def test_nothing_seen_is_lost_at_the_last_place() -> None:
+    class Blinks(Walks):
+        def answer(self) -> Any:
+            return None if self.box.cx > 14 else self.box
+
+    track = irtrack.run(Blinks, Strip())
+    assert track.statuses[:5] == ("tracking",) * 5
+    assert set(track.statuses[5:]) == {"lost"}
+    assert track.centers[-1].tolist() == [14.0, 20.0]
+
+
+@pytest.mark.parametrize("answer", [3, (1, 2, 3), "here", "1234", ("a", 1, 2, 3), [[1, 2], 3, 4, 5]])
+def test_another_answer_is_one_line(answer: Any) -> None:
+    class Mute(Walks):
+        def answer(self) -> Any:
+            return answer
+
+    with pytest.raises(TrackerError, match=r"Mute: frame 1: step gave .*; allowed: a Box, cx, cy, w, h") as caught:
+        irtrack.run(Mute, Strip())
+    assert "\n" not in str(caught.value)
+
+
+def test_an_answer_of_nan_is_an_error() -> None:
+    class Nan(Walks):
+        def answer(self) -> Any:
+            return float("nan"), 1, 2, 3
+
+    with pytest.raises(TrackerError, match=r"Nan: frame 1: the center .*nan.*; allowed: finite numbers"):
+        irtrack.run(Nan, Strip())
+
+
+def test_a_class_that_says_nothing_is_not_resumable() -> None:
+    class Stays:
+        def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
+            return box
+
+        def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+            return state, Estimate((state.cx, state.cy), (state.w, state.h))
+
+    assert irtrack.run(Stays, Strip()).centers[-1].tolist() == [10.0, 20.0]
+    assert not resumable(of(Stays))
+    assert not resumable(of(Walks))
+    assert resumable(make("kalman"))
+
+
+def test_results_are_keyed_by_its_class_and_parameters() -> None:
+    named = make("test_plain_trackers:Walks", {"speed": 3})
+    assert tracker_config(named) == {"tracker": "test_plain_trackers:Walks", "parameters": {"speed": 3.0}}
+    assert tracker_config(of(Walks(3.0))) == tracker_config(named)
+    assert code_hash(named) == code_hash(of(Walks))
+
+
+def test_a_failing_plain_tracker_shows_its_own_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from irtrack.cli import main
+
+    (tmp_path / "my_breaking_tracker.py").write_text(
+        "class Breaks:\n"
+        "    def start(self, frame, box):\n        self.left = 3\n\n"
+        "    def step(self, frame):\n        self.left -= 1\n        return 1 / self.left, 5, 5, 5\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(sys, "argv", ["irtrack", "run", "my_breaking_tracker:Breaks", "sky", "frames=6", "--seed", "4"])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    error = capsys.readouterr().err
+    assert caught.value.code == 1
+    first, *calls, last = error.splitlines()
+    assert first == "irtrack: my_breaking_tracker:Breaks: frame 3: ZeroDivisionError: division by zero"
+    assert "return 1 / self.left, 5, 5, 5" in "".join(calls)
+    assert "adapters.py" not in error
+    assert last == "on sky, seed 4; repeat it: irtrack run my_breaking_tracker:Breaks sky frames=6 --seed 4"
