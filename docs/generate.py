@@ -26,12 +26,11 @@ import irtrack
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.sky import Clouds
-from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
-from irsim.camera.bloom import Bloom
 from irsim.backgrounds.ground_cover import Fields, Roads, Water
 from irsim.backgrounds.structures import Buildings
 from irsim.backgrounds.trees import Trees
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
+from irsim.camera.bloom import Bloom
 from irsim.camera.camera import Camera
 from irsim.camera.drift import Correction
 from irsim.camera.motion_blur import MotionBlur

@@ -31,9 +31,8 @@ from irsim.calibration.statistics import (
 )
 from irsim.calibration.temporal import Memory
 from irsim.calibration.texture import PowerLaw, fit_texture, grey_levels, periodogram
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.types import Bools, Floats
-from irsim.wording import counted
 
 FRAMES = 300
 """Frames that are measured by default: 200 MB of 640x512 px."""

@@ -25,18 +25,18 @@ from irsim.calibration.selection import (
     target_boxes,
 )
 from irsim.calibration.statistics import Estimate
-from irsim.camera.detectors import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
-from irsim.camera.displays import Agc
+from irsim.camera.agc import Agc
+from irsim.camera.bad_pixels import MAX_BAD
+from irsim.camera.drift import Drift
+from irsim.camera.sensor import NETD_K, ElectronSensor, SensorSettings, matched_sensor
 from irsim.config.base import dump
-from irsim.errors import InputError
-from irsim.physics.radiometry import radiance, slope, temperature
-from irsim.physics.scale import Scale
+from irsim.errors import InputError, counted
+from irsim.physics.radiometry import Scale, radiance, slope, temperature
 from irsim.recording.writer import default_agc
 from irsim.render.sources import open_source
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
 from irsim.types import Band, Curve, Source
-from irsim.wording import counted
 
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3
@@ -210,18 +210,18 @@ class Writer:
         return self.scale.slope(float(radiance(self.band, kelvin))) * slope(self.band, kelvin)
 
     @cached_property
-    def electrons(self) -> Electrons | None:
+    def electrons(self) -> ElectronSensor | None:
         """A detector with the recording's response to light; None where two black bodies give the scale."""
         if self.curve is None:
             return None
-        return electrons_like(self.curve, self.band, self.bits, self.rate_hz, _at_least(self.figures.noise.value))
+        return matched_sensor(self.curve, self.band, self.bits, self.rate_hz, _at_least(self.figures.noise.value))
 
     @cached_property
     def unit(self) -> float:
         """Counts that noise ratios are relative to."""
         if self.electrons is None:
             return _at_least(self.figures.noise.value)
-        response = self.electrons.response(Setting(self.band, self.bits, 0.0, self.range_k))
+        response = self.electrons.response(SensorSettings(self.band, self.bits, 0.0, self.range_k))
         return response.noise / response.gain
 
     def lines(self, frames: int) -> Iterator[str]:
@@ -305,7 +305,7 @@ class Writer:
     def bad_pixels(self) -> Iterator[tuple[str, Any]]:
         bad, full = self.figures.flaws, 2**self.bits - 1
         for kind, share in bad.shares.items():
-            yield kind, replace(share, value=min(share.value, MOST_BAD))
+            yield kind, replace(share, value=min(share.value, MAX_BAD))
         yield "cluster", f"{bad.cluster:.3g}"
         if bad.dead_level is not None:
             yield "dead_level", f"{min(max(bad.dead_level / full, 0), 1):.4g}"

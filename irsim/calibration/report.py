@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from irsim.calibration.noise import TERMS, NoiseReport
 from irsim.calibration.statistics import Estimate
 from irsim.calibration.temporal import LEAST_CORRELATION, LEAST_MEMORY_FRAMES, Memory
-from irsim.wording import counted, plain
+from irsim.errors import counted, decimal_text
 
 if TYPE_CHECKING:
     from irsim.calibration.figures import Figures
@@ -30,7 +30,7 @@ _CLIPPED = 0.005
 
 def number(value: float, digits: int = 4) -> str:
     """Return a number with so many digits as YAML reads it; rounding errors of floats are 0."""
-    return "0" if abs(value) < _DUST else plain(value, digits)
+    return "0" if abs(value) < _DUST else decimal_text(value, digits)
 
 
 def interval(value: Estimate, digits: int = 4) -> str:
@@ -109,8 +109,8 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
         yield f"targets cross {report.region}, where noise is measured; region=X,Y,W,H selects a place without them"
     if report.clipped >= _CLIPPED:
         yield (
-            f"{plain(100 * report.clipped, 2)} % of the counts at {report.region} are clipped: the noise is larger; "
-            "region=X,Y,W,H selects another place"
+            f"{decimal_text(100 * report.clipped, 2)} % of the counts at {report.region} are clipped: the noise is "
+            "larger; region=X,Y,W,H selects another place"
         )
     if report.rounded:
         yield f"noise of {report.pixel_sigma:.2g} counts as measured is hidden by the rounding to whole counts"

@@ -27,8 +27,8 @@ from irsim.calibration.statistics import (
     clipped,
     evenly,
 )
-from irsim.config import yaml_file
-from irsim.errors import InputError, as_whole
+from irsim.config.yaml_text import parse_yaml
+from irsim.errors import InputError, as_int
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Box, Floats, Source
 
 Progress = Callable[[int, int], None]
@@ -110,7 +110,7 @@ def as_region(given: object, frames: Values) -> Region:
     try:
         if not (isinstance(given, tuple | list) and len(given) == 4):
             raise TypeError
-        region = Region(*map(as_whole, given))
+        region = Region(*map(as_int, given))
     except TypeError:
         raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
     _check_region(region, str(tuple(region)), (columns, rows))
@@ -148,7 +148,7 @@ def scenario_keys(source: Source) -> Mapping[str, Any]:
     Raise InputError where its text is no YAML.
     """
     text = source.scenario_text
-    value = None if text is None else yaml_file.parse(text, source.name).value
+    value = None if text is None else parse_yaml(text, source.name).value
     return value if isinstance(value, dict) else {}
 
 

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError, is_number
+from irsim.errors import InputError, counted, is_number
 from irsim.types import Bools, Floats, Indices
-from irsim.wording import counted
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
 """Counts as recorded, or in any unit."""

@@ -14,9 +14,8 @@ import cv2
 import numpy as np
 
 from irsim.calibration.statistics import LEAST_FRAMES, Values, center_lines
-from irsim.errors import InputError
+from irsim.errors import InputError, counted
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats, Indices
-from irsim.wording import counted
 
 _CELL = 8
 _BEYOND = 12.0

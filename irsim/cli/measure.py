@@ -81,8 +81,8 @@ def fit(
 ) -> None:
     """Fit a camera and a background to a recording and write them as a scenario, with 95 % intervals."""
     from irsim.calibration.fit import check_replaced, fit_frames
-    from irsim.config.files import check_output
-    from irsim.scenario.loader import find
+    from irsim.recording.output import check_output
+    from irsim.scenario.catalog import find
 
     opened = open_changed(source, overrides, seed, without)
     check_output(output, find(source), endings=(".yaml", ".yml"))
@@ -154,7 +154,7 @@ def _named(source: str) -> Iterator[None]:
 def _write_fit(found: Fit, output: Path | None, as_json: bool) -> None:
     """Write the scenario to a file and its figures to the screen, or the scenario to the screen."""
     from irsim.calibration.fit import sealed
-    from irsim.config.files import replacing_text
+    from irsim.recording.output import atomic_text
 
     scenario, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:

@@ -121,9 +121,9 @@ def run(
         from irtrack.cli.options import split_settings, start_box
         from irtrack.metrics import Reference, Trace, score_trace
         from irtrack.registry.identity import source_file
+        from irtrack.registry.table import find, make
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
-        from irtrack.registry.table import find, make
 
         if init is not None:
             start = start_box(init)

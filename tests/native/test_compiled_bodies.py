@@ -18,15 +18,13 @@ from irsim.geometry.polygon import polygon_edges
 from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
+from irsim.physics.diffraction import LensPSF
+from irsim.physics.psf import PSF, GaussianPSF
 from irsim.targets import View, body, draw_shapes
 from irsim.targets.body import PosedBody, RestPose, draw_bodies, draw_body
 from irsim.targets.parts import RigidTransform, Solid, hinge
 from irsim.targets.polyhedra import build_polyhedra
 from irsim.targets.visibility import Joints
-from irsim.physics.diffraction import LensPSF
-from irsim.physics.psf import PSF, GaussianPSF
-from irsim.targets import View, body
-from irsim.targets.mesh import mesh
 from irsim.types import Box, Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")

@@ -16,14 +16,11 @@ from irsim._native import COMPILED, kernels
 from irsim.backgrounds import ViewDirection, blend_over, cloud_evolution, clouds
 from irsim.backgrounds.base import apply_air
 from irsim.backgrounds.chart import Chart
-from irtrack.trackers.fusion_looks import Look
-from irsim.camera import ar1, response
-from irsim.camera import noise as noise_module
 from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
 from irsim.backgrounds.cloud_evolution import CloudState
 from irsim.backgrounds.clouds import CloudShading
 from irsim.camera import ar1, response
-from irsim.render.interrupts import process
+from irsim.camera import noise as noise_module
 from irsim.camera.ar1 import Ar1
 from irsim.camera.buffers import Int16Image, int16_image
 from irsim.camera.noise import Noise3d, Shot, White
@@ -47,9 +44,9 @@ def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
 
 def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None:
     length = 3_000_001
-    int16_image = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
+    int16_image = rng.bit_generator(1, "all").random_raw(-(-length // 4)).view(np.uint16)
     assert len(np.unique(int16_image)) == CELLS
-    plain = rng._normals_plain((length,), rng.bits(1, "all"), None)
+    plain = rng._normals_plain((length,), rng.bit_generator(1, "all"), None)
     np.testing.assert_array_equal(rng.normals((length,), 1, "all"), plain, strict=True)
 
 

@@ -16,8 +16,8 @@ import irsim
 from irsim.calibration import CLASSES, Estimate, NoiseReport, compare_texture, measure_noise, texture_figures
 from irsim.calibration.background import background_pictures
 from irsim.calibration.fit import fit
-from irsim.config.yaml_file import read
-from irsim.scenario.loader import examples
+from irsim.config.yaml_text import read_yaml
+from irsim.scenario.catalog import examples
 
 EVEN = "frames: 60\ncamera: {preset: PRESET, size: [96, 80]}\nbackground: {kind: ground, spread_k: 0, mean_k: 290}\n"
 SCENE = "frames: 100\ncamera: {preset: PRESET, size: [160, 128]}\nbackground: {kind: ground, spread_k: SPREAD}\n"
@@ -28,7 +28,7 @@ PRESETS = {
     "uncooled_lwir": {"vh": 0.5, "tvh": 1.0},
 }
 """Ratios of the presets, in units of the NETD."""
-CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
+CLAIMS = {name: read_yaml(path).value.get("like") for name, path in examples().items()}
 
 
 @lru_cache

@@ -25,6 +25,7 @@ from irsim.backgrounds.texture import (
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import spectral
+from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.lens import Lens
 from irsim.physics.psf import PSF, GaussianPSF
@@ -176,7 +177,7 @@ def target_edge(psf: PSF, left: float) -> Floats:
     corners = np.array([[1000.0, -300.0], [1000.0, 700.0], [left, 700.0], [left, -300.0]])
     box = Box.from_edges(left, -300.0, 1000.0, 700.0)
     edges = corners, np.roll(corners, -1, axis=0), np.zeros(4, np.int64)
-    drawn = sprite(Outline(edges, np.ones(1), box, box, psf, 1000.0))
+    drawn = draw_sprite(LayeredPolygons(edges, np.ones(1), box, box, psf, 1000.0))
     row, begin = drawn.alpha[200 - drawn.y0], min(drawn.x0, 400)
     return np.concatenate([np.zeros(begin), row[: 400 - begin]])
 

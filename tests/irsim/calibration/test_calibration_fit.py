@@ -16,7 +16,7 @@ from irsim.backgrounds import Ground
 from irsim.calibration import Estimate, Figures, Fit, PowerLaw, Region, measure_figures
 from irsim.calibration.bad_pixels import BadPixelFigures
 from irsim.calibration.fit import Writer, fit
-from irsim.camera.detectors import BadPixels
+from irsim.camera.bad_pixels import BadPixels
 from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.physics.radiometry import radiance

@@ -20,17 +20,17 @@ from irsim.calibration.background import background_pictures
 from irsim.calibration.realism import Verdict, check_class, check_sort, noise_figures
 from irsim.calibration.texture import texture_figures, unevenness
 from irsim.cli.app import app
-from irsim.config.yaml_file import read
+from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
 from irsim.geometry.random_fields import spectral
 from irsim.recording import open_recording
 from irsim.recording.importers import import_frames
-from irsim.scenario.loader import examples
+from irsim.scenario.catalog import examples
 from irsim.types import BackgroundClass, Floats
 
 CLOUDS = ["clouds", "frames=8", "camera.size=[160, 128]"]
 PRESET = "frames: 100\ncamera: {preset: PRESET, size: [128, 96]}\nbackground: {kind: ground, spread_k: 0}\n"
-CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
+CLAIMS = {name: read_yaml(path).value.get("like") for name, path in examples().items()}
 
 
 def power_law(beta: float, seed: int) -> Floats:

@@ -148,7 +148,7 @@ def test_too_few_steps_are_warned_of(path: dict[str, Any], motion: Any) -> None:
         return [notice for notice in notices if notice.at == ("camera", "smear", "steps")]
 
     (notice,) = warned()
-    assert notice.what.endswith("steps: 7")
+    assert notice.message.endswith("steps: 7")
     assert warned(smear={"steps": 7}) == []
     assert warned(without=["smear"]) == []
 

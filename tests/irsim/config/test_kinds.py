@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS
-from irsim.camera import AGCS, NOISES
+from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.config.base import Family, Kind, Part
 from irsim.config.fields import field_docs
 from irsim.config.schema import Slot
@@ -26,7 +26,7 @@ from irsim.scenario.variation import VARIATIONS
 from irsim.targets import SHAPES
 
 FAMILIES = (
-    *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),
+    *(BACKGROUNDS, SENSORS, NOISES, AGCS, EXPECTATIONS, FRAME_FAULTS),
     *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
 )
 REQUIRED: dict[str, Any] = {

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
-from irsim.geometry.silhouette import Grid
+from irsim.geometry.silhouette import Grid, blur_to_pixels
 from irsim.physics.diffraction import LensPSF, WingedLensPSF, with_wings
 from irsim.physics.lens import Lens
 from irsim.physics.psf import GaussianPSF, gaussian_fwhm_px, gaussian_integral, gaussian_kernels, gaussian_support_px
@@ -147,7 +147,7 @@ def test_kernels_equal_summed_points(psf: Any, fine: int) -> None:
     fields[2, 0, row, column] = moment
     both = np.concatenate([fields, fields], axis=1)
     center = np.zeros(2)
-    drawn = spread(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
+    drawn = blur_to_pixels(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
     nodes, weights = np.polynomial.legendre.leggauss(12)
     x0, y0 = ((cell + 0.5) / fine - 0.5 for cell in (column, row))
     rows, columns = (np.arange(-psf.support_px, size + psf.support_px) for size in (4, 5))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.geometry.sprite import Sprite
+from irsim.geometry.sprite import ExposureSamples, Sprite
 from irsim.render.composite import NamedSprite
 from irsim.render.exposure import PREFETCHED_PX, Prefetch
 from irsim.render.frame import Renderer
@@ -18,9 +18,9 @@ from irsim.types import Box
 def piece(index: int, side: int = 4, instants: int = 0) -> NamedSprite:
     cover = np.full((side, side), float(index))
     still = np.zeros((instants, side, side))
-    during = During(still, still, still, whole=True) if instants else None
+    samples = ExposureSamples(still, still, still, whole=True) if instants else None
     box = Box.from_pixels(0, 0, side, side)
-    sprite = Sprite(0, 0, cover, cover, cover, (0, 0), (0, 0), box, 1e3, 16.0, during=during)
+    sprite = Sprite(0, 0, cover, cover, cover, (0, 0), (0, 0), box, 1e3, 16.0, samples=samples)
     return NamedSprite("it", sprite, tracked=True)
 
 

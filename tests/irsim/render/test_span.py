@@ -10,6 +10,7 @@ import pytest
 
 import irsim
 from irsim.errors import parse_frame_range
+from irsim.types import frame_range
 
 
 @pytest.mark.parametrize(
@@ -23,14 +24,14 @@ from irsim.errors import parse_frame_range
     ],
 )
 def test_a_range_is_cut_at_the_end(start: int, stop: int | None, expected: range) -> None:
-    assert span(start, stop, 5) == expected
+    assert frame_range(start, stop, 5) == expected
 
 
 @pytest.mark.parametrize(
     ("text", "expected"), [("10", range(10)), ("5:9", range(5, 9)), ("0:1", range(1)), ("49:50", range(49, 50))]
 )
 def test_a_range_is_parsed(text: str, expected: range) -> None:
-    assert parsed(text) == parsed(text, 50) == expected
+    assert parse_frame_range(text) == parse_frame_range(text, 50) == expected
 
 
 WORDS = ["", ":", "0", "-3", "5:5", "9:5", ":9", "5:", "1:2:3", "all", "1.5"]

@@ -15,9 +15,9 @@ from mesh_files import BOX
 from scenario_text import TEXT
 
 import irsim
+from irsim.calibration.stretch import jumps
 from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
-from irsim.measure.jumps import jumps
 from irsim.occluders.solid import Building
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer

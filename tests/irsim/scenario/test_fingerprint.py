@@ -42,8 +42,8 @@ def test_the_hash_follows_the_code_of_own_kinds(tmp_path: Path, monkeypatch: pyt
     assert scene.hash == first
 
 
-WORDS = {"errors.py", "notebook.py", "scenario/expectation.py", "scenario/variation.py"}
-"""Files that those of a frame import for their messages, or whose values a scenario holds and no pixel depends on."""
+MESSAGES = {"errors.py", "lazy.py", "notebook.py", "wording.py"}
+"""Files that rendering imports for messages, and for lazy imports."""
 
 ALONE = """
 import base64, hashlib, pickle, sys
@@ -70,9 +70,9 @@ def test_frames_do_not_depend_on_code_outside_the_hash(name: str, count: int) ->
     done = subprocess.run([sys.executable, "-c", code], input=text, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     left_out = {file for file in done.stderr.split() if any(Path(file).is_relative_to(each) for each in NOT_PIXELS)}
-    assert left_out <= WORDS | {"scenario/loader.py"}
-    spread = {frame.index: (frame, truth) for frame, truth in irsim.frames(scenario, stop=count, jobs=2)}
-    told = [
+    assert left_out <= MESSAGES
+    rendered = {frame.index: (frame, truth) for frame, truth in irsim.frames(scenario, stop=count, jobs=2)}
+    digests = [
         hashlib.sha256(frame.image.tobytes() + repr((frame.time, truth)).encode()).hexdigest()
         for frame, truth in map(rendered.__getitem__, indices)
     ]

@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.backgrounds import Sky
-from irsim.backgrounds.sky import Clouds
-from irsim.camera.ar1 import Ar1
 from irsim.backgrounds.clouds import Clouds
+from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
 from irsim.camera.noise import White
 from irsim.cli.app import app

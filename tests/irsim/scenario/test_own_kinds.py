@@ -10,10 +10,9 @@ import pytest
 from pydantic import ValidationError
 
 import irsim
-from irsim.backgrounds import Background, ClearLayer, Ground, Layer, Sky
+from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
 from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
-from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, Layer, Sky
 from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
@@ -160,7 +159,7 @@ def test_an_own_detector_has_its_keys_and_exposure() -> None:
     kind = {"kind": f"{__name__}:Integrating"}
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))
-    assert found.camera.smeared_ms == 5.0
+    assert found.camera.exposure_ms == 5.0
     ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})

@@ -196,7 +196,7 @@ def test_an_open_surface_is_warned_of(tmp_path: Path, old: str, new: str, edges:
     path.write_text(CUBE.replace(old, new))
     notices = [each for each in doubts(loads(TARGET.replace("nowhere.obj", str(path)))) if each.at[-1] == "file"]
     assert [notice.at for notice in notices] == [("targets", 0, "shape", "file")] * bool(edges)
-    assert all(f"no closed surface: at {edges} of its edges" in notice.what for notice in notices)
+    assert all(f"no closed surface: at {edges} of its edges" in notice.message for notice in notices)
 
 
 def test_another_mesh_is_another_scenario(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.lint import doubts
 from irsim.physics.radiometry import radiance, temperature
-from irsim.render.contrast import GUARD_PX, RING_PX, scr
+from irsim.render.contrast import GUARD_PX, RING_PX, requested_radiance, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.targets import View
@@ -245,7 +245,7 @@ class TestRequestedScr:
             x0, y0, alpha = int(box.cx) - 2, int(box.cy) - 2, np.full((6, 6), 0.5)
             center = (box.cx, box.cy)
             sprite = Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, RequestedContrast(scr=3.0))
-            own = asked_light(sprite, light, "mwir")
+            own = requested_radiance(sprite, light, "mwir")
             assert own is not None
             patch = (slice(y0, y0 + 6), slice(x0, x0 + 6))
             picture = light.copy()
@@ -282,4 +282,4 @@ class TestRequestedContrast:
     def test_two_brightnesses_are_refused(self) -> None:
         with pytest.raises(ValidationError, match="contrast_k and scr are both set"):
             Point(contrast_k=5.0, scr=4.0)
-        assert asked_light(drawn(shape("point")), np.ones((120, 160)), "mwir") is None
+        assert requested_radiance(drawn(shape("point")), np.ones((120, 160)), "mwir") is None

@@ -99,7 +99,7 @@ def scene(kind: str, names: list[str], flicker: str = "{kind: steady}") -> str:
     return f"frames: 4\ncamera: {{size: [96, 64], netd_mk: 20}}\nbackground: {{kind: sky}}\ntargets:\n{lines}"
 
 
-SYNONYMS = [(family, word) for family in (SHAPES, BACKGROUNDS) for word in family.meant]
+SYNONYMS = [(family, word) for family in (SHAPES, BACKGROUNDS) for word in family.synonyms]
 
 
 def message(family: Family, word: str) -> str:
@@ -112,7 +112,7 @@ def test_each_synonym_suggests_a_kind_and_is_none() -> None:
     for family, word in SYNONYMS:
         assert word == word.lower()
         assert word not in family.kinds
-        assert message(family, word).endswith(f"; did you mean '{family.kinds[family.meant[word]].kind}'?")
+        assert message(family, word).endswith(f"; did you mean '{family.kinds[family.synonyms[word]].kind}'?")
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import irsim.measure
 import numpy as np
 import pytest
 
 import irsim
-import irsim.measure
 import irsim.calibration
-import irtrack
-from irsim.cli.figures import contact_sheet, labelled_sheet
-from irsim.cli.video import moving_picture
 from irsim.errors import InputError
 from irsim.recording import TrackHeader, recover, write_tracks
 
