@@ -128,6 +128,7 @@ SHORTER = (
     (r"at most (?=[\d.])", "≤ "),
     (r"\b(integer|text|number), ", r"\1 "),
     (r"\ban? list of (\d+), each", r"\1 of:"),
+    (r"\ban? list of \d+[, ]\s*([^;\[]+;.*?)(?=, at|$)", lambda found: f"[{found[1].replace('; ', ', ')}]"),
     (r"\ban? list, each(?: item)?", "list of:"),
     (r"\ban? mapping, under each key", "mapping to:"),
     (r"\ba (name|mapping)", r"\1"),
@@ -205,10 +206,10 @@ def group(heading: str, parts: dict[str, tuple[str, type[Part]]]) -> Iterator[st
         ]
         line = f"{title}: {sentence}".removesuffix(": ") + (f" Shared: {', '.join(named)}." if named else "")
         yield f"{line}\n"
-        for key in listed[title]:
-            if key not in ours:
-                yield f"- {key.setting} ({key.allowed})" + (f": {key.meaning}" if key.meaning else "")
-        yield ""
+        own = [key for key in listed[title] if key not in ours]
+        yield from (f"- {key.setting} ({key.allowed})" + (f": {key.meaning}" if key.meaning else "") for key in own)
+        if own:
+            yield ""
 
 
 def allowed(slot: Slot) -> str:
@@ -236,7 +237,7 @@ def default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    if value is None or isinstance(value, Part) and not isinstance(value, Kind):
+    if value is None or (isinstance(value, Part) and not isinstance(value, Kind)):
         return ""
     if isinstance(value, tuple) and value and all(isinstance(item, Kind) for item in value):
         return "[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]"

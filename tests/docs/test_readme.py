@@ -140,7 +140,15 @@ def test_names_of_the_packages_exist(path: Path) -> None:
         assert not isinstance(resolved(name), ModuleType) or inner or name in PUBLIC_MODULES, name
 
 
-REMOVED = ("--blind", "--display PICTURES", "fit --display", "two-process", "test-further", "irtrack sources", "--bless")
+REMOVED = (
+    "--blind",
+    "--display PICTURES",
+    "fit --display",
+    "two-process",
+    "test-further",
+    "irtrack sources",
+    "--bless",
+)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
