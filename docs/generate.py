@@ -13,11 +13,10 @@ import re
 import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic.fields import FieldInfo
 
@@ -137,8 +136,7 @@ SHORTER = (
 """Phrases of an error message, and their short forms in a table."""
 
 
-@dataclass(frozen=True)
-class Key:
+class Key(NamedTuple):
     """Row of a table of keys."""
 
     name: str

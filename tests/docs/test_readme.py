@@ -118,7 +118,7 @@ def resolved(name: str) -> object:
     return found
 
 
-PUBLIC_MODULES = {"irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+PUBLIC_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
 """Modules, and a group of entry points, that documents may name; other names are functions or classes."""
 
 TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
