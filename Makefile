@@ -1,6 +1,6 @@
 # make demo    install, render two scenes, track them with three trackers, write report.html
-# make test    install and run the tests (make test-further: with the parameters that these leave out; make test-all:
-#              the slow ones too)
+# make test    install and run the tests
+# make validate  long statistics, nightly: tests/validation and the tests marked slow
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
 # make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
@@ -19,10 +19,10 @@ INSTALLED := $(VENV)/.installed
 export PYTHONDONTWRITEBYTECODE :=
 # Each worker, and each process that it starts, has one core: numpy's library would keep threads for every core, which
 # wait for work by turning, a tenth of a second of each process.
-test test-further test-all: export OPENBLAS_NUM_THREADS ?= 1
+test validate: export OPENBLAS_NUM_THREADS ?= 1
 TESTS := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: demo test test-further test-all lint bench docs pictures peers install clean
+.PHONY: demo test validate lint bench docs pictures peers install clean
 
 demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
@@ -32,13 +32,11 @@ demo: $(INSTALLED)
 	$(BIN)/irtrack report recordings/demo.db -o report.html
 
 test: $(INSTALLED)
-	@$(TESTS) -m "not slow and not further"
+	@$(TESTS) -m "not slow" --ignore tests/validation
 
-test-further: $(INSTALLED)
-	@$(TESTS) -m "further and not slow"
-
-test-all: $(INSTALLED)
-	@$(TESTS)
+validate: $(INSTALLED)
+	@$(TESTS) -m slow --ignore tests/validation
+	@$(TESTS) tests/validation
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .

@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-
-from irsim.__main__ import keep_interrupts
+from irsim.errors import run_command
 
 
 def main() -> None:
-    """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
-    keep_interrupts()
-    try:
-        from irtrack.cli import main as command
-
-        command()
-    except KeyboardInterrupt:
-        print("irtrack: stopped", file=sys.stderr)
-        sys.exit(130)
+    """Run the command."""
+    run_command("irtrack", "irtrack.cli")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections import Counter
 from pathlib import Path
 
 import cv2
@@ -18,37 +17,18 @@ import irtrack.cli
 from irsim.cli.app import main
 from irsim.recording.importers import import_frames
 
-# No test is timed: on a busy machine drawing is slow, and nothing is wrong.
+# No test has a deadline: a busy machine is slow, and nothing is wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
 
-# A shell starts what it puts into the background with Ctrl-C ignored, and tests that send it would wait for ever.
+# A shell ignores Ctrl-C for background jobs; tests that send it would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-SAMPLED = 5
-"""Of a test that is marked `sampled`, `make test` has every fifth set of parameters, from the first; the others are
-marked `further`. Five: parameters of two, three and four values all have their turn."""
-
-
-@pytest.hookimpl(tryfirst=True)  # before any are left out by their marks
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Workers that run tests side by side must collect the same names: an address in one differs in each."""
-    if bad := [item.nodeid for item in items if " at 0x" in item.nodeid]:
-        raise pytest.UsageError(f"a test's name holds an address: give its parameters ids: {bad[0]}")
-    seen: Counter[str] = Counter()
-    for item in items:
-        if item.get_closest_marker("sampled"):
-            name = item.nodeid.partition("[")[0]
-            if seen[name] % SAMPLED:
-                item.add_marker("further")
-            seen[name] += 1
-
-
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """The command irsim in this process: `run("check", "sky", cwd=folder)`."""
+    """Run the command irsim in this process: `run("check", "sky", cwd=folder)`."""
 
     def call(*arguments: str, cwd: Path) -> Done:
         monkeypatch.chdir(cwd)
@@ -71,7 +51,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def footage(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Pictures as somebody imported them, of the size, depth and rate that `irsim new recording` begins with."""
+    """Write an imported recording of the size, depth and rate that `irsim new recording` uses."""
     folder = tmp_path_factory.mktemp("footage")
     for index in range(3):
         even = np.full((256, 320), 100 + index, np.uint8)

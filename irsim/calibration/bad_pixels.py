@@ -42,7 +42,7 @@ _UNSTABLE = 6.0
 _TOGGLES = 0.51
 """Greatest temporal sigma, counts, of a pixel that alternates between two neighbouring counts."""
 _SLOWEST = 0.99
-"""Quantile of the pixels' rate of change by which frozen pixels are told from slow ones."""
+"""Quantile of the pixels' rate of change that separates frozen pixels from slow ones."""
 _LEAST_JUDGED = 100
 _CLUSTERED = 2.0
 """Pixels that count as one event in the interval of a share: those of a cluster are not independent."""

@@ -41,7 +41,7 @@ _LEAST_SIDE = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """Figures in counts and frames of the recording; None where the recording does not tell.
+    """Figures in counts and frames of the recording; None where the recording does not determine them.
 
     The 1/12 of rounding is taken out of variances. rows and columns, as `Memory`, are in seconds.
 

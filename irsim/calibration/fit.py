@@ -52,7 +52,7 @@ class Fit:
     """Camera and background of a recording.
 
     figures     in counts, px and frames, with intervals
-    text        a scenario as YAML, with intervals as comments; its last line tells a later `irsim fit -o` that nothing
+    text        a scenario as YAML, with intervals as comments; its last line shows a later `irsim fit -o` that nothing
                 in it was changed
     notes       limits, those of all figures first
     """
@@ -346,13 +346,13 @@ class Writer:
 
 
 def _agc(source: Source) -> tuple[Agc, str, tuple[str, ...]]:
-    """Return the AGC of a scenario, the reason for it, and notes: counts do not tell an AGC."""
+    """Return the AGC of a scenario, the reason for it, and notes: counts do not determine an AGC."""
     usual, agc = default_agc(source.bits), source.agc
     if isinstance(agc, Agc) and (source.scenario_text is not None or agc != usual):
         return agc, "as the recording says", ()
     if source.bits <= 8:
         return usual, "the counts are the picture", ("8 bits: the counts are shown as they are",)
-    return usual, "the default", ("counts do not tell the AGC: the default is written",)
+    return usual, "the default", ("counts do not determine the AGC: the default is written",)
 
 
 def _at_least(counts: float) -> float:

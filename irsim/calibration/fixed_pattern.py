@@ -1,4 +1,4 @@
-"""Fixed pattern of pixels, rows and columns in the mean picture, told from the scene.
+"""Fixed pattern of pixels, rows and columns in the mean picture, separated from the scene.
 
 A detector's pattern is independent from line to line and the same everywhere; a scene is neither. Lines: each row less
 the mean of its neighbours, in separate parts of the picture. The product of two parts holds, in the mean, the offsets

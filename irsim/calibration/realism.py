@@ -152,18 +152,18 @@ class Comparison:
 
     figures     figure -> its value as text
     beside      name of a class or sort -> verdicts on its figures
-    asked       name whose verdicts decide, if any
+    chosen      name whose verdicts decide, if any
     head        head of the column of values
     """
 
     figures: Mapping[str, str]
     beside: Mapping[str, tuple[Verdict, ...]]
-    asked: str | None
+    chosen: str | None
     head: str = ""
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        return () if self.asked is None else self.beside[self.asked]
+        return () if self.chosen is None else self.beside[self.chosen]
 
     @property
     def failing(self) -> dict[str, tuple[Verdict, ...]]:
@@ -178,14 +178,14 @@ class Comparison:
 
     def lines(self, head: str, none: str) -> Iterator[str]:
         """Yield the figures, then after `head` the names that fit, or `none`, and the figures that exclude others."""
-        yield f"{'figure':11} measured  {self.head if self.asked is None else f'allowed for {self.asked}'}".rstrip()
-        if self.asked is None:
+        yield f"{'figure':11} measured  {self.head if self.chosen is None else f'allowed for {self.chosen}'}".rstrip()
+        if self.chosen is None:
             for figure, text in self.figures.items():
                 yield f"{figure:11} {text}"
         for each in self.verdicts:
             yield f"{each.figure:11} {each.measured:>8}  {each.allowed}  {'ok' if each.inside else 'OUTSIDE'}"
         yield f"{head}: {', '.join(self.fitting) or none}"
-        if self.asked is None:
+        if self.chosen is None:
             for name, verdicts in self.failing.items():
                 outside = (f"{each.figure} {each.measured} (allowed {each.allowed})" for each in verdicts)
                 yield f"  not {name}: {', '.join(outside)}"
@@ -231,12 +231,12 @@ class Realism:
         """Return plain values, ready for json.dumps."""
         found: dict[str, Any] = {}
         if self.classes is not None:
-            found = {**self.texture, "like": self.classes.asked, "classes": self.classes.fitting}
+            found = {**self.texture, "like": self.classes.chosen, "classes": self.classes.fitting}
         if self.sorts is None:
             found["noise_unknown"] = self.noise_unknown
         else:
             noise = {figure: value.as_json() for figure, value in self.noise.items()}
-            found |= {"camera": self.sorts.asked, **noise, "cameras": self.sorts.fitting}
+            found |= {"camera": self.sorts.chosen, **noise, "cameras": self.sorts.fitting}
         failing = {name: verdicts for each in self.comparisons for name, verdicts in each.failing.items()}
         outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in failing.items()}
         ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in self.verdicts}
@@ -284,7 +284,7 @@ def _figures(source: Source, points: bool, progress: Progress | None) -> Figures
 
 
 def noise_figures(found: Figures) -> dict[str, Estimate]:
-    """Return the figures of `CAMERAS`; raise InputError where the recording does not tell them."""
+    """Return the figures of `CAMERAS`; raise InputError where the recording does not determine them."""
     if found.pixel is None or found.row is None or found.column is None or found.level is None:
         raise InputError("its noise cannot be judged, for the scene moves; allowed: a still camera")
     unit = found.noise.value
@@ -329,7 +329,7 @@ def compare_texture(found: TextureFigures, like: str | None = None) -> Compariso
 
 
 def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
-    """Return noise beside all sorts of camera; raise InputError for an unknown sort, or noise that is not told."""
+    """Return noise beside all sorts of camera; raise InputError for an unknown sort, or undetermined noise."""
     if camera is not None:
         check_sort(camera)
     values = noise_figures(found)

@@ -115,7 +115,7 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
     if report.rounded:
         yield f"noise of {report.pixel_sigma:.2g} counts as measured is hidden by the rounding to whole counts"
     if memory is not None and not report.moving and memory.time_constant_s.high * report.stretch.rate_hz > count / 3:
-        yield f"{count} frames are few for noise of this time constant: it is not told from fixed pattern or drift"
+        yield f"{count} frames are few for noise of this time constant: it may as well be fixed pattern or drift"
     if level is not None and not report.moving and level.high > count / 2:
         yield f"the level changes as slowly as {count} frames last: of its sigma, t, the interval alone counts"
     if report.frozen_from is None:
@@ -143,7 +143,7 @@ def figure_notes(
     """
     yield from noise_notes(report)
     if report.slides:
-        yield "fixed pattern, memory, rows, columns and level are not told from a moving scene; hold the camera still"
+        yield "fixed pattern, memory, rows, columns and level are unknown where the scene moves; hold the camera still"
     if things:
         yield f"{counted(things, 'small thing')} far out of the texture: left out of its spectrum, mean and histogram"
     if still:

@@ -56,7 +56,7 @@ _SHARPER = 2.0
 _SLIDING = 0.22
 """Share of the change explained by one shift above which a part of the picture moves: noise alone has hundredths."""
 LEAST_SLIDE_SIDE = 28
-"""Pictures below this side, px, are too small to tell motion from noise."""
+"""Pictures below this side, px, are too small to separate motion from noise."""
 
 
 class Region(NamedTuple):

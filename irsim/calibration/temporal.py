@@ -161,8 +161,8 @@ def fit_level(levels: Floats, known: float, number: Indices) -> Level:
 
     Sigmas and time constants on a grid are weighed by the restricted likelihood of an AR(1) series (D. A. Harville,
     Biometrika 61, 1974); values are medians, ends quantiles, of a prior that is even in both logarithms. A level that
-    is not 20 times likelier with memory than without has none. The series hardly tells time constants longer than
-    itself; the upper ends count those of up to thirty times its length where these are as likely.
+    is not 20 times likelier with memory than without has none. Time constants beyond its length are barely
+    determined; the upper ends count those of up to thirty times its length where these are as likely.
     """
     count = len(levels)
     sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)
@@ -249,7 +249,7 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         found = [hull(models[0][place], [model[place] for model in models]) for place in range(len(found))]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
-        # Noise that lasts as long as the recording is not told from fixed pattern.
+        # Noise that lasts as long as the recording may as well be fixed pattern.
         staying = float(blocks[:, -1].mean())
         log_time = replace(log_time, high=math.inf)
         correlated, total = (replace(each, high=each.high + max(staying, 0.0)) for each in (correlated, total))

@@ -38,7 +38,7 @@ _STEEPEST = 5.9
 """Slope along both axes from which on a spectrum is that of one smooth thing, not of texture."""
 _NEAR = 0.01
 _PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
-"""Prior weight of log c about half of the longer side, and of log s about 0: pictures hardly tell sizes beyond them."""
+"""Prior weight of log c about half of the longer side, and of log s about 0: pictures barely determine larger sizes."""
 _Z = 1.96
 _LEAST_SIDE = 64
 _LOWEST, _HIGHEST = 4, 0.2

@@ -7,7 +7,7 @@ Drift is assumed, not measured. Before 300 K the fixed pattern is as large as a 
 correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
 arrays", Opt. Eng. 38, 862 (1999)), 17 minutes after a correction of `cooled_mwir` and one minute after one of
 `cooled_lwir`, offsets and gains together. The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
-closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.measure.CAMERAS`).
+closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.calibration.CAMERAS`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
 
 _CORRECTION_RESIDUAL = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
 """tvh:vh:h:v = 1:0.3:0.15:0.08, assumed for a fresh correction; raw counts of a real cooled LWIR camera after a
-correction have 1:0.40:0.085:0.12 (`irsim.measure.CAMERAS`)."""
+correction have 1:0.40:0.085:0.12 (`irsim.calibration.CAMERAS`)."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
     # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full of 300 K in 10 ms.

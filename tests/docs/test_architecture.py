@@ -25,7 +25,7 @@ PLAN = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = ("irsim", "irtrack")
 SHARED = ("types", "errors", "rng", "notebook", "strategies", "_native", "config")
 """Rooms of irsim that irtrack may use beside irsim's public names."""
-SHARED_MODULES = ("irsim.cli.terminal", "irsim.render.workers", "irsim.recording.output")
+SHARED_MODULES = ("irsim.cli.terminal", "irsim.render.interrupts", "irsim.recording.output")
 """Single modules of irsim that irtrack may use too."""
 ADDRESSED = {"Generator", "BitGenerator", "SFC64", "SeedSequence"}
 """Names of numpy.random that hold no global state."""

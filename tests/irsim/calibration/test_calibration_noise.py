@@ -88,7 +88,7 @@ def test_presets_have_the_noise_of_their_kind(preset: str) -> None:
     assert report.doubtful == ()
     assert not report.moving
     assert not report.slides
-    assert report.terms.vh.low > 0
+    assert report.terms.vh.value > 0
 
 
 def test_rows_that_are_correlated_over_time_have_a_memory() -> None:

@@ -269,7 +269,7 @@ def loaded(name: str) -> irsim.Scenario:
 
 @pytest.mark.parametrize("name", list(examples())[::4])
 def test_an_example_shows_its_target_without_a_cut(name: str) -> None:
-    """No picture of it is told to be another than the one before, as of a shutter (`irsim.measure.jumps`)."""
+    """No picture of it is a jump from the one before (`irsim.calibration.stretch.jumps`)."""
     rendering = irsim.Rendering(loaded(name))
     assert rendering.scenario.about
     assert examples()[name].read_text().startswith("#")

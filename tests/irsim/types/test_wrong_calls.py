@@ -7,7 +7,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import irsim.measure
 import numpy as np
 import pytest
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import irsim
-import irsim.measure
 import irtrack
 from irsim.errors import InputError
 from irtrack.cli.trackfile import track_to_csv

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import irsim
-import irsim.measure
+import irsim.calibration
 from irsim.cli.figures import contact_sheet, labelled_sheet
 from irsim.cli.video import moving_picture
 from irsim.errors import InputError
@@ -70,28 +70,31 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
     ),
     "a highest count of the flattest": (
-        lambda: irsim.measure.flattest(FRAMES, anything("255")),
+        lambda: irsim.calibration.flattest(FRAMES, anything("255")),
         "top '255': allowed: a number above 0",
     ),
     "targets' places of the flattest": (
-        lambda: irsim.measure.flattest(FRAMES, 255.0, np.zeros((32, 31), np.bool_)),
+        lambda: irsim.calibration.flattest(FRAMES, 255.0, np.zeros((32, 31), np.bool_)),
         r"taken: .* of shape \(32, 31\); allowed: None, or an array of bool of shape \(32, 32\)",
     ),
     "a highest count of defects": (
-        lambda: irsim.measure.defects(FRAMES, anything(None)),
+        lambda: irsim.calibration.find_bad_pixels(FRAMES, anything(None)),
         "top None: allowed: a number above 0",
     ),
-    "a rate of temporal": (lambda: irsim.measure.temporal(FRAMES, -1.0), "rate_hz -1.0: allowed: a number above 0"),
+    "a rate of temporal": (
+        lambda: irsim.calibration.temporal_noise(FRAMES, -1.0),
+        "rate_hz -1.0: allowed: a number above 0",
+    ),
     "too few frames of temporal": (
-        lambda: irsim.measure.temporal(FRAMES[:3], 30.0),
+        lambda: irsim.calibration.temporal_noise(FRAMES[:3], 30.0),
         "3 frames are too few to measure noise; allowed: at least 4",
     ),
     "numbers that fall": (
-        lambda: irsim.measure.temporal(FRAMES, 30.0, np.arange(8)[::-1]),
+        lambda: irsim.calibration.temporal_noise(FRAMES, 30.0, np.arange(8)[::-1]),
         r"number: an array of int64 of shape \(8,\); allowed: None, or an array of whole numbers of shape \(8,\) that",
     ),
     "numbers of which none follows another": (
-        lambda: irsim.measure.temporal(FRAMES, 30.0, 2 * np.arange(8)),
+        lambda: irsim.calibration.temporal_noise(FRAMES, 30.0, 2 * np.arange(8)),
         "number: .* that rise, somewhere by 1",
     ),
     "masked frames": (
@@ -99,7 +102,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         "frames: a masked array, whose mask would be lost; allowed: an array",
     ),
     "a list of figures": (
-        lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
+        lambda: irsim.calibration.measure_figures(anything([[1]]), 30.0),
         r"frames: a list; allowed: an array of whole numbers, float32 or float64, \(frames, rows, columns\)",
     ),
     "a highest count": (lambda: irsim.measure_noise(FRAMES, 30.0, top=0), "top 0: allowed: a number above 0"),
@@ -156,13 +159,13 @@ def test_a_wrong_argument_is_one_line(call: str) -> None:
 @pytest.mark.parametrize(
     "measure",
     [
-        irsim.measure.noise_3d,
-        irsim.measure.defects,
-        irsim.measure.texture,
-        lambda frames: irsim.measure.temporal(frames, 30.0),
-        lambda frames: irsim.measure.flattest(frames, 255.0),
+        irsim.calibration.noise_3d,
+        irsim.calibration.find_bad_pixels,
+        irsim.calibration.texture_figures,
+        lambda frames: irsim.calibration.temporal_noise(frames, 30.0),
+        lambda frames: irsim.calibration.flattest(frames, 255.0),
     ],
-    ids=["noise_3d", "defects", "texture", "temporal", "flattest"],
+    ids=["noise_3d", "find_bad_pixels", "texture_figures", "temporal_noise", "flattest"],
 )
 def test_each_part_of_a_measurement_checks_its_frames(
     measure: Callable[[Any], object], frames: object, told: str
