@@ -11,11 +11,12 @@ import json
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic.fields import FieldInfo
 
@@ -92,13 +93,13 @@ OUTER: dict[str, type[Part]] = {
 """Parts of a scenario, and where they stand."""
 
 INNER: dict[str, type[Part]] = {
-    "clouds: each, in `background: {kind: sky}`": Clouds,
-    "fields, in `background: {kind: ground}` and `{kind: landscape}`": Fields,
-    "roads, in `background: {kind: ground}` and `{kind: landscape}`": Roads,
-    "water, in `background: {kind: ground}` and `{kind: landscape}`": Water,
-    "clutter, in `background: {kind: ground}` and `{kind: landscape}`": Clutter,
-    "trees: each, in `background: {kind: landscape}`": Trees,
-    "buildings: each, in `background: {kind: landscape}`": Buildings,
+    "**clouds** (each; of `sky`, `landscape`, `sea`)": Clouds,
+    "**fields** (of `ground`, `landscape`)": Fields,
+    "**roads** (of `ground`, `landscape`)": Roads,
+    "**water** (of `ground`, `landscape`)": Water,
+    "**clutter** (of `ground`, `landscape`)": Clutter,
+    "**trees** (each; of `landscape`)": Trees,
+    "**buildings** (each; of `landscape`)": Buildings,
 }
 """Parts of backgrounds, and where they stand."""
 
@@ -110,55 +111,135 @@ SUITE_PARTS: dict[str, type[Part]] = {
 """Parts of a suite, and where they stand."""
 
 
-BOUNDS = {
-    f", from -{LARGEST} to {LARGEST}": "",
-    f", from 0 to {LARGEST}": ", 0 or more",
-    f", from 1e-06 to {LARGEST}": ", above 0",
-}
-"""Bounds that the text says of all numbers, and what the tables say for them."""
+SHORTER = (
+    (r"\ban? whole number", "integer"),
+    (r"\ban? number, ", ""),
+    (r"\ban? number\b", "number"),
+    (rf"from -{LARGEST} to {LARGEST}", "number"),
+    (rf"from 0 to {LARGEST}", "0 or more"),
+    (rf"from 1e-06 to {LARGEST}", "above 0"),
+    (rf"from (\S+) to {LARGEST}", r"\1 or more"),
+    (r", from (\S+) to (\S+)", r" \1…\2"),
+    (r"from (\S+) to (\S+)", r"\1…\2"),
+    (r"([\d.e-]+) or more", r"≥ \1"),
+    (r"above (?=[\d.])", "> "),
+    (r"below (?=[\d.])", "< "),
+    (r"at most (?=[\d.])", "≤ "),
+    (r"\b(integer|text|number), ", r"\1 "),
+    (r"\ban? list of (\d+), each", r"\1 of:"),
+    (r"\ban? list of \d+[, ]\s*([^;\[]+;.*?)(?=, at|$)", lambda found: f"[{found[1].replace('; ', ', ')}]"),
+    (r"\ban? list, each(?: item)?", "list of:"),
+    (r"\ban? mapping, under each key", "mapping to:"),
+    (r"\ba (name|mapping)", r"\1"),
+    (r"true or false", "boolean"),
+)
+"""Phrases of an error message, and their short forms in a table."""
 
 
-def keys(part: type[Part]) -> Iterator[str]:
-    """A table row for each key of a part; `id` of things in lists is explained once in the text."""
-    yield "| key | allowed | default | meaning |"
-    yield "| --- | --- | --- | --- |"
-    for name, field in part.model_fields.items():
-        if not (name == "id" and issubclass(part, NamedKind)):
-            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), field_docs(part).get(name, ""))
-            yield f"| `{name}` | " + " | ".join(map(cell, words)) + " |"
+class Key(NamedTuple):
+    """Row of a table of keys."""
+
+    name: str
+    default: str
+    allowed: str
+    meaning: str
+
+    @property
+    def variant(self) -> tuple[str, str, str]:
+        """All of it except the default: keys of one variant are printed once."""
+        return self.name, self.allowed, self.meaning
+
+    @property
+    def setting(self) -> str:
+        """The key with its default, as YAML."""
+        if not self.default or self.default == "required":
+            return f"`{self.name}`" + (", required" if self.default else "")
+        return f"`{self.name}: {self.default}`"
+
+
+def keys_of(part: type[Part]) -> list[Key]:
+    """Return the keys of a part; the `id` of list items is explained once in the text."""
+    texts = field_docs(part)
+    return [
+        Key(name, default(field), allowed(Slot.of(field.annotation, field.metadata)), cell(texts.get(name, "")))
+        for name, field in part.model_fields.items()
+        if not (name == "id" and issubclass(part, NamedKind))
+    ]
+
+
+def table(keys: Iterable[Key]) -> Iterator[str]:
+    """Yield a Markdown table of keys."""
+    yield "key: default | allowed | meaning"
+    yield "--- | --- | ---"
+    for key in keys:
+        yield f"{cell(key.setting)} | {cell(key.allowed)} | {key.meaning}"
+    yield ""
+
+
+def group(heading: str, parts: dict[str, tuple[str, type[Part]]]) -> Iterator[str]:
+    """Yield the keys of several parts (title to sentence and class): first those that several share, then the others.
+
+    A key is shared where name, allowed values and text are equal. A default that differs stands with each part.
+    """
+    listed = {title: keys_of(part) for title, (_, part) in parts.items()}
+    variants = Counter(key.variant for keys in listed.values() for key in keys)
+    shared: dict[str, tuple[str, str, str]] = {}
+    for variant, number in variants.most_common():
+        if number > 1:
+            shared.setdefault(variant[0], variant)
+    defaults: dict[str, set[str]] = {}
+    for key in (key for keys in listed.values() for key in keys if key.variant == shared.get(key.name)):
+        defaults.setdefault(key.name, set()).add(key.default)
+    if shared:
+        yield f"Keys that several {heading} share:\n"
+        yield from table(
+            Key(name, next(iter(defaults[name])) if len(defaults[name]) == 1 else "", accepted, meaning)
+            for name, accepted, meaning in shared.values()
+        )
+    common = {name for name, variant in shared.items() if variants[variant] == len(parts) and len(defaults[name]) == 1}
+    for title, (sentence, _) in parts.items():
+        ours = [key for key in listed[title] if key.variant == shared.get(key.name)]
+        named = [
+            key.setting if len(defaults[key.name]) > 1 else f"`{key.name}`" for key in ours if key.name not in common
+        ]
+        line = f"{title}: {sentence}".removesuffix(": ") + (f" Shared: {', '.join(named)}." if named else "")
+        yield f"{line}\n"
+        own = [key for key in listed[title] if key not in ours]
+        yield from (f"- {key.setting} ({key.allowed})" + (f": {key.meaning}" if key.meaning else "") for key in own)
+        if own:
+            yield ""
 
 
 def allowed(slot: Slot) -> str:
-    """What may stand in a place, shorter than an error would say it."""
+    """Return the values that a place takes, in fewer words than an error message."""
     item = slot.child([], 0) if slot.is_list else None
     several = item is not None and get_args(slot.annotation)[-1] is Ellipsis
     if several and item is not None and (item.family or item.part(None)):
-        return f"a list, each {allowed(item)}"
+        return f"list of {allowed(item)}s"
     if slot.is_table:
         inner = get_args(slot.annotation)[1]
-        return "a mapping" if inner is Any else f"a mapping, under each key {allowed(Slot.of(inner))}"
+        return "mapping" if inner is Any else f"mapping to: {allowed(Slot.of(inner))}"
     if slot.family is not None:
-        return f"a kind of {slot.family.name}, see below"
+        return f"{slot.family.name} kind"
     if slot.part(None) is not None:
-        return "a mapping, see below"
-    words = slot.words().replace(Slot.of(Name).words(), "a name")
-    words = words.replace(Slot.of(Switch).words(), "a name, or NAME.WHAT (see above)")
-    for bounds, short in BOUNDS.items():
-        words = words.replace(bounds, short)
-    return words
+        return "mapping"
+    words = slot.words().replace(Slot.of(Name).words(), "name")
+    words = words.replace(Slot.of(Switch).words(), "name or NAME.PART")
+    for long, short in SHORTER:
+        words = re.sub(long, short, f" {words}").strip()
+    return words.replace(": a ", ": ")
 
 
 def default(field: FieldInfo) -> str:
+    """Return the default of a field as YAML, "required" or "" for none."""
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    if value is None:
+    if value is None or (isinstance(value, Part) and not isinstance(value, Kind)):
         return ""
     if isinstance(value, tuple) and value and all(isinstance(item, Kind) for item in value):
-        return "`[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]`"
-    if isinstance(value, Kind):
-        return f"`{{kind: {value.kind}}}`"
-    return "its keys' defaults" if isinstance(value, Part) else f"`{json.dumps(plain_value(value))}`"
+        return "[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]"
+    return f"{{kind: {value.kind}}}" if isinstance(value, Kind) else json.dumps(plain_value(value))
 
 
 def cell(text: str) -> str:
@@ -171,17 +252,16 @@ def first_sentence(part: type) -> str:
 
 
 def scenario_keys() -> Iterator[str]:
-    for title, part in {**OUTER, **INNER}.items():
+    for title, part in OUTER.items():
         yield f"### {title}\n"
-        yield from keys(part)
-        yield ""
+        yield from table(keys_of(part))
+    yield "### Parts of backgrounds\n"
+    yield from group("of these", {title: ("", part) for title, part in INNER.items()})
     for family in FAMILIES:
         yield f"### {family.name} kinds\n"
-        for name, kind in family:
-            yield f"`kind: {name}`: {first_sentence(kind)}\n"
-            if set(kind.model_fields) - {"id"}:
-                yield from keys(kind)
-                yield ""
+        yield from group(
+            f"{family.name} kinds", {f"`kind: {name}`": (first_sentence(kind), kind) for name, kind in family}
+        )
 
 
 def example_list() -> Iterator[str]:
@@ -212,19 +292,20 @@ def stress_list() -> Iterator[str]:
 
 
 def tracker_keys() -> Iterator[str]:
-    for name, tracker in TRACKERS.items():
-        yield f"### {name}\n"
-        yield f"{first_sentence(tracker)} Source: {tracker.source}.\n"
-        yield from keys(tracker)
-        yield ""
+    yield from group(
+        "trackers",
+        {
+            f"**{name}**": (f"{first_sentence(tracker)} Source: {tracker.source}.", tracker)
+            for name, tracker in TRACKERS.items()
+        },
+    )
 
 
 def suite_keys() -> Iterator[str]:
     for title, part in SUITE_PARTS.items():
         yield f"### {title}\n"
         yield f"{' '.join((part.__doc__ or '').split())}\n"
-        yield from keys(part)
-        yield ""
+        yield from table(keys_of(part))
 
 
 def property_list() -> Iterator[str]:

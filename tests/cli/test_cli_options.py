@@ -52,23 +52,11 @@ def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None
 
 
 @pytest.mark.parametrize("name", ["irsim", "irtrack"])
-def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> None:
+def test_page_of_commands_has_an_example_of_each(name: str) -> None:
     app = {"irsim": irsim_app, "irtrack": irtrack_app}[name]
-    rows = (Path(__file__).parents[2] / "docs" / "commands.md").read_text().splitlines()
-    missing = []
-    for command, found in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]  # it is a group of commands
-        row = next((row for row in rows if row.startswith((f"| `{name} {command} ", f"| `{name} {command}`"))), None)
-        if row is None:
-            missing.append(command)
-            continue
-        options = [max(each.opts, key=len) for each in found.params if each.param_type_name == "option"]
-        missing += [f"{command} {option}" for option in options if option != "--help" and not _named(option, row)]
-    assert missing == []
-
-
-def _named(option: str, row: str) -> bool:
-    short = {"--output": "-o"}
-    return option in row or short.get(option, option) in row
+    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]  # it is a group of commands
+    assert [command for command in commands if not re.search(rf"^\| .* \| `{name} {command}[ `]", page, re.M)] == []
 
 
 COMMAND_LINE = {"irsim/errors.py", "irtrack/bench/baseline.py"}

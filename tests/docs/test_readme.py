@@ -1,4 +1,4 @@
-"""The documents are true: their commands run, their code runs, their links and generated parts hold."""
+"""The documents: their commands and code run, their links, names and generated parts are valid."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def blocks(path: Path) -> list[tuple[str, str]]:
 
 @pytest.fixture(scope="module")
 def footage(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with what other documents take as the reader's own, my_frames/ and my_truth.csv: the README makes it."""
+    """A folder with my_frames/ and my_truth.csv, which the README makes and other documents use."""
     folder = tmp_path_factory.mktemp("footage")
     (making,) = (text for language, text in blocks(ROOT / "README.md") if language == "python" and "my_truth" in text)
     subprocess.run([sys.executable, "-c", making], cwd=folder, check=True)
@@ -42,26 +42,14 @@ def footage(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def commands() -> Iterator[str]:
-    """PATH with which commands need not import anew what all of them do."""
+    """PATH of commands that are already imported, so that they start quickly."""
     with ready_commands() as path:
         yield path
 
 
-LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "calibration.md"}
-"""Each of these tracks dozens of scenes, or fits displays: half a minute and more."""
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    "document",
-    [pytest.param(path, marks=pytest.mark.slow if path.name in LONG else ()) for path in DOCUMENTS],
-    ids=lambda path: path.name,
-)
-def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str, footage: Path) -> None:
-    """All blocks of a document in their order, in one folder, as a reader would go through it: nothing is warned of.
-
-    The README makes all that it takes. `test_cli_irsim` runs the commands that were installed.
-    """
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_and_code_of_documents_run(document: Path, tmp_path: Path, commands: str, footage: Path) -> None:
+    """All blocks of a document run in order, in one folder, without a warning. The README needs no other files."""
     if document.name != "README.md":
         shutil.copytree(footage, tmp_path, dirs_exist_ok=True)
     for language, text in blocks(document):
@@ -76,8 +64,8 @@ def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, 
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_what_is_not_in_a_block_and_thus_not_run_calls_what_there_is(document: Path) -> None:
-    """In text, between back quotes, stand names and single calls whose arguments fit. Statements stand in blocks."""
+def test_calls_in_the_text_fit_their_signatures(document: Path) -> None:
+    """Calls between back quotes fit; statements stand in blocks."""
     for text in re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", document.read_text())):
         with suppress(SyntaxError):  # no Python
             found = ast.parse(text)
@@ -93,7 +81,7 @@ def test_links_lead_somewhere(document: Path) -> None:
 
 
 def test_the_readme_lists_every_document() -> None:
-    listed = set(re.findall(r"^\| \[[^]]+\]\((?:docs/)?([^)]+)\)", (ROOT / "README.md").read_text(), re.M))
+    listed = set(re.findall(r"\]\((?:docs/)?([^)/]+\.md)\)", (ROOT / "README.md").read_text()))
     assert listed == {path.name for path in DOCUMENTS} - {"README.md"}
 
 
@@ -121,7 +109,7 @@ def test_generated_parts_are_up_to_date() -> None:
 
 
 def resolved(name: str) -> object:
-    """What a dotted name stands for: attributes, and modules that nobody has imported yet."""
+    """Return the object of a dotted name; modules on the way are imported."""
     found: object = importlib.import_module(name.partition(".")[0])
     for end in (match.start() for match in re.finditer(r"\.|$", name)):
         if "." in name[:end]:
@@ -130,16 +118,16 @@ def resolved(name: str) -> object:
     return found
 
 
-TOLD_AS_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
-"""What readers are told of as a module or a group of entry points; any other name is a function or a class."""
+PUBLIC_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+"""Modules, and a group of entry points, that documents may name; other names are functions or classes."""
 
 TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
-"""What goes along with pictures in a foreign protocol: no names in Python."""
+"""Properties of a protocol: no names in Python."""
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_names_of_the_packages_exist(path: Path) -> None:
-    """In text, between back quotes; blocks of code are run. Who works on the code is told of modules, too."""
+    """Names between back quotes; pages for developers name modules, too."""
     quoted = re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", path.read_text()))
     names = {
         name
@@ -149,7 +137,28 @@ def test_names_of_the_packages_exist(path: Path) -> None:
     }
     inner = path.name in {"architecture.md", "CONTRIBUTING.md"}
     for name in names - TRAX_PROPERTIES:
-        assert not isinstance(resolved(name), ModuleType) or inner or name in TOLD_AS_MODULES, name
+        assert not isinstance(resolved(name), ModuleType) or inner or name in PUBLIC_MODULES, name
+
+
+REMOVED = (
+    "--blind",
+    "--display PICTURES",
+    "fit --display",
+    "two-process",
+    "test-further",
+    "irtrack sources",
+    "--bless",
+)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_documents_name_nothing_that_was_removed(document: Path) -> None:
+    assert not [words for words in REMOVED if words in document.read_text()]
+
+
+def test_documents_are_short() -> None:
+    """35,000 words in all, which a reader can go through in an afternoon."""
+    assert sum(len(path.read_text().split()) for path in DOCUMENTS) < 35_000
 
 
 def test_pictures_are_small() -> None:
@@ -159,8 +168,8 @@ def test_pictures_are_small() -> None:
 
 
 @pytest.mark.parametrize("package", [irsim, irtrack], ids=["irsim", "irtrack"])
-def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> None:
-    """Each public name in the docstring exists and takes the arguments that it is given there."""
+def test_example_of_a_package_fits_its_signatures(package: ModuleType) -> None:
+    """Each public name in the docstring exists and takes the arguments given there."""
     _, _, code = (package.__doc__ or "").partition("\n\n")
     found = calls(ast.parse(code), package)
     assert len(found) >= 3
@@ -169,7 +178,7 @@ def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> No
 
 
 def calls(code: ast.Module, package: ModuleType) -> list[ast.Call]:
-    """The calls of a package's names: `irsim.load(...)`, `irsim.calibration.measure_noise(...)`."""
+    """Return the calls of a package's names, such as `irsim.load(...)`."""
     return [
         each
         for each in ast.walk(code)
@@ -178,7 +187,7 @@ def calls(code: ast.Module, package: ModuleType) -> list[ast.Call]:
 
 
 def bind(call: ast.Call) -> None:
-    """TypeError where what is called takes no such arguments."""
+    """Raise TypeError where the function takes no such arguments."""
     called = resolved(ast.unparse(call.func))
     assert callable(called)
     inspect.signature(called).bind(*call.args, **{keyword.arg: None for keyword in call.keywords if keyword.arg})

@@ -1,0 +1,97 @@
+"""The examples of CONTRIBUTING work: each kind in a package of one's own, and a noise and a tracker in this one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import irsim
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "CONTRIBUTING.md").read_text()
+
+SCENE = """
+frames: 12
+camera: {size: [160, 120], motion: [{kind: "kinds:Nod"}], agc: {kind: "kinds:SquareRoot"}, noise: []}
+background: {kind: "kinds:Screen", wall_k: 280}
+targets:
+  - id: crate
+    shape: {kind: "kinds:Crate", length_m: 8, lid_k: 330}
+    path: {kind: "kinds:Zigzag", start: [40, 60], range_m: 900}
+occluders:
+  - {kind: "kinds:Triangle", id: tent, top_px: [60, 50], range_m: 500}
+"""
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
+
+
+def test_each_kind_works_in_another_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "kinds.py").write_text("\n\n".join(blocks(PAGE.partition("## The other kinds")[2], "python")))
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    source = irsim.open_source(irsim.load(tmp_path / "scene.yaml"))
+    frame, truth = source.frame(10), source.truth(10)
+    first, last = source.truth(0).target("crate"), truth.target("crate")
+    assert first is not None
+    assert last is not None
+    # The path goes 10 px to the right and 10 px up; the camera's nod of 10 mrad sin(1) moves the picture 16.8 px down.
+    assert np.subtract(last.center, first.center) == pytest.approx((10, -10 + 16.8), abs=4)
+    assert np.unique(frame.image).size >= 4  # wall, crate, lid, tent
+    shown = source.frame(10, "display").image
+    np.testing.assert_array_equal(shown, (255 * np.sqrt(frame.image / (2**frame.bits - 1))).astype(np.uint8))
+
+
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of both packages to which the two worked examples are added as CONTRIBUTING says."""
+    folder = tmp_path_factory.mktemp("repository")
+    for package in ("irsim", "irtrack"):
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__", "*.c"))
+    for name in ("scenarios", "schemas"):
+        if (ROOT / name).exists():
+            (folder / name).symlink_to(ROOT / name)
+    examples = [text for text in blocks(PAGE, "python") if "write_text" in text]
+    additions = [text.splitlines() for text in blocks(PAGE, "text") if text.startswith("from ")]
+    for example, (imported, row) in zip(examples, additions, strict=True):
+        subprocess.run([sys.executable, "-c", example], cwd=folder, check=True)
+        module, name = re.findall(r"from ([\w.]+) import (\w+)", imported)[0]
+        file = Path(*module.split(".")).with_suffix(".py")
+        (folder / file.name).rename(folder / file)
+        table = "irsim/camera/__init__.py" if module.startswith("irsim") else "irtrack/registry/table.py"
+        before = '        "white": White,' if module.startswith("irsim") else '    "template": Template,'
+        text = (folder / table).read_text()
+        assert text.count(before) == 1
+        text = text.replace(before, f"{row}\n{before}").replace("\nfrom irsim", f"\n{imported}\nfrom irsim", 1)
+        (folder / table).write_text(text)
+        assert name in row
+    return folder
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import irsim; print(irsim.load('sky', ['camera.noise=[{kind: hum, ratio: 2}]']).camera.noise[0].name)",
+        "import irtrack; print(irtrack.run('brightest', 'sky', frames=4).statuses[-1])",
+    ],
+    ids=["noise", "tracker"],
+)
+def test_worked_examples_work_in_this_repository(repository: Path, code: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=repository,
+        env={**os.environ, "PYTHONPATH": str(repository)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() in {"hum", "tracking"}
