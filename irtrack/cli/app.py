@@ -23,7 +23,7 @@ from irtrack.cli.falsify import falsify
 from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
 from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
-from irtrack.cli.papers import sources
+from irtrack.cli.papers import papers
 from irtrack.cli.stress import stress
 from irtrack.errors import InputError, TrackerError
 
@@ -220,7 +220,7 @@ app.command()(check)
 app.command()(falsify)
 app.command()(stress)
 app.command()(regress)
-app.command()(sources)
+app.command()(papers)
 
 
 def _repeat(seed: int | None, opened: Source, tracker_seed: int) -> str:

@@ -40,7 +40,7 @@ BAD = [
     (("check", "kalman", "--only", ""), "--only '': a name is empty"),
     (("check", "kalman", "--only", "flip,"), "--only 'flip,': a name is empty"),
     (("stress", "kalman", "--only", "", "--results", "x.db"), "--only '': a name is empty"),
-    (("sources", "--only", "", "-o", "x"), "--only '': a name is empty"),
+    (("papers", "--only", "", "-o", "x"), "--only '': a name is empty"),
     (("compare", "a", "b", "--metrics", ""), "--metrics '': a name is empty"),
     (("bench", "none.mcap", "--trackers", "grey_pf", "--results", "x.db"), "none.mcap"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "no/x.db"), "the folder no does not exist"),

@@ -9,7 +9,7 @@ from scipy import stats
 from irsim.measure.interval import jackknife
 from irsim.rng import stream
 from irtrack.metrics import mean_interval, wilson
-from irtrack.papers.figures import interval
+from irtrack.papers.tables import interval
 
 
 @pytest.mark.parametrize(("count", "level"), [(2, 0.95), (8, 0.95), (30, 0.9)])
