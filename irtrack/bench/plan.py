@@ -5,17 +5,68 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from irsim.types import Box, Input, Source
-from irtrack.bench.records import Key, SourceRow
-from irtrack.bench.run import Group, Member
+from irtrack.bench.records import Cell, Key, SourceRow
 from irtrack.bench.spec import AnySource, Asked, Entry, SourceEntry, asked, entry
 from irtrack.errors import InputError, whole
+from irtrack.metrics import Trace, score_trace
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start
-from irtrack.types import GivenTracker
+from irtrack.types import GivenTracker, Tracker
+
+Outcome = tuple[Cell, Trace | None]
+"""A finished cell, and its track beside the truth; None where it failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A cell to be run: its tracker under its label, and its key."""
+
+    label: str
+    tracker: Tracker
+    key: Key
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """The cells of one source and scene that share its frames.
+
+    target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
+    members: what is still to be run.
+    """
+
+    source: Source
+    name: str
+    scene_hash: str
+    severity: int | None
+    target: str | None
+    init: tuple[Box, int] | None
+    input: Input
+    members: tuple[Member, ...]
+
+    def of(self, members: Sequence[Member]) -> Group:
+        """The same with these members."""
+        return replace(self, members=tuple(members))
+
+    def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
+        """The outcome of a member that failed; at a frame, where the failure does not say itself where it was."""
+        where = f"{self.name}, seed {member.key.tracker_seed}"
+        gap = "\n" if "\n" in failure else " "
+        outcome, told = failure, f"{where}:{gap}{failure}"
+        if frame is not None:
+            outcome = f"frame {frame}:{gap}{failure}"
+            told = f"{where}, {outcome}"
+        return replace(self._cell(member), status="failed", failure=told, outcome=outcome), None
+
+    def finished(self, member: Member, trace: Trace) -> Outcome:
+        """The outcome of a member that went all the way."""
+        return replace(self._cell(member), score=score_trace(trace), outcome=trace.digest), trace
+
+    def _cell(self, member: Member) -> Cell:
+        return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,114 +2,98 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from copy import copy
-from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from time import monotonic
 from weakref import WeakSet
 
 import cv2
 import numpy as np
 
 import irsim
-from irsim.types import Box, Frame, Input, Source
-from irtrack.bench.crew import Crew, warden
-from irtrack.bench.plan import Plan, Seeds, contestants, plans
+from irsim.types import Box, Frame, Input, Source, Truth
+from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, contestants, plans
 from irtrack.bench.records import Cell, Key, Run
-from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.spec import AnySource, Asked, Entry, SourceEntry
 from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole
-from irtrack.metrics import Reference, Trace, score_trace
-from irtrack.replay.replay import Player, replay, show
+from irtrack.metrics import Reference, Trace
+from irtrack.replay.replay import Pair, Player, replay, show
 from irtrack.replay.start import find_start
-from irtrack.runner import NO_LIMIT, Limit, Unwatched, Watch, one_thread
-from irtrack.types import GivenTracker, Tracker
+from irtrack.runner.pool import Pool
+from irtrack.runner.watchdog import NO_LIMIT, Blame, Heartbeat, Limit
+from irtrack.runner.worker import one_thread
+from irtrack.types import GivenTracker
 
-Outcome = tuple[Cell, Trace | None]
-"""A finished cell, and its track beside the truth; None where it failed."""
-
-
-@dataclass(frozen=True, eq=False)
-class Member:
-    """A cell to be run: its tracker under its label, and its key."""
-
-    label: str
-    tracker: Tracker
-    key: Key
+CACHE_BYTES = 64 * 2**20
+"""Pictures kept of a source: 200 frames of 640 x 512 as 8 bits. Of longer sources each group reads its own."""
 
 
-@dataclass(frozen=True, eq=False)
-class Group:
-    """The cells of one source and scene that share its frames.
+class FrameCache:
+    """All frames of the source that was read last, where no seed changes it: read once for all tracker seeds."""
 
-    target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
-    members: what is still to be run.
-    """
+    def __init__(self) -> None:
+        self._key: tuple[str, Input] | None = None
+        self._pairs: list[Pair] = []
+        self._references: dict[tuple[str | None, int], Reference] = {}
 
-    source: Source
-    name: str
-    scene_hash: str
-    severity: int | None
-    target: str | None
-    init: tuple[Box, int] | None
-    input: Input
-    members: tuple[Member, ...]
+    def pairs(self, source: Source, input: Input) -> list[Pair] | None:
+        """Return all frames of a source; None where its seed changes them, or they are too many to keep.
 
-    def of(self, members: Sequence[Member]) -> Group:
-        """The same with these members."""
-        return replace(self, members=tuple(members))
+        What reading the source raises is passed on.
+        """
+        columns, rows = source.size
+        pixel_bytes = 1 if input == "display" else 2
+        if source.seed is not None or len(source) * columns * rows * pixel_bytes > CACHE_BYTES:
+            return None
+        if self._key != (source.hash, input):
+            self._key, self._pairs, self._references = None, [], {}  # the old frames go before the new ones come
+            self._pairs = list(source.pairs(input=input))
+            self._key = source.hash, input
+        return self._pairs
 
-    def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
-        """The outcome of a member that failed; at a frame, where the failure does not say itself where it was."""
-        where = f"{self.name}, seed {member.key.tracker_seed}"
-        gap = "\n" if "\n" in failure else " "
-        outcome, told = failure, f"{where}:{gap}{failure}"
-        if frame is not None:
-            outcome = f"frame {frame}:{gap}{failure}"
-            told = f"{where}, {outcome}"
-        return replace(self._cell(member), status="failed", failure=told, outcome=outcome), None
-
-    def finished(self, member: Member, trace: Trace) -> Outcome:
-        """The outcome of a member that went all the way."""
-        return replace(self._cell(member), score=score_trace(trace), outcome=trace.digest), trace
-
-    def _cell(self, member: Member) -> Cell:
-        return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
+    def reference(self, target: str | None, start: int) -> Reference:
+        """Return the truth of a target from frame `start` on."""
+        key = target, start
+        if key not in self._references:
+            self._references[key] = Reference.of(_truths(self._pairs)[start:], target)
+        return self._references[key]
 
 
-def run_group(
-    group: Group, limit: Limit = NO_LIMIT, watch: Watch | None = None, reels: Reels | None = None
-) -> list[Outcome]:
+def _truths(pairs: Iterable[Pair]) -> list[Truth]:
+    return [truth for _, truth in pairs if truth is not None]
+
+
+def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
     """Run all members of a group. A tracker that raises fails its own cell and no other.
 
-    limit   that a tracker has taken longer is seen when it is done with a frame: whoever must stop one that hangs
-            gives a `watch`
-    reels   those of the groups before, where one process runs several
+    cache   frames of the groups before, where one process runs several
 
     What the source raises (a damaged recording) is passed on.
     """
-    source = copy(group.source)  # what it paints on the way goes with it
-    reel = (reels or Reels()).of(source, group.input)
+    source = copy(group.source)  # its caches go with it
+    cache = cache or FrameCache()
+    pairs = cache.pairs(source, group.input)
     try:
-        start = find_start(source, source.truths() if reel is None else reel.truths, group.target, group.init)
+        start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
+    heartbeat = heartbeat or Heartbeat()
     attempts = [
-        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, limit, watch or Unwatched())
+        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, heartbeat)
         for number, member in enumerate(group.members)
     ]
     viewers = [attempt.see for attempt in attempts]
-    if reel is None:
+    if pairs is None:
         reference = Reference.of(replay(source, viewers, group.input, start.frame), start.target)
     else:
-        show(reel.pairs[start.frame :], viewers)
-        reference = reel.reference(start.target, start.frame)
+        show(pairs[start.frame :], viewers)
+        reference = cache.reference(start.target, start.frame)
     return [
         group.failed(member, attempt.failure, attempt.at)
         if attempt.failure is not None
@@ -121,31 +105,26 @@ def run_group(
 class _Attempt:
     """A player whose tracker may fail: then it sees no more."""
 
-    def __init__(self, player: Player, number: int, limit: Limit, watch: Watch) -> None:
+    def __init__(self, player: Player, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
         self.failure: str | None = None
         self.at: int | None = None
         self._number = number
-        self._limit = limit
-        self._spent_s = 0.0
-        self._watch = watch
+        self._heartbeat = heartbeat
 
     def see(self, frame: Frame) -> None:
         if self.failure is not None:
             return
-        begin, left = monotonic(), self._limit.left(self._spent_s)
-        self._watch.begin(self._number, frame.index, begin + left)
         try:
-            self.player.see(frame)
-        except TrackerError as error:  # its own failure and nobody else's
+            with self._heartbeat.frame(frame.index, self._number):
+                self.player.see(frame)
+        except TrackerError as error:
             self.failure, self.at = (error.trace(), frame.index) if error.__cause__ else (str(error), None)
         except IrtrackError as error:
             self.failure = str(error)
-        self._watch.end()  # not where it raised what ends the process: that was it
-        took = monotonic() - begin
-        self._spent_s += took
-        if self.failure is None and took > left:
-            self.failure, self.at = self._limit.exceeded(), frame.index
+        else:
+            if self._heartbeat.overdue:  # done before the watchdog came
+                self.failure, self.at = self._heartbeat.limit.exceeded(), frame.index
 
 
 Progress = Callable[[int, int], None]
@@ -252,15 +231,12 @@ def _outcomes(
 ) -> Iterator[list[Outcome]]:
     """What each group gives, as they finish."""
     if executor is not None:
-        yield from _by(executor, run_alone if limit is None else partial(run_warded, limit=limit), groups)
+        yield from _by(executor, run_alone if limit is None else partial(run_limited, limit=limit), groups)
     elif limit is None and jobs == 1:
-        yield from map(partial(run_alone, reels=Reels()), groups)
+        yield from map(partial(run_alone, cache=FrameCache()), groups)
     elif groups:
-        with Crew(min(jobs, len(groups)), limit or NO_LIMIT) as crew:
-            try:
-                yield from _by(crew, run_group, groups)
-            finally:
-                crew.shutdown(cancel_futures=True)
+        with Pool(min(jobs, len(groups))) as pool:
+            yield from _by(pool, partial(_run_in, pool, limit or NO_LIMIT), groups)
 
 
 def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list[Group]) -> Iterator[list[Outcome]]:
@@ -282,16 +258,38 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
             future.cancel()
 
 
-def run_alone(group: Group, reels: Reels | None = None) -> list[Outcome]:
-    """A group in this process."""
+def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
+    """Run a group in this process."""
     with one_thread():
-        return run_group(group, reels=reels)
+        return run_group(group, cache=cache)
 
 
-def run_warded(group: Group, limit: Limit) -> list[Outcome]:
-    """A group in a process of this one's own, which can be stopped."""
-    with warden(limit) as found:
-        return found.run(group)
+def run_limited(group: Group, limit: Limit) -> list[Outcome]:
+    """Run a group in a worker process of this process, which may itself be an executor's worker."""
+    if multiprocessing.current_process().daemon:
+        raise IrtrackError(
+            "a time limit takes workers that may start processes; allowed for dask: "
+            "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
+        )
+    with Pool(1) as pool:
+        return _run_in(pool, limit, group)
+
+
+def _run_in(pool: Pool, limit: Limit, group: Group) -> list[Outcome]:
+    """Run a group in a worker of a pool; a tracker that hangs or kills it fails alone."""
+    answers = pool.run(_run_members, group.members, group.of(()), limit=limit, name=group.name)
+    return [
+        group.failed(member, answer.what, answer.frame) if isinstance(answer, Blame) else answer
+        for member, answer in zip(group.members, answers, strict=True)
+    ]
+
+
+_worker_cache = FrameCache()
+"""Of a worker process: it runs one group at a time."""
+
+
+def _run_members(heartbeat: Heartbeat, members: Sequence[Member], group: Group) -> list[Outcome]:
+    return run_group(group.of(members), heartbeat, _worker_cache)
 
 
 def _versions() -> dict[str, str]:

@@ -20,12 +20,12 @@ from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare, regress
 from irtrack.cli.falsify import falsify
-from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
 from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
 from irtrack.cli.papers import papers
 from irtrack.cli.stress import stress
 from irtrack.errors import InputError, TrackerError
+from irtrack.runner.crash_reporter import crash_reporter
 
 if TYPE_CHECKING:
     from irsim.types import Source
@@ -113,7 +113,7 @@ def run(
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
-    with last_words(tracker, f"repeat it: {command_line()}") as last:
+    with crash_reporter(tracker, f"repeat it: {command_line()}") as reporter:
         from irsim import Rendering, Scenario, is_recording, open_source
         from irtrack.bench.spec import read_spec
         from irtrack.cli.options import split_settings, start_box
@@ -145,8 +145,8 @@ def run(
         player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
-        last.where(where)
-        see = last.watching(player.see)
+        reporter.note(where)
+        see = reporter.watching(player.see)
         try:
             with terminal.progress_bar(tracker, ticking=False) as progress:
                 truths = replay(opened, [see], looked_at, player.start.frame, progress=progress)

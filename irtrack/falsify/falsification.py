@@ -19,15 +19,14 @@ from irsim.wording import counted
 from irtrack.bench import Entry
 from irtrack.bench.spec import entry
 from irtrack.errors import InputError, whole
-from irtrack.falsify.apart import running
 from irtrack.falsify.counterexample import Case, droppable, moves, shrink
-from irtrack.falsify.order import in_order
 from irtrack.falsify.outputs import JOURNAL, check_outputs, clear, write_failure
 from irtrack.falsify.regressions import keep
 from irtrack.falsify.rules import OF_ITSELF, UNTRIED, in_words, rules_of, shortest
 from irtrack.falsify.search import SEARCHES, Tried, search
 from irtrack.falsify.trial import Subject, Trials, Verdict
 from irtrack.metrics import wilson
+from irtrack.runner.pool import start_runner
 from irtrack.types import Tracker
 
 FRESH = 20
@@ -295,8 +294,8 @@ def find_failure(
     make_folder(folder)
     check_outputs(folder, file)
     clear(folder)
-    with in_order(jobs) as apply, running(jobs, frame_limit_s) as runner:
-        trials = Trials(subject, apply, folder / JOURNAL, runner, frame_limit_s)
+    with start_runner(jobs, apart=frame_limit_s is not None) as runner:
+        trials = Trials(subject, folder / JOURNAL, runner, frame_limit_s)
         hunt = Hunt(loaded, subject, trials, say, fresh)
         try:
             found = hunt.run(search, budget, loaded.seed if seed is None else seed, progress)

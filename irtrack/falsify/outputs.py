@@ -10,13 +10,13 @@ from pathlib import Path
 import irsim
 from irsim.config.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
-from irtrack.falsify.apart import Groups
 from irtrack.falsify.falsification import Failure, Hunt, Luck
 from irtrack.falsify.rules import OF_ITSELF, asked, reached
 from irtrack.falsify.trial import Verdict
 from irtrack.metrics import Trace
 from irtrack.report.finding import Finding, write_finding
 from irtrack.report.repeat import run_command
+from irtrack.runner.pool import InProcess
 
 MINIMAL = "minimal"
 """Stem of the smallest scene and of its recording."""
@@ -81,7 +81,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
             [entry],
             results=results,
             seeds=[scene.seed],
-            executor=Groups(hunt.trials.runner),
+            frame_limit_s=None if isinstance(hunt.trials.runner, InProcess) else hunt.trials.limit.seconds,
             input=hunt.subject.input,
         ) as kept:
             (cell,), (row,) = kept.cells(), kept.sources().values()

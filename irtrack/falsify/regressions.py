@@ -16,13 +16,12 @@ import irsim
 from irsim.config.files import make_folder, path_of, replacing, replacing_text
 from irsim.types import Input
 from irtrack.errors import InputError, IrtrackError, whole
-from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
-from irtrack.falsify.order import in_order
 from irtrack.falsify.outputs import MINIMAL, file_stem
 from irtrack.falsify.rules import NOTED, in_words, rules_of
-from irtrack.falsify.trial import Subject, Verdict, examine
+from irtrack.falsify.trial import HERE, NO_LIMIT_S, Subject, Verdict, examine, frame_limit
 from irtrack.registry.identity import changed_parameters, tracker_config
-from irtrack.runner import Watch
+from irtrack.runner.pool import Pool, Runner, start_runner
+from irtrack.runner.watchdog import Heartbeat, Limit
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""
@@ -67,32 +66,32 @@ class Kept:
     def note(self) -> Path:
         return self.path.with_suffix(".json")
 
-    def verdict(self, scene: irsim.Scenario, runner: Run = here) -> Verdict:
+    def verdict(self, scene: irsim.Scenario, runner: Runner = HERE, limit: Limit | None = None) -> Verdict:
         """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
         from irtrack.registry.table import make
 
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
-        return examine(subject, irsim.open_recording(self.recording), scene.seed, runner)[0]
+        return examine(subject, irsim.open_recording(self.recording), scene.seed, runner, limit)[0]
 
-    def changes(self, runner: Run | None = None) -> list[str]:
+    def changes(self, runner: Runner | None = None, limit_s: float | None = None) -> list[str]:
         """What is otherwise than it was noted, a line each; none where all is as it was.
 
-        runner   where it is tried (`irtrack.falsify.apart`); by `limit_s` unless said
+        runner, limit_s   where it is tried, and its limit for a frame, s; by `limit_s` of the note by default
 
         InputError, with its file, where it cannot be judged.
         """
         with self._errors_with_file():
             if runner is not None:
-                return self._changes(runner)
-            with running(1, self.limit_s) as own:
-                return self._changes(own)
+                return self._changes(runner, limit_s)
+            with start_runner(1, apart=self.limit_s is not None) as own:
+                return self._changes(own, self.limit_s)
 
-    def _changes(self, runner: Run) -> list[str]:
+    def _changes(self, runner: Runner, limit_s: float | None) -> list[str]:
         found = []
         scene = irsim.load(self.path)
-        if (frame := runner(_rendered_otherwise, scene, self.recording)) is not None:
+        if (frame := runner.call(_rendered_otherwise, scene, self.recording)) is not None:
             found.append(f"{self.path}: renders frame {frame} otherwise than {self.recording.name} has it")
-        verdict = self.verdict(scene, runner)
+        verdict = self.verdict(scene, runner, frame_limit(limit_s))
         rules = ", ".join(map(in_words, rules_of(scene)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
@@ -104,7 +103,7 @@ class Kept:
             found.append(f"{self.path}: {self.label} {was}, now it {now}: {why}")
         return found
 
-    def bless(self, runner: Run | None = None, limit_s: float | None = None) -> Kept:
+    def bless(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
         """Note what is so now: record the frames that the scene renders, and whether and how they break the tracker.
         InputError as of `changes`.
 
@@ -113,14 +112,14 @@ class Kept:
         with self._errors_with_file():
             if runner is not None:
                 return self._bless(runner, limit_s)
-            with running(1, self.limit_s) as own:
+            with start_runner(1, apart=self.limit_s is not None) as own:
                 return self._bless(own, self.limit_s)
 
-    def _bless(self, runner: Run, limit_s: float | None) -> Kept:
+    def _bless(self, runner: Runner, limit_s: float | None) -> Kept:
         scene = irsim.load(self.path)
-        if runner(_rendered_otherwise, scene, self.recording) is not None:
+        if runner.call(_rendered_otherwise, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
-        verdict = self.verdict(scene, runner)
+        verdict = self.verdict(scene, runner, frame_limit(limit_s))
         now = replace(self, broken=verdict.broken is not None, how=verdict.how, limit_s=limit_s)
         _note(now)
         return now
@@ -141,7 +140,7 @@ def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
     return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
 
 
-def _rendered_otherwise(_: Watch, scene: irsim.Scenario, recording: Path) -> int | None:
+def _rendered_otherwise(_: Heartbeat, scene: irsim.Scenario, recording: Path) -> int | None:
     """The first frame that the scene renders otherwise than it was recorded."""
     drawn, kept = irsim.Rendering(scene), irsim.open_recording(recording)
     for one, other in zip(drawn.frames(), kept.frames(), strict=False):
@@ -165,19 +164,19 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limi
     frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
     whole("jobs", jobs, 1)
-    with in_order(jobs) as apply, apart(jobs) as processes:
+    with Pool(jobs) as pool:
 
         def tried(each: Kept) -> Revisited:
             limit_s = frame_limit_s if each.limit_s is None else each.limit_s
             try:
-                changes = each.changes(processes.within(limit_s))
+                changes = each.changes(pool, limit_s)
                 if bless:
-                    each.bless(processes.within(limit_s), limit_s)
+                    each.bless(pool, limit_s)
                 return Revisited(changes)
             except InputError as error:
                 return Revisited(faults=[str(error)])
 
-        found = list(apply(tried, kept))
+        found = list(pool.ordered(tried, kept))
     return Revisited(
         [line for each in found for line in each.changes], [line for each in found for line in each.faults]
     )

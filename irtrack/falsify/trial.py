@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,15 +14,19 @@ import irsim
 from irsim.config.files import replacing_text
 from irsim.types import Frame, Input, Source
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify.apart import NO_LIMIT_S, LostError, Run, here
-from irtrack.falsify.order import Map
 from irtrack.falsify.rules import UNTRIED, margin
 from irtrack.metrics import Reference, Trace
 from irtrack.registry.identity import code_hash, module_code_hash, tracker_config, tracker_name
 from irtrack.replay.replay import Player, replay
 from irtrack.replay.start import find_start
-from irtrack.runner import Watch
+from irtrack.runner.pool import InProcess, Runner
+from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
 from irtrack.types import Tracker
+
+NO_LIMIT_S = 1e9
+"""Thirty years: a number that JSON can hold."""
+
+HERE = InProcess()
 
 RULE = "rule"
 """How a rule of the scenario is broken: by the track."""
@@ -80,25 +83,33 @@ class Verdict:
         return self.broken == rule if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
 
 
-def judge(subject: Subject, run: Run, scenario: irsim.Scenario | None) -> Verdict:
+def frame_limit(limit_s: float | None) -> Limit:
+    """Return the limit of a tracker that may take `limit_s` for each frame."""
+    return Limit(NO_LIMIT_S if limit_s is None else limit_s, "frame")
+
+
+def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenario | None) -> Verdict:
     """The verdict on a scene; nothing is broken where there is none, or where it shows no target to start on."""
     if scenario is None:
         return _untried(subject)
-    return examine(subject, irsim.Rendering(scenario), scenario.seed, run)[0]
+    return examine(subject, irsim.Rendering(scenario), scenario.seed, runner, limit)[0]
 
 
-def examine(subject: Subject, source: Source, seed: int, run: Run = here) -> tuple[Verdict, tuple[Trace, ...]]:
+def examine(
+    subject: Subject, source: Source, seed: int, runner: Runner = HERE, limit: Limit | None = None
+) -> tuple[Verdict, tuple[Trace, ...]]:
     """The verdict on a source, `seed` being the tracker's, and each rule's trace; no traces where the tracker
     raised, was lost with its process or could not start."""
+    limit = limit or frame_limit(None)
     try:
-        return run(_examined, subject, source, seed)
-    except LostError as lost:
+        return runner.call(_examined, subject, source, seed, limit=limit)
+    except TrackerLostError as lost:
         if not lost.blame.at_work:
-            run(_drawn, source, subject.input)  # raises where the source ends processes by itself
-        return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", lost.limit_s), ()
+            runner.call(_drawn, source, subject.input)  # raises where the source ends processes by itself
+        return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", limit.seconds), ()
 
 
-def _examined(watch: Watch, subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
+def _examined(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
     untried = _untried(subject)
     try:
         targets = {rule.target for rule in subject.rules}
@@ -109,7 +120,7 @@ def _examined(watch: Watch, subject: Subject, source: Source, seed: int) -> tupl
     for target, start in starts.items():
         player = Player(subject.tracker, start, seed, subject.label)
         try:
-            truths = replay(source, [_watched(player, watch)], subject.input, start.frame)
+            truths = replay(source, [_watched(player, heartbeat)], subject.input, start.frame)
         except IrtrackError as error:
             return Verdict(untried.margins, str(error)), ()
         found[target] = Trace.of(player.track(source, subject.input), Reference.of(truths, start.target))
@@ -117,7 +128,7 @@ def _examined(watch: Watch, subject: Subject, source: Source, seed: int) -> tupl
     return Verdict(tuple(margin(rule, trace) for rule, trace in zip(subject.rules, of_rules, strict=True))), of_rules
 
 
-def _drawn(_: Watch, source: Source, input: Input) -> None:
+def _drawn(_: Heartbeat, source: Source, input: Input) -> None:
     """The source's frames, shown to nobody."""
     replay(source, [], input, 0)
 
@@ -126,17 +137,12 @@ def _untried(subject: Subject) -> Verdict:
     return Verdict((UNTRIED,) * len(subject.rules))
 
 
-def _watched(player: Player, watch: Watch) -> Callable[[Frame], None]:
-    """What shows the player a frame, and tells the watch."""
+def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
+    """Return the function that shows the player a frame and notes it on the heartbeat."""
 
     def see(frame: Frame) -> None:
-        watch.begin(0, frame.index, math.inf)
-        try:
+        with heartbeat.frame(frame.index):
             player.see(frame)
-        except IrtrackError:
-            watch.end()
-            raise
-        watch.end()  # not where it raised what ends the process: that was it
 
     return see
 
@@ -146,13 +152,10 @@ class Trials:
     stopped goes on where it was: it asks for the same scenes again. What other code judged is not among them, nor what
     died or hung within another time limit for a frame than `limit_s`."""
 
-    def __init__(
-        self, subject: Subject, apply: Map, journal: Path, runner: Run = here, limit_s: float | None = None
-    ) -> None:
-        self.runner = runner
+    def __init__(self, subject: Subject, journal: Path, runner: Runner = HERE, limit_s: float | None = None) -> None:
+        self.runner, self.limit = runner, frame_limit(limit_s)
         self._subject = subject
-        self._judge = partial(judge, subject, runner)
-        self._apply = apply
+        self._judge = partial(judge, subject, runner, self.limit)
         self._journal = journal
         self._digest = json.dumps(
             [
@@ -165,9 +168,7 @@ class Trials:
             sort_keys=True,
         )
         self._known = {
-            key: verdict
-            for key, verdict in _read(journal).items()
-            if verdict.limit_s in (None, NO_LIMIT_S if limit_s is None else limit_s)
+            key: verdict for key, verdict in _read(journal).items() if verdict.limit_s in (None, self.limit.seconds)
         }
         self.run = 0
         """Trials that were not known before."""
@@ -176,7 +177,7 @@ class Trials:
         """Of each scene, in order; no more is run than is asked for, but for what has begun beside it."""
         keys = [self._key(each) for each in scenarios]
         new = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
-        outcomes = self._apply(self._judge, list(new.values()))
+        outcomes = self.runner.ordered(self._judge, list(new.values()))
         waiting = iter(new)
         for key in keys:
             while key not in self._known:
@@ -185,7 +186,7 @@ class Trials:
 
     def examine(self, scenario: irsim.Scenario) -> tuple[Verdict, tuple[Trace, ...]]:
         """The verdict on a scene, and each rule's trace: run anew, and not noted."""
-        return examine(self._subject, irsim.Rendering(scenario), scenario.seed, self.runner)
+        return examine(self._subject, irsim.Rendering(scenario), scenario.seed, self.runner, self.limit)
 
     def _key(self, scenario: irsim.Scenario | None) -> str:
         text = json.dumps([self._digest, None if scenario is None else scenario.hash])

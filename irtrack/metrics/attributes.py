@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from irsim.types import SHOWN, Floats, Truth
 from irtrack.metrics.lost import OFF_IN_A_ROW
 from irtrack.metrics.statistics import share
-from irtrack.metrics.trace import Trace
+
+if TYPE_CHECKING:
+    from irtrack.metrics.trace import Trace
 
 TURNS_DEG = 2.0
 """Turning of a target's attitude in a frame from which on its outline is taken to deform, degrees."""

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Any, Literal
 from zlib import crc32
 
+import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
+from hypothesis.configuration import set_hypothesis_home_dir
 from hypothesis.errors import Flaky
 
 from irsim.config.base import suggestion
+from irsim.types import Box, Frame
 from irtrack.errors import InputError, told
-from irtrack.properties.apart import Examiner
 from irtrack.properties.case import Broken, Case, NotAsked
 from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
 from irtrack.registry.identity import tracker_name
-from irtrack.types import GivenTracker, Tracker
+from irtrack.runner.pool import Pool
+from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
+from irtrack.types import Estimate, GivenTracker, Tracker, resumable
 
 Profile = Literal["ci", "nightly"]
 Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
@@ -147,15 +154,62 @@ def with_needs(names: Iterable[str]) -> set[str]:
 
 @contextmanager
 def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iterator[Callable[[Property], Outcome]]:
-    """What tries a property: here, or in another process."""
+    """Yield the function that tries a property: in this process, or in a worker with a time limit for each frame."""
     if limit_s is None:
         yield lambda prop: examined(prop, tracker, profile)
         return
-    examiner = Examiner(tracker, profile, limit_s)
-    try:
-        yield examiner.examined
-    finally:
-        examiner.close()
+    limit = Limit(limit_s, "frame")
+    with Pool(1) as pool:
+
+        def examined_apart(prop: Property) -> Outcome:
+            try:
+                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit)
+            except TrackerLostError as lost:
+                return Outcome(prop, "broken", str(lost))
+
+        yield examined_apart
+
+
+def _examined_in_worker(heartbeat: Heartbeat, name: str, tracker: Tracker, profile: Profile) -> Outcome:
+    set_hypothesis_home_dir(_NOWHERE)
+    return examined(PROPERTIES[name], Watched(tracker, heartbeat), profile)
+
+
+_NOWHERE = Path(os.devnull) / "hypothesis"
+"""Folder that cannot be made: Hypothesis would keep the constants of the tracker's modules in one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """Tracker that notes on a heartbeat each frame it works on; pickled, it is the tracker alone."""
+
+    tracker: Tracker
+    heartbeat: Heartbeat
+
+    @property
+    def resumable(self) -> bool:
+        return resumable(self.tracker)
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
+        return self._call(self.tracker.init, frame, box, rng)
+
+    def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
+        answer: tuple[Any, Estimate] = self._call(partial(self.tracker.step, state), frame, rng)
+        return answer
+
+    def _call(self, work: Callable[..., Any], frame: Frame, *given: object) -> Any:
+        with self.heartbeat.frame(frame.index):
+            try:
+                return work(frame, *given)
+            except KeyboardInterrupt as error:  # workers ignore Ctrl-C: the tracker raised it
+                raise RuntimeError(told(error)) from error
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _itself, (self.tracker,)
+
+
+def _itself(tracker: Tracker) -> Tracker:
+    return tracker
 
 
 def check_tracker(

@@ -1,39 +1,169 @@
-"""A fixed number of workers that threads take turns with."""
+"""Runners of functions: `Pool` in a fixed number of worker processes, `InProcess` in this one.
+
+Both call ``function(heartbeat, *arguments)``. The function marks each frame that a tracker works on by
+``with heartbeat.frame(index):``, so that a tracker which hangs or kills its process is known by name.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from queue import SimpleQueue
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
+
+from irtrack.errors import InputError
+from irtrack.runner.watchdog import NO_LIMIT, Blame, CrashCount, Heartbeat, Limit, TrackerLostError, WorkerDiedError
+from irtrack.runner.worker import NotSentError, Worker, one_thread
+
+Result = TypeVar("Result")
 
 
-class Closable(Protocol):
-    def close(self) -> None: ...
+class Runner(Protocol):
+    """Calls functions, and applies one that does so to many items."""
+
+    def call(
+        self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
+    ) -> Result:
+        """Return function(heartbeat, *arguments); what it raises is raised. TrackerLostError as in `Pool.call`."""
+        ...
+
+    def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
+        """Apply a function of this process to items; results in their order, each as soon as it is there."""
+        ...
 
 
-Each = TypeVar("Each", bound=Closable)
+class InProcess:
+    """Runner in this process: a tracker that hangs or ends its process does so to the caller."""
+
+    def call(
+        self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
+    ) -> Result:
+        return function(Heartbeat(limit), *arguments)
+
+    def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
+        with one_thread():
+            yield from map(function, items)
 
 
-class Pool(Generic[Each]):
-    """As many workers as there are jobs, each made by `make`, and each lent to one thread at a time."""
+class Pool(ThreadPoolExecutor):
+    """Runner in a fixed number of worker processes; one that hangs or dies is replaced.
 
-    def __init__(self, jobs: int, make: Callable[[], Each]) -> None:
-        self._all = [make() for _ in range(jobs)]
-        self._free: SimpleQueue[Each] = SimpleQueue()
-        for each in self._all:
-            self._free.put(each)
+    As an executor it runs functions in as many threads of this process, each of which may `call` or `run` in a worker.
+    The calling script needs the guard ``if __name__ == "__main__"``. Its end, also by Ctrl-C, ends the processes,
+    whatever they are doing.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        super().__init__(jobs)
+        self._jobs = jobs
+        self._workers = [Worker() for _ in range(jobs)]
+        self._free: SimpleQueue[Worker] = SimpleQueue()
+        for worker in self._workers:
+            self._free.put(worker)
+
+    def call(
+        self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
+    ) -> Result:
+        """Return function(heartbeat, *arguments) from a worker; what it raises is raised. Waits for a free worker.
+
+        A worker that dies by chance is replaced and the call repeated. TrackerLostError where the tracker that the
+        heartbeat names hangs or kills the processes; InputError where function or arguments cannot be sent to another
+        process; WorkerError, which begins with `name`, where workers die while no tracker is at work.
+        """
+        (answer,) = self.run(_call, [arguments], function, limit=limit, name=name)
+        if isinstance(answer, Blame):
+            raise TrackerLostError(answer, limit)
+        result: Result = answer
+        return result
+
+    def run(
+        self,
+        function: Callable[..., Sequence[Result]],
+        members: Sequence[object],
+        *arguments: object,
+        limit: Limit = NO_LIMIT,
+        name: str = "",
+    ) -> list[Result | Blame]:
+        """Return function(heartbeat, members, *arguments) from a worker: a result for each of the members.
+
+        Members share a process as trackers share frames, and ``heartbeat.frame(index, number)`` tells which is at
+        work. One that hangs or kills its processes is answered by a `Blame`, and the others run again. Where a process
+        dies while none is at work, they run one at a time: one may have left the process unable to go on. Before one
+        is blamed for that, `function` runs without members. Errors as in `call`.
+        """
+        found: dict[int, Result | Blame] = {}
+        crashes, together = CrashCount(name), True
+        with self._lend() as worker:
+            while left := [number for number in range(len(members)) if number not in found]:
+                numbers = left if together else left[:1]
+                try:
+                    answers = worker.call(limit, function, [members[number] for number in numbers], *arguments)
+                    found |= zip(numbers, answers, strict=True)
+                except NotSentError as error:
+                    what = f"{name}:" if name else "the tracker"
+                    raise InputError(f"{what} cannot be sent to a worker process: {error}") from None
+                except WorkerDiedError as died:
+                    if worker.closed:
+                        raise
+                    if died.member is None and len(numbers) > 1:
+                        together = False
+                        continue
+                    blamed = crashes.add(died, limit, numbers)
+                    if blamed is not None:
+                        member, found[member] = blamed
+                        if not blamed[1].at_work:
+                            _run_without_members(worker, name, function, *arguments)
+        return [found[number] for number in range(len(members))]
+
+    def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
+        """Apply a function to items, in as many threads as there are workers; results in the order of the items.
+
+        A caller that stops listening spares the items that have not begun.
+        """
+        if self._jobs == 1:
+            with one_thread():
+                yield from map(function, items)
+        else:
+            yield from self.map(function, items)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
+        """End the processes, whatever they are doing; what has not begun is cancelled."""
+        for worker in self._workers:
+            worker.close()
+        super().shutdown(wait, cancel_futures=cancel_futures)
 
     @contextmanager
-    def one(self) -> Iterator[Each]:
-        """Lend a worker for the length of the block; waits until one is free."""
-        found = self._free.get()
+    def _lend(self) -> Iterator[Worker]:
+        worker = self._free.get()
         try:
-            yield found
+            yield worker
         finally:
-            self._free.put(found)
+            self._free.put(worker)
 
-    def close(self) -> None:
-        """Close all workers, also those that are lent."""
-        for each in self._all:
-            each.close()
+
+@contextmanager
+def start_runner(jobs: int, apart: bool) -> Iterator[Runner]:
+    """Yield this process as runner with one job that need not be `apart`, else a pool of workers."""
+    if jobs == 1 and not apart:
+        yield InProcess()
+        return
+    with Pool(jobs) as pool:
+        yield pool
+
+
+def _call(heartbeat: Heartbeat, members: Sequence[Sequence[object]], function: Callable[..., Any]) -> list[Any]:
+    return [function(heartbeat, *arguments) for arguments in members]
+
+
+def _run_without_members(worker: Worker, name: str, function: Callable[..., Any], *arguments: object) -> None:
+    """WorkerError where the function ends processes even without members."""
+    crashes = CrashCount(name)
+    while True:
+        try:
+            worker.call(NO_LIMIT, function, [], *arguments)
+            return
+        except WorkerDiedError as died:
+            if worker.closed:
+                raise
+            crashes.add_unexplained(died.how)

@@ -25,7 +25,7 @@ from irtrack.bench.plan import Seeds, contestants, plans
 from irtrack.bench.run import run_group
 from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.replay.replay import BLOCK_FRAMES
-from irtrack.runner import Limit
+from irtrack.runner.watchdog import Heartbeat, Limit
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
@@ -46,7 +46,7 @@ def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Pa
 def test_a_tracker_that_is_late_without_hanging_is_told_when_it_is_done() -> None:
     """No tracker does anything in a nanosecond, and nobody watches who could stop it."""
     (plan,) = plans([Strip()], contestants([FINE]), Seeds.of(1, 1), "display", None, None)
-    ((cell, trace),) = run_group(plan.group, Limit(1e-9, "run"))
+    ((cell, trace),) = run_group(plan.group, Heartbeat(Limit(1e-9, "run")))
     assert cell.failure == "strip, seed 0, frame 0: timed out: more than 1e-09 s in the tracker"
     assert trace is None
 
@@ -83,7 +83,7 @@ def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: Walker
 ) -> None:
     """Where one beside it holds up the process's end, too."""
-    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
+    monkeypatch.setattr("irtrack.runner.worker.END_S", 0.5)
     entries = [FINE, Entry("closer", Closer()), Entry("beside", beside)]
     with run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db") as results:
         cells = results.cells()
@@ -97,7 +97,7 @@ def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
 
 
 def test_a_process_that_closes_its_pipe_and_goes_on_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
+    monkeypatch.setattr("irtrack.runner.worker.END_S", 0.5)
 
     with run_bench([Strip()], [Entry("both", Stayer())], jobs=2, results=tmp_path / "r.db") as results:
         (cell,) = results.cells()

@@ -14,7 +14,6 @@ from command_line import Call
 import irsim
 from irtrack.falsify import Failure, Nearest, find_failure
 from irtrack.falsify.falsification import UNSURE, Hunt
-from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject, Trials, examine
 from irtrack.metrics import wilson
@@ -218,10 +217,9 @@ def test_what_other_code_has_judged_is_tried_again(tmp_path: Path, monkeypatch: 
     subject = Subject("blind", planted_failure.Blind(), "display", rules_of(scene))
 
     def new_trials() -> int:
-        with in_order(1) as apply:
-            trials = Trials(subject, apply, tmp_path / "trials.jsonl")
-            list(trials.verdicts([scene]))
-            return trials.run
+        trials = Trials(subject, tmp_path / "trials.jsonl")
+        list(trials.verdicts([scene]))
+        return trials.run
 
     assert [new_trials(), new_trials()] == [1, 0]
     monkeypatch.setattr(Path, "read_bytes", lambda path: Path.open(path, "rb").read() + edit(path))

@@ -21,7 +21,6 @@ from irsim.scenario.expectation import Expectation
 from irtrack.falsify import Failure, Luck
 from irtrack.falsify.counterexample import Case
 from irtrack.falsify.falsification import Hunt
-from irtrack.falsify.order import in_order
 from irtrack.falsify.outputs import FOUND, JOURNAL, write_failure
 from irtrack.falsify.rules import ASKED, MARGINS, REACHED, asked, reached, rules_of
 from irtrack.falsify.trial import RAISES, Subject, Trials
@@ -117,13 +116,12 @@ def left(folder: Path, tracker: Tracker, rule: int | str, least_luck: Luck | Non
     scene = irsim.loads(SCENE)
     folder.mkdir()
     (folder / JOURNAL).touch()
-    with in_order(1) as apply:
-        subject = Subject("still", tracker, "display", rules_of(scene))
-        hunt = Hunt(scene, subject, Trials(subject, apply, folder / JOURNAL), print)
-        speed = "targets.jet.path.speed"
-        least = Case({speed: 1.0}, ("white",), 9)
-        failure = Failure(rule, 7, Case({speed: 1.5}), Luck(12, 20), True, least, least_luck)
-        write_failure(folder, hunt, failure, "jets", "irtrack falsify jets.yaml --tracker still")
+    subject = Subject("still", tracker, "display", rules_of(scene))
+    hunt = Hunt(scene, subject, Trials(subject, folder / JOURNAL), print)
+    speed = "targets.jet.path.speed"
+    least = Case({speed: 1.0}, ("white",), 9)
+    failure = Failure(rule, 7, Case({speed: 1.5}), Luck(12, 20), True, least, least_luck)
+    write_failure(folder, hunt, failure, "jets", "irtrack falsify jets.yaml --tracker still")
     return Left(folder, (folder / "replay.html").read_text())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +17,11 @@ import irsim
 from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
-from irtrack.falsify.apart import Run, apart
-from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
-from irtrack.falsify.trial import ENDS, RAISES, Subject, Trials, examine
+from irtrack.falsify.trial import ENDS, RAISES, Subject, Trials, examine, frame_limit
 from irtrack.replay.replay import BLOCK_FRAMES
+from irtrack.runner.pool import Pool
+from irtrack.runner.watchdog import Heartbeat
 
 SCENE = "".join(
     line
@@ -132,21 +132,18 @@ def subject(tracker: object) -> Subject:
 
 
 @pytest.fixture
-def processes() -> Iterator[Callable[[float], Run]]:
-    with apart(1) as found:
-        yield found.within
+def pool() -> Iterator[Pool]:
+    with Pool(1) as found:
+        yield found
 
 
-def test_a_tracker_that_hangs_is_ended_there_and_others_go_on(
-    processes: Callable[[float], Run], tmp_path: Path
-) -> None:
+def test_a_tracker_that_hangs_is_ended_there_and_others_go_on(pool: Pool, tmp_path: Path) -> None:
     """Another time limit tries it again, and what went well not."""
     hanging, scenes = subject(planted_failure.Hanging()), [irsim.loads(SCENE), broken_scene()]
 
     def new_trials(limit_s: float) -> int:
-        with in_order(1) as apply:
-            trials = Trials(hanging, apply, tmp_path / "trials.jsonl", processes(limit_s), limit_s)
-            fine, hung = trials.verdicts(scenes)
+        trials = Trials(hanging, tmp_path / "trials.jsonl", pool, limit_s)
+        fine, hung = trials.verdicts(scenes)
         assert fine.broken is None
         assert hung.broken == ENDS
         assert hung.raised == f"planted_failure:Hanging: frame 9: hangs: more than {limit_s:g} s in the tracker"
@@ -155,30 +152,30 @@ def test_a_tracker_that_hangs_is_ended_there_and_others_go_on(
     assert [new_trials(each) for each in (3.0, 3.0, 2.0)] == [2, 0, 1]
 
 
-def test_a_worker_killed_by_chance_breaks_nothing(processes: Callable[[float], Run], tmp_path: Path) -> None:
+def test_a_worker_killed_by_chance_breaks_nothing(pool: Pool, tmp_path: Path) -> None:
     chance = Killer(at=7, once=str(tmp_path / "killed"))
-    verdict, _ = examine(subject(chance), irsim.Rendering(broken_scene()), 1, processes(LIMIT_S))
+    verdict, _ = examine(subject(chance), irsim.Rendering(broken_scene()), 1, pool, frame_limit(LIMIT_S))
     assert (tmp_path / "killed").exists()
     assert verdict.raised is None
 
 
 def test_a_tracker_that_leaves_its_process_unable_to_answer_breaks_the_scene(
-    processes: Callable[[float], Run],
+    pool: Pool,
 ) -> None:
-    verdict, _ = examine(subject(Closer()), Strip(), 1, processes(LIMIT_S))
+    verdict, _ = examine(subject(Closer()), Strip(), 1, pool, frame_limit(LIMIT_S))
     assert verdict.broken == ENDS
     assert verdict.raised == (
         "bench_fakes:Closer: frame 19: the process died 2 times after the tracker had been at work (exit status 1)"
     )
 
 
-def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(processes: Callable[[float], Run]) -> None:
+def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(pool: Pool) -> None:
     late = LateMute(visible=(1.0,) * (BLOCK_FRAMES + 1))
     with pytest.raises(IrtrackError, match="died again and again while no tracker was at work"):
-        examine(subject(Walker()), late, 1, processes(LIMIT_S))
+        examine(subject(Walker()), late, 1, pool, frame_limit(LIMIT_S))
 
 
-def drawn(_: object) -> float:
+def drawn(_: Heartbeat) -> float:
     """From a state that this project never draws from, but other people's trackers may."""
     return float(np.random.rand())  # noqa: NPY002 - the global state is the test
 
@@ -187,14 +184,14 @@ def test_workers_share_no_global_state() -> None:
     """Each begins with a seed of its own, though they are copies of one process."""
     found = set()
     for _ in range(3):
-        with apart(1) as one:
-            found.add(one.within(LIMIT_S)(drawn))
+        with Pool(1) as one:
+            found.add(one.call(drawn))
     assert len(found) == 3
 
 
-def test_what_is_raised_apart_is_told_as_here(processes: Callable[[float], Run]) -> None:
+def test_what_is_raised_apart_is_told_as_here(pool: Pool) -> None:
     raising, source = subject(planted_failure.Raising()), irsim.Rendering(broken_scene())
-    there = examine(raising, source, 1, processes(LIMIT_S))
+    there = examine(raising, source, 1, pool, frame_limit(LIMIT_S))
     assert there[0].broken == RAISES
     assert there == examine(raising, source, 1)
 

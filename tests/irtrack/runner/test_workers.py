@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 import threading
@@ -23,7 +22,8 @@ from irtrack.bench.spec import asked
 from irtrack.bench.suite import Suite
 from irtrack.cli.bench import sweep
 from irtrack.errors import IrtrackError, WorkerError
-from irtrack.runner import GoneError, Watched
+from irtrack.runner.watchdog import NO_LIMIT, Heartbeat, WorkerDiedError
+from irtrack.runner.worker import Worker
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
@@ -67,27 +67,21 @@ def test_what_a_source_raises_in_a_worker_is_told_whatever_its_class(tmp_path: P
         run_bench([Raises(what=what)], [FINE], jobs=2, results=tmp_path / "r.db")
 
 
-def asleep(board: Any) -> Any:
-    """The work of a process: to sleep so many seconds."""
-    return time.sleep
+def asleep(heartbeat: Heartbeat, seconds: float) -> None:
+    time.sleep(seconds)
 
 
 def test_whoever_waits_for_a_process_that_another_thread_closes_learns_just_that() -> None:
-    watched = Watched(asleep)
-    threading.Timer(0.2, watched.close).start()
-    with pytest.raises(GoneError) as gone:
-        watched.ask(600.0)
+    worker = Worker()
+    threading.Timer(0.2, worker.close).start()
+    with pytest.raises(WorkerDiedError) as gone:
+        worker.call(NO_LIMIT, asleep, 600.0)
     assert gone.value.how == "closed"
 
 
-def ends(board: Any) -> Any:
-    """The work of a process: to end."""
-
-    def work(status: int) -> None:
-        board.begin(0, 0, math.inf)
+def ends(heartbeat: Heartbeat, status: int) -> None:
+    with heartbeat.frame(0):
         os._exit(status)
-
-    return work
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="of the fork server")
@@ -104,13 +98,13 @@ def test_how_a_process_ends_is_told_though_others_start_meanwhile(monkeypatch: p
 
     def start_others() -> None:
         while not done.is_set():
-            with closing(Watched(asleep)) as other:
-                other.ask(0.0)
+            with closing(Worker()) as other:
+                other.call(NO_LIMIT, asleep, 0.0)
 
     with ThreadPoolExecutor(1) as beside:
         starting = beside.submit(start_others)
-        with pytest.raises(GoneError) as gone:
-            Watched(ends).ask(7)
+        with pytest.raises(WorkerDiedError) as gone:
+            Worker().call(NO_LIMIT, ends, 7)
         done.set()
         starting.result()
     assert gone.value.how == "exit status 7"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from command_line import Call
 
-from irtrack.cli.last_words import last_words
+from irtrack.runner.crash_reporter import crash_reporter
 
 DYING = """
 import ctypes
@@ -69,7 +69,6 @@ ENDS = {
 }
 
 
-@pytest.mark.sampled
 @linux
 @pytest.mark.parametrize("words", ENDS, ids="-".join)
 def test_where_and_how_the_process_died_is_told(folder: Path, words: tuple[str, ...]) -> None:
@@ -133,10 +132,10 @@ def test_elsewhere_than_on_linux_nobody_listens(call: Call, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("at", "told"),
     [
-        ((0, -1), "irtrack: mine: the process died before the first frame (exit status 7)\nwhere\n"),
-        ((1, 5), "irtrack: mine: frame 5: the process died while the tracker was at work (exit status 7)\nwhere\n"),
+        ((False, -1), "irtrack: mine: the process died before the first frame (exit status 7)\nwhere\n"),
+        ((True, 5), "irtrack: mine: frame 5: the process died while the tracker was at work (exit status 7)\nwhere\n"),
         (
-            (0, 5),
+            (False, 5),
             "irtrack: mine: the process died after frame 5, while the tracker was not at work (exit status 7)\nwhere\n",
         ),
         (None, ""),
@@ -144,14 +143,14 @@ def test_elsewhere_than_on_linux_nobody_listens(call: Call, monkeypatch: pytest.
     ids=["before", "at work", "between", "after the block"],
 )
 def test_what_is_told_says_who_was_at_work(
-    at: tuple[int, int] | None, told: str, capfd: pytest.CaptureFixture[str]
+    at: tuple[bool, int] | None, told: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Of a process that leaves with status 7, within the block or after it."""
     child = os.fork()
     if child == 0:
-        with last_words("mine", "where") as last:
+        with crash_reporter("mine", "where") as reporter:
             if at is not None:
-                last.board[0], last.board[1] = at
+                reporter.progress = at
                 os._exit(7)
         os._exit(7)
     told_by = time.monotonic() + 20

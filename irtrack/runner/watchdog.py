@@ -1,0 +1,164 @@
+"""Watchdog of trackers in worker processes: the frame at work, the time limit, and the tracker to blame for a crash."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, Literal
+
+from irtrack.errors import TrackerError, WorkerError
+
+MAX_CRASHES = 2
+"""A worker may be killed by chance once (memory, an operator); a tracker on which two died has killed them."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Wall time that a tracker may take, rendering apart: in a whole run, or for each frame of it."""
+
+    seconds: float
+    of: Literal["run", "frame"]
+
+    def left(self, spent_s: float) -> float:
+        """Return the time left for the next frame, s, after the run has taken `spent_s`."""
+        return self.seconds - spent_s * (self.of == "run")
+
+    def exceeded(self) -> str:
+        """Return the words for a tracker that took longer."""
+        verb = "timed out" if self.of == "run" else "hangs"
+        return f"{verb}: more than {self.seconds:g} s in the tracker"
+
+
+NO_LIMIT = Limit(math.inf, "run")
+
+
+class Heartbeat:
+    """Record of the frame that a tracker is working on.
+
+    numbers   where it is kept: memory shared with the process that watches, or a list where none does. They are the
+              member at work (-1: none), the frame at work or worked on last (-1: none yet), and the deadline by
+              time.monotonic(), s
+    """
+
+    IDLE = (-1.0, -1.0, math.inf)
+
+    def __init__(self, limit: Limit = NO_LIMIT, numbers: Any = None) -> None:
+        self.limit = limit
+        self.overdue = False
+        """Whether the last frame took longer than it might."""
+        self._numbers = list(self.IDLE) if numbers is None else numbers
+        self._spent_s: defaultdict[int, float] = defaultdict(float)
+
+    @contextmanager
+    def frame(self, index: int, member: int = 0) -> Iterator[None]:
+        """Note that a member of the work is at frame `index` for the length of the block.
+
+        The note stays where the block raises no `Exception` but an error that ends the process.
+        """
+        begin, left = monotonic(), self.limit.left(self._spent_s[member])
+        self._numbers[0], self._numbers[1] = member, index
+        self._numbers[2] = begin + left
+        try:
+            yield
+        except Exception:
+            self._end(member, begin, left)
+            raise
+        self._end(member, begin, left)
+
+    def _end(self, member: int, begin: float, left: float) -> None:
+        self._numbers[2] = math.inf
+        self._numbers[0] = -1
+        took = monotonic() - begin
+        self._spent_s[member] += took
+        self.overdue = took > left
+
+
+class WorkerDiedError(Exception):
+    """A worker process ended, or was ended, before it answered.
+
+    at        numbers of its `Heartbeat` when it ended
+    overdue   it was ended because it had passed its deadline
+    moved     its heartbeat changed while it was being ended: it may have reached the next frame just in time
+    how       how it ended, in words, such as 'SIGKILL'
+    went_on   it closed its pipe but did not end: its heartbeat does not tell which tracker closed the pipe
+    """
+
+    def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str, went_on: bool = False) -> None:
+        super().__init__(how)
+        self.at, self.overdue, self.moved, self.how, self.went_on = at, overdue, moved, how, went_on
+
+    @property
+    def member(self) -> int | None:
+        """Number of the member that was at work; None where none was."""
+        return None if self.at[0] < 0 or self.went_on else int(self.at[0])
+
+    @property
+    def frame(self) -> int | None:
+        """Frame that a member was working on, or had worked on last; None where none had begun."""
+        return None if self.at[1] < 0 else int(self.at[1])
+
+    @property
+    def hung(self) -> bool:
+        """Whether it was ended in the very frame that took too long."""
+        return self.overdue and not self.moved
+
+
+@dataclass(frozen=True)
+class Blame:
+    """A tracker that killed worker processes, or hung in one.
+
+    frame    frame that it was working on, or had worked on last
+    what     what it did, in words
+    at_work  False: no tracker was at work when the process ended, but this one was the only one in it; the source of
+             the frames may have ended it instead
+    """
+
+    frame: int
+    what: str
+    at_work: bool
+
+
+class TrackerLostError(TrackerError):
+    """A tracker killed the processes in which it ran, or hung; `limit` is the time limit that it had."""
+
+    def __init__(self, blame: Blame, limit: Limit) -> None:
+        super().__init__(f"frame {blame.frame}: {blame.what}")
+        self.blame, self.limit = blame, limit
+
+
+class CrashCount:
+    """Count of the processes that died over one piece of work, by member; `name` is the work's, for messages."""
+
+    def __init__(self, name: str = "") -> None:
+        self._of: Counter[int | None] = Counter()
+        self._name = name
+
+    def add(self, died: WorkerDiedError, limit: Limit, members: Sequence[int]) -> tuple[int, Blame] | None:
+        """Count a process that died while `members` ran in it; return the member to blame, None to try once more.
+
+        WorkerError from the third process on that died before any member was at work.
+        """
+        if died.frame is None:
+            self.add_unexplained(died.how)
+            return None
+        member, at_work = members[died.member or 0], died.member is not None
+        if at_work and died.hung:
+            return member, Blame(died.frame, limit.exceeded(), at_work)
+        self._of[member] += 1
+        if self._of[member] < MAX_CRASHES:
+            return None
+        when = "while the tracker was at work" if at_work else "after the tracker had been at work"
+        return member, Blame(died.frame, f"the process died {MAX_CRASHES} times {when} ({died.how})", at_work)
+
+    def add_unexplained(self, how: str) -> None:
+        """Count a process that died while no member was at work; WorkerError from the third on."""
+        self._of[None] += 1
+        if self._of[None] > MAX_CRASHES:
+            raise WorkerError(
+                f"{self._name and f'{self._name}: '}a worker process died again and again while no tracker was at "
+                f"work ({how})"
+            ) from None

@@ -1,0 +1,251 @@
+"""Worker process: begins with one thread and a seed of its own, runs functions sent to it, and answers."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
+from time import monotonic
+from typing import Any
+
+import cv2
+import numpy as np
+
+from irsim.render.interrupts import end_with_parent, ignore_interrupts, interrupts_held
+from irtrack.errors import IrtrackError, how_it_ended, told
+from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
+
+POLL_S = 0.05
+"""Period of the watchdog: a worker may run over its limit by so much."""
+
+END_S = 10.0
+"""How long a process whose pipe has ended may take to end itself: a core dump is written first."""
+
+SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
+"""Objects that can be sent to another process."""
+
+_reaping = threading.Lock()
+"""Python reads the exit status of all its processes whenever it starts one (multiprocessing), and a status can be read
+only once: of two threads that read at the same time one would read nonsense."""
+
+
+class NotSentError(Exception):
+    """Work cannot be pickled for another process; the text is pickle's, and the kinds of object that are allowed."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__(f"{' '.join(str(error).split())}; allowed: {SENDABLE}")
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread within the block, so that times are those of one thread."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
+class Worker:
+    """Process that runs one function after the other; started by the first, and replaced after it died."""
+
+    def __init__(self) -> None:
+        self._process: _Process | None = None
+        self.closed = False
+
+    def call(self, limit: Limit, function: Callable[..., Any], *arguments: object) -> Any:
+        """Return function(heartbeat, *arguments) from the process; what it raises is raised here.
+
+        WorkerDiedError where the process died, or was ended because it passed a deadline of its `Heartbeat`;
+        NotSentError where the function or its arguments cannot be pickled.
+        """
+        work = _pickled((limit, function, arguments))
+        try:
+            process = self._ready()
+            process.send(work)
+            answer = process.answer()
+        except BaseException:  # Ctrl-C too: its answer would be taken for the next one's
+            self._end()
+            raise
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    def _ready(self) -> _Process:
+        if self._process is None:
+            if not self.closed:
+                self._process = _Process()
+            if self._process is None or self.closed:  # closed meanwhile
+                raise WorkerDiedError(Heartbeat.IDLE, overdue=False, moved=False, how="closed")
+        return self._process
+
+    def close(self) -> None:
+        """End the process for good, whatever it is doing; a thread that waits for it has a WorkerDiedError."""
+        self.closed = True
+        self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.close()
+
+
+class _Process:
+    """One process of a `Worker`."""
+
+    def __init__(self) -> None:
+        context = _context()
+        self._answered, self._closed = False, False
+        self._heartbeat = context.RawArray("d", Heartbeat.IDLE)
+        with _reaping, interrupts_held():
+            self._pipe, theirs = context.Pipe()
+            given = theirs, self._heartbeat, dict(os.environ)
+            self._process = context.Process(target=_serve, args=given, daemon=True)
+            self._process.start()
+            theirs.close()
+
+    def send(self, work: bytes) -> None:
+        self._heartbeat[:] = Heartbeat.IDLE
+        try:
+            self._pipe.send_bytes(work)
+        except OSError:
+            raise self._died() from None
+
+    def answer(self) -> Any:
+        while not self._pipe.poll(POLL_S):
+            at = tuple(self._heartbeat)
+            if monotonic() > at[-1]:
+                self.kill()
+                raise self._died(overdue=True, moved=at != tuple(self._heartbeat))
+        try:
+            answer = self._pipe.recv()
+        except (EOFError, OSError):
+            raise self._died() from None
+        self._answered = True
+        return answer
+
+    def _died(self, overdue: bool = False, moved: bool = False) -> WorkerDiedError:
+        code, at = self._exit_code(END_S), tuple(self._heartbeat)
+        self.kill()
+        if self._closed:  # by another thread
+            return WorkerDiedError(at, overdue=False, moved=False, how="closed")
+        if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # not by chance: the next one would, too
+            raise IrtrackError(
+                f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
+                'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
+            ) from None
+        how = "it closed its pipe and went on" if code is None else how_it_ended(code)
+        return WorkerDiedError(at, overdue, moved, how, went_on=code is None)
+
+    def close(self) -> None:
+        self._closed = True
+        self.kill()
+
+    def kill(self) -> None:
+        with _reaping:
+            self._process.kill()
+        self._exit_code()
+
+    def _exit_code(self, within_s: float | None = None) -> int | None:
+        """Return the exit code of a process that ends, below 0 for a signal; None where it goes on for so long."""
+        wait([self._process.sentinel], within_s)
+        with _reaping:
+            self._process.join(0)
+            code: int | None = self._process.exitcode
+            return code
+
+
+def _context() -> Any:
+    """Return how processes are started: never as a copy of this one, whose threads may hold locks.
+
+    On Linux they are copies of a server that has imported what this process had of irsim and irtrack when it began:
+    10 ms of CPU time in place of 1.2 s (Python 3.11). A tracker that dies a hundred times takes two hundred processes.
+    """
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    ours = [name for name in list(sys.modules) if name.partition(".")[0] in ("irsim", "irtrack")]
+    context.set_forkserver_preload([name for name in ours if not name.endswith("__main__")])
+    return context
+
+
+def _pickled(value: object) -> bytes:
+    """Return the bytes that a pipe sends, to be read by `pickle.loads`."""
+    try:
+        return bytes(ForkingPickler.dumps(value))
+    except Exception as error:  # pickle raises all sorts
+        raise NotSentError(error) from None
+
+
+def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> None:
+    """Run each function that the pipe sends and answer by what it returns or raises, until the pipe ends."""
+    ignore_interrupts()  # the parent answers Ctrl-C: it would replace a worker that died of it
+    cv2.setNumThreads(1)
+    np.random.seed()  # noqa: NPY002 - for trackers that draw from it: all copies of the fork server share it
+    end_with_parent()
+    os.environ.update(environment)  # its changes since the fork server began
+    while True:
+        answer: Any
+        try:
+            work = pipe.recv_bytes()
+        except EOFError:
+            return
+        try:
+            limit, function, arguments = pickle.loads(work)
+        except Exception as error:  # its module is not there, or raises while it is imported
+            what = f"a worker process cannot read what it is to run: {told(error)}"
+            unknown = isinstance(error, AttributeError | ImportError)  # such as a class of a notebook
+            answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
+        else:
+            try:
+                answer = function(Heartbeat(limit, numbers), *arguments)
+            except Exception as error:
+                answer = error
+        pipe.send_bytes(_answered(answer))
+
+
+def _answered(answer: object) -> bytes:
+    """Return the bytes of an answer; of one that cannot be sent or read back, those of its text."""
+    try:
+        sent = bytes(ForkingPickler.dumps(answer))
+        if isinstance(answer, Exception):
+            pickle.loads(sent)  # fails where its class takes other arguments than Exception was given
+    except Exception as error:  # pickle raises all sorts
+        sent = bytes(ForkingPickler.dumps(IrtrackError(told(answer if isinstance(answer, Exception) else error))))
+    return sent
+
+
+def call_in_new_interpreter(function: Callable[..., Any], *arguments: object, **environment: str) -> Any:
+    """Return function(*arguments) from a new Python with these environment variables, such as another PYTHONHASHSEED.
+
+    NotSentError where they cannot be pickled; RuntimeError, the last line of its standard error, where it failed.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "irtrack.runner.worker"],
+        input=_pickled((function, arguments)),
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **environment},
+        check=False,
+    )
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.decode(errors="replace").strip().splitlines()[-1])
+    return pickle.loads(done.stdout)
+
+
+def main() -> None:
+    """Answer `call_in_new_interpreter` by the standard streams."""
+    function, arguments = pickle.load(sys.stdin.buffer)
+    out, sys.stdout = sys.stdout, sys.stderr
+    out.buffer.write(pickle.dumps(function(*arguments)))
+
+
+if __name__ == "__main__":
+    main()
