@@ -1,7 +1,7 @@
 """Many runs: scenes by trackers by seeds, kept in a results file."""
 
 from irtrack.bench.export import export
-from irtrack.bench.records import Cell, Key, Run, SourceRow
+from irtrack.bench.records import Key, Run, RunRecord, SourceRow
 from irtrack.bench.remote import cluster
 from irtrack.bench.results import Results
 from irtrack.bench.run import run_bench
@@ -11,12 +11,12 @@ from irtrack.bench.summary import ALL_SOURCES, Pair, SummaryRow, difference, dis
 
 __all__ = [
     "ALL_SOURCES",
-    "Cell",
     "Entry",
     "Key",
     "Pair",
     "Results",
     "Run",
+    "RunRecord",
     "SourceEntry",
     "SourceRow",
     "Suite",

@@ -1,4 +1,4 @@
-"""Golden figures: what every run of a suite has once measured, and how far a new measurement is from that."""
+"""Baseline: the figures that every run of a suite once had, and the changes of a new measurement."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from irsim.config.files import replacing_text
-from irtrack.bench import Cell, Suite, run_bench, value
+from irtrack.bench import RunRecord, Suite, run_bench, value
 from irtrack.bench.run import Progress
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
@@ -29,7 +29,7 @@ FLOOR = 0.002
 Run: TypeAlias = tuple[str, str, int]
 """(source, label, seed)."""
 
-Golden: TypeAlias = Mapping[Run, Mapping[str, float | None]]
+Baseline: TypeAlias = Mapping[Run, Mapping[str, float | None]]
 """The figures of each run; None where nothing tells one."""
 
 
@@ -45,8 +45,8 @@ class Change:
     verdict: Literal["better", "worse", "new", "gone"]
 
 
-def golden_file(suite: Path) -> Path:
-    """The file beside a suite that holds its golden figures."""
+def baseline_file(suite: Path) -> Path:
+    """Return the file beside a suite that holds its baseline."""
     return suite.with_suffix(".golden.json")
 
 
@@ -55,8 +55,8 @@ def measure(
     jobs: int = 1,
     progress: Progress | None = None,
     frame_limit_s: float | None = None,
-    seen: Callable[[Cell], None] | None = None,
-) -> Golden:
+    seen: Callable[[RunRecord], None] | None = None,
+) -> Baseline:
     """Run the suite and take its figures; a failed run is lost and has no other.
 
     frame_limit_s  runs trackers in worker processes: one that takes longer for a frame, or in a run longer than the
@@ -67,7 +67,7 @@ def measure(
         kept = run_bench(
             suite.sources,
             suite.trackers,
-            results=Path(scratch) / "golden.db",
+            results=Path(scratch) / "baseline.db",
             seeds=suite.seeds,
             tracker_seeds=suite.tracker_seeds,
             jobs=jobs,
@@ -87,7 +87,7 @@ def measure(
     return found
 
 
-def changes(old: Golden, new: Golden) -> list[Change]:
+def changes(old: Baseline, new: Baseline) -> list[Change]:
     """What differs by more than `TOLERANCE`, in the order of the runs."""
     found: list[Change] = []
     for run in sorted({*old, *new}):
@@ -109,22 +109,22 @@ def _verdict(name: str, was: float | None, now: float | None) -> Literal["better
     return "worse" if (now > was) == (FIGURES[name].better == "less") else "better"
 
 
-def read(path: Path) -> Golden:
-    """The golden figures in a file; InputError where there are none."""
+def read(path: Path) -> Baseline:
+    """Return the baseline in a file; InputError where there is none."""
     try:
         rows = json.loads(path.read_text(encoding="utf-8"))
         return {(row["source"], row["tracker"], row["seed"]): row["figures"] for row in rows}
     except FileNotFoundError:
-        raise InputError(f"{path}: there are no golden figures yet; irtrack regress --bless writes them") from None
+        raise InputError(f"{path}: there is no baseline yet; irtrack regress --update writes it") from None
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(f"{path}: holds no golden figures: {error!r}") from None
+        raise InputError(f"{path}: holds no baseline: {error!r}") from None
 
 
-def write(golden: Golden, path: Path) -> None:
+def write(baseline: Baseline, path: Path) -> None:
     """A run a line, so that a change shows as one."""
     rows = [
         json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
-        for (source, label, seed), figures in sorted(golden.items())
+        for (source, label, seed), figures in sorted(baseline.items())
     ]
     with replacing_text(path) as file:
         file.write("[\n" + ",\n".join(rows) + "\n]\n")

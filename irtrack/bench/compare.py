@@ -10,7 +10,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from irsim.config.base import suggestion
-from irtrack.bench import ALL_SOURCES, Cell, Pair, Results, difference, pairs, value
+from irtrack.bench import ALL_SOURCES, Pair, Results, RunRecord, difference, pairs, value
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, LEAST_SCENES, Difference, scenes_for
 
@@ -60,7 +60,7 @@ class Comparison:
         return not self.difference.is_open and least <= margin < most
 
 
-def compare(old: Iterable[Cell], new: Iterable[Cell], figures: Sequence[str] = USUAL) -> list[Comparison]:
+def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequence[str] = USUAL) -> list[Comparison]:
     """Every figure for each source and label that both have, and over all sources where there are several.
 
     Runs are paired by source, target, start, input and seeds: the same frames. A failed run counts
@@ -85,7 +85,7 @@ def check_figure(name: str) -> None:
         raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED)}")
 
 
-def cells_of(results: str | Path, label: str | None = None) -> list[Cell]:
+def cells_of(results: str | Path, label: str | None = None) -> list[RunRecord]:
     """The newest cells of a results file, those of one label where it is given; InputError where there are none."""
     with Results(results) as opened:
         cells = opened.cells()
@@ -99,12 +99,12 @@ def cells_of(results: str | Path, label: str | None = None) -> list[Cell]:
     return cells
 
 
-def under_one_label(cells: Iterable[Cell], label: str) -> list[Cell]:
+def under_one_label(cells: Iterable[RunRecord], label: str) -> list[RunRecord]:
     """The cells as if their tracker were labelled so: to compare two trackers of one file."""
     return [replace(cell, label=label) for cell in cells]
 
 
-def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], list[Pair]]:
+def _pairs(old: Iterable[RunRecord], new: Iterable[RunRecord]) -> dict[tuple[str, str], list[Pair]]:
     """(source, label): the pairs; each label over all sources last, where it has several."""
     before, after = _by_place(old), _by_place(new)
     found = {place: both for place in after if (both := pairs(before.get(place, ()), after[place]))}
@@ -115,8 +115,8 @@ def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], li
     return found
 
 
-def _by_place(cells: Iterable[Cell]) -> dict[tuple[str, str], list[Cell]]:
-    found: dict[tuple[str, str], list[Cell]] = {}
+def _by_place(cells: Iterable[RunRecord]) -> dict[tuple[str, str], list[RunRecord]]:
+    found: dict[tuple[str, str], list[RunRecord]] = {}
     for cell in cells:
         found.setdefault((cell.source, cell.label), []).append(cell)
     return found

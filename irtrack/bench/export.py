@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from irsim.config.files import check_output, path_of, replacing, replacing_text
-from irtrack.bench.records import Cell, Key
+from irtrack.bench.records import Key, RunRecord
 from irtrack.bench.results import Results
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
@@ -45,7 +45,7 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
     return path
 
 
-def _row(cell: Cell) -> dict[str, Any]:
+def _row(cell: RunRecord) -> dict[str, Any]:
     key = {field.name: getattr(cell.key, field.name) for field in fields(Key)}
     figures = dict.fromkeys(FIGURES) if cell.score is None else cell.score.as_dict()
     told = {name: getattr(cell, name) for name in (*_TEXT, "severity")}

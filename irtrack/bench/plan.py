@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from irsim.types import Box, Input, Source
-from irtrack.bench.records import Cell, Key, SourceRow
-from irtrack.bench.spec import AnySource, Asked, Entry, SourceEntry, asked, entry
+from irtrack.bench.records import Key, RunRecord, SourceRow
+from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
 from irtrack.errors import InputError, whole
 from irtrack.metrics import Trace, score_trace
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name
 from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker, Tracker
 
-Outcome = tuple[Cell, Trace | None]
+Outcome = tuple[RunRecord, Trace | None]
 """A finished cell, and its track beside the truth; None where it failed."""
 
 
@@ -65,8 +65,8 @@ class Group:
         """The outcome of a member that went all the way."""
         return replace(self._cell(member), score=score_trace(trace), outcome=trace.digest), trace
 
-    def _cell(self, member: Member) -> Cell:
-        return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
+    def _cell(self, member: Member) -> RunRecord:
+        return RunRecord(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Plan:
 
 
 @dataclass(frozen=True, eq=False)
-class Contestant:
+class TrackerSpec:
     """An entry with what a key says of its tracker."""
 
     entry: Entry
@@ -86,7 +86,7 @@ class Contestant:
     code_hash: str
 
 
-def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contestant]:
+def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[TrackerSpec]:
     """The trackers of a bench; InputError where there are none or two have one label."""
     entries = [entry(tracker) for tracker in trackers]
     if not entries:
@@ -99,7 +99,7 @@ def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contesta
         spec = second.label if second.label.startswith(name) else name  # without a label of its own it is its spec
         raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={spec}")
     return [
-        Contestant(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
+        TrackerSpec(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
         for one in entries
     ]
 
@@ -135,8 +135,8 @@ APART = 1000
 
 
 def plans(
-    sources: Sequence[AnySource | SourceEntry | Asked],
-    trackers: Sequence[Contestant],
+    sources: Sequence[AnySource | SourceEntry | SourceSpec],
+    trackers: Sequence[TrackerSpec],
     seeds: Seeds,
     input: Input,
     target: str | None,
@@ -148,7 +148,7 @@ def plans(
     """
     found: list[Plan] = []
     names: set[str] = set()
-    for each in itertools.chain.from_iterable(map(asked, sources)):
+    for each in itertools.chain.from_iterable(map(source_specs, sources)):
         if each.name in names:
             other = f"NEW={each.word or each.name}"
             raise InputError(f"two sources are named '{each.name}'; allowed: names that differ, as in {other}")
@@ -180,7 +180,7 @@ def plans(
     return found
 
 
-def _seeded(each: Asked, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
+def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
     """(source, row, tracker seeds) for each scene; only a scenario's scene changes with its seed."""
     source = each.source
     scene_hash = source.with_seed(0).hash

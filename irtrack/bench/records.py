@@ -92,7 +92,7 @@ def family(source: str, severity: int | None) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class RunRecord:
     """One tracker on one source with one pair of seeds.
 
     label     of the tracker in tables;  source  name of the source

@@ -17,7 +17,7 @@ from typing import Any
 
 from irsim.config.files import check_input, path_of
 from irsim.notebook import table
-from irtrack.bench.records import Cell, Key, Run, SourceRow, packed_trace, unpacked_trace
+from irtrack.bench.records import Key, Run, RunRecord, SourceRow, packed_trace, unpacked_trace
 from irtrack.bench.summary import MARKS, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
@@ -213,7 +213,7 @@ class Results:
             found = self._db.execute("SELECT 1 FROM cells WHERE digest = ? AND status = 'ok'", (key.digest,))
             return found.fetchone() is not None
 
-    def add(self, cell: Cell, trace: Trace | None) -> None:
+    def add(self, cell: RunRecord, trace: Trace | None) -> None:
         """Keep a finished cell; its source and that it is wanted are noted before."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
@@ -235,7 +235,7 @@ class Results:
             sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
         return {(source.name, source.hash): source for source in sources}
 
-    def cells(self, every: bool = False, run: Run | None = None) -> list[Cell]:
+    def cells(self, every: bool = False, run: Run | None = None) -> list[RunRecord]:
         """The cells, by source, label and seeds.
 
         Where a source or a tracker has changed under the same name, only its newest version (the one
@@ -268,7 +268,7 @@ class Results:
             return unpacked_trace(row[0]) if row and row[0] else None
 
 
-def _version(cell: Cell) -> tuple[str, ...]:
+def _version(cell: RunRecord) -> tuple[str, ...]:
     key = cell.key
     return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, key.input, key.config, key.code_hash)
 
@@ -277,11 +277,11 @@ def _source(size: tuple[int, int], row: dict[str, Any]) -> SourceRow:
     return SourceRow(size=size, **row | {"changes": tuple(json.loads(row["changes"]))})
 
 
-def _cell(row: dict[str, Any]) -> Cell:
+def _cell(row: dict[str, Any]) -> RunRecord:
     score = Score.from_dict(row) if row["status"] == "ok" else None
     key = Key(**{name: row[name] for name in _KEY})
     told = (row["status"], row["failure"], score, row["severity"], row["outcome"])
-    return Cell(key, row["label"], row["name"], row["scene_hash"], *told)
+    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *told)
 
 
 MOST_ROWS = 40
@@ -290,7 +290,7 @@ MOST_ROWS = 40
 HEAD = ("", "tracker", "source", "runs", "lost", "95 %", "rmse before loss, px", "≤ 20 px", "AUC", "ms")
 
 
-def results_card(name: str, cells: Iterable[Cell]) -> str:
+def results_card(name: str, cells: Iterable[RunRecord]) -> str:
     """The ranked table of each source, under the file's name."""
     rows = summary(cells)
     more = f"<p>… {len(rows) - MOST_ROWS} more rows</p>" if len(rows) > MOST_ROWS else ""

@@ -17,10 +17,10 @@ import numpy as np
 
 import irsim
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, contestants, plans
-from irtrack.bench.records import Cell, Key, Run
+from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, plans, tracker_specs
+from irtrack.bench.records import Key, Run, RunRecord
 from irtrack.bench.results import Results
-from irtrack.bench.spec import AnySource, Asked, Entry, SourceEntry
+from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec
 from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole
 from irtrack.metrics import Reference, Trace
 from irtrack.replay.replay import Pair, Player, replay, show
@@ -132,7 +132,7 @@ Progress = Callable[[int, int], None]
 
 
 def run_bench(
-    sources: Sequence[AnySource | SourceEntry | Asked],
+    sources: Sequence[AnySource | SourceEntry | SourceSpec],
     trackers: Sequence[str | GivenTracker | Entry],
     *,
     results: str | Path,
@@ -147,7 +147,7 @@ def run_bench(
     init: tuple[Box, int] | None = None,
     command: str | None = None,
     progress: Progress | None = None,
-    seen: Callable[[Cell], None] | None = None,
+    seen: Callable[[RunRecord], None] | None = None,
 ) -> Results:
     """Run every tracker on every source with every seed; what the results file has is not run again.
 
@@ -170,7 +170,7 @@ def run_bench(
     InputError before anything is run. WorkerError where workers died or failed and no tracker did it: what
     was finished is kept, and the same call goes on.
     """
-    compared = contestants(trackers)
+    compared = tracker_specs(trackers)
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
     whole("jobs", jobs, 1)
     limit = _limit(time_limit_s, frame_limit_s)

@@ -139,7 +139,7 @@ class SourceEntry:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class SourceSpec:
     """A source opened: its name in tables, and how a command names it (None, where Python gave a value).
 
     severity   of a scenario that has severities;  changes  KEY=VALUE
@@ -158,9 +158,9 @@ class Asked:
         return family(self.name, self.severity)
 
 
-def asked(entry: AnySource | SourceEntry | Asked) -> Iterator[Asked]:
+def source_specs(entry: AnySource | SourceEntry | SourceSpec) -> Iterator[SourceSpec]:
     """What an entry stands for, one for each severity; InputError where there is no such source or severity."""
-    if isinstance(entry, Asked):
+    if isinstance(entry, SourceSpec):
         yield entry
         return
     wanted = entry if isinstance(entry, SourceEntry) else SourceEntry(entry)
@@ -171,7 +171,7 @@ def asked(entry: AnySource | SourceEntry | Asked) -> Iterator[Asked]:
     count = severity_count(first)
     if not wanted.severities:
         severity = first.scenario.severity if isinstance(first, irsim.Rendering) and count else None
-        yield Asked(first, name, word, changes, severity, wanted.target)
+        yield SourceSpec(first, name, word, changes, severity, wanted.target)
         return
     if not isinstance(first, irsim.Rendering) or not count:
         raise InputError(f"{name}: it has no severities; allowed: a scenario with the key `severities`")
@@ -185,7 +185,7 @@ def asked(entry: AnySource | SourceEntry | Asked) -> Iterator[Asked]:
         else:
             scenario = irsim.load(word, [*changes, change])
             source = irsim.Rendering(scenario, named)
-        yield Asked(source, named, word, (*changes, change), severity, wanted.target)
+        yield SourceSpec(source, named, word, (*changes, change), severity, wanted.target)
 
 
 def severity_count(source: Source) -> int:

@@ -15,7 +15,7 @@ import irsim
 from irsim.config.base import Name, Part, Several
 from irsim.config.quantities import Index, Positive
 from irsim.types import Input
-from irtrack.bench.spec import Asked, Entry, SourceEntry, asked, parse_tracker_spec
+from irtrack.bench.spec import Entry, SourceEntry, SourceSpec, parse_tracker_spec, source_specs
 from irtrack.errors import InputError
 
 Found = TypeVar("Found")
@@ -96,7 +96,7 @@ class Suite:
     """A suite read and checked: what `irtrack.run_bench` takes."""
 
     about: str
-    sources: list[Asked]
+    sources: list[SourceSpec]
     trackers: list[Entry]
     seeds: int
     tracker_seeds: int
@@ -127,7 +127,7 @@ def load_suite(path: str | Path) -> Suite:
             except InputError as error:
                 wrong.extend(written.line((key, index), each) for each in str(error).splitlines())
 
-    opened = list(tried("sources", suite.sources, lambda source: list(asked(_entry(source, folder)))))
+    opened = list(tried("sources", suite.sources, lambda source: list(source_specs(_entry(source, folder)))))
     trackers = list(tried("trackers", suite.trackers, _tracker))
     if wrong:
         raise InputError("\n".join(wrong))

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from irtrack.bench.records import Cell
+from irtrack.bench.records import RunRecord
 from irtrack.metrics import FIGURES, LEAST_SCENES, CentreFigures, Difference, Score, paired_difference, wilson
 
-Pair = tuple[Cell, Cell]
+Pair = tuple[RunRecord, RunRecord]
 
 
-def distinct(cells: Iterable[Cell]) -> list[Cell]:
+def distinct(cells: Iterable[RunRecord]) -> list[RunRecord]:
     """The cells without those that repeat another: same tracker, same frames, and the very same outcome.
 
     A tracker that draws nothing at random does the same with every tracker seed: that is one run.
@@ -21,7 +21,7 @@ def distinct(cells: Iterable[Cell]) -> list[Cell]:
     return list({_doing(cell): cell for cell in reversed(list(cells))}.values())[::-1]
 
 
-def pairs(a: Iterable[Cell], b: Iterable[Cell]) -> list[Pair]:
+def pairs(a: Iterable[RunRecord], b: Iterable[RunRecord]) -> list[Pair]:
     """Each of `b` with that of `a` on the same frames with the same tracker seed; repeats count once."""
     firsts = {_frames(cell): cell for cell in a}
     both = [(first, second) for second in b if (first := firsts.get(_frames(second))) is not None]
@@ -35,7 +35,7 @@ def difference(both: Sequence[Pair], figure: str) -> Difference | None:
     return paired_difference(seconds, firsts, scenes, most=FIGURES[figure].most)
 
 
-def value(cell: Cell, figure: str) -> float:
+def value(cell: RunRecord, figure: str) -> float:
     """A figure of a run, nan where it has none; a failed run counts as lost and has no other figure."""
     if cell.score is None:
         return 1.0 if figure == "lost" else math.nan
@@ -43,13 +43,13 @@ def value(cell: Cell, figure: str) -> float:
     return math.nan if known is None else float(known)
 
 
-def _frames(cell: Cell) -> tuple[object, ...]:
+def _frames(cell: RunRecord) -> tuple[object, ...]:
     """What two runs must share to have seen the same."""
     key = cell.key
     return cell.source, key.source_hash, key.target, key.start, key.input, key.tracker_seed
 
 
-def _doing(cell: Cell) -> tuple[object, ...]:
+def _doing(cell: RunRecord) -> tuple[object, ...]:
     """What a run and its repeats have in common."""
     key = cell.key
     where = (cell.source, key.source_hash, key.target, key.start, key.input)
@@ -117,9 +117,9 @@ class SummaryRow:
         return flat | held
 
 
-def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
+def summary(cells: Iterable[RunRecord], overall: bool = False) -> list[SummaryRow]:
     """Rows per source and label, each source's ranked from 1; with `overall`, per label over all sources."""
-    groups: dict[str, dict[str, list[Cell]]] = {}
+    groups: dict[str, dict[str, list[RunRecord]]] = {}
     for cell in cells:
         source = ALL_SOURCES if overall else cell.source
         groups.setdefault(source, {}).setdefault(cell.label, []).append(cell)
@@ -135,12 +135,12 @@ def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
     return rows
 
 
-def _scene(cell: Cell) -> tuple[str, str]:
+def _scene(cell: RunRecord) -> tuple[str, str]:
     """What two trackers must share to be compared: the source and its scene."""
     return cell.source, cell.key.source_hash
 
 
-def _standing(above: list[Cell], below: list[Cell]) -> Standing:
+def _standing(above: list[RunRecord], below: list[RunRecord]) -> Standing:
     """Does the first figure that tells the two apart speak for the one above?"""
     both = pairs(above, below)
     found = [each for name in ("lost", "off_share", "error_held") if (each := difference(both, name)) is not None]
@@ -150,7 +150,7 @@ def _standing(above: list[Cell], below: list[Cell]) -> Standing:
     return "told" if telling and telling[0].mean > 0 else "tie"
 
 
-def _row(source: str, label: str, rank: int, standing: Standing, every: list[Cell], compared: int) -> SummaryRow:
+def _row(source: str, label: str, rank: int, standing: Standing, every: list[RunRecord], compared: int) -> SummaryRow:
     cells = distinct(every)
     scores = _scores(cells)
     told = [score for score in scores if score.lost is not None]
@@ -180,7 +180,7 @@ def _row(source: str, label: str, rank: int, standing: Standing, every: list[Cel
     )
 
 
-def _order(cells: list[Cell]) -> tuple[float, float, float, float]:
+def _order(cells: list[RunRecord]) -> tuple[float, float, float, float]:
     scores = _scores(cells)
     broken = sum(cell.lost_or_failed for cell in cells)
     figures = (
@@ -192,7 +192,7 @@ def _order(cells: list[Cell]) -> tuple[float, float, float, float]:
     return broken / len(cells), off, error, ms
 
 
-def _scores(cells: list[Cell]) -> list[Score]:
+def _scores(cells: list[RunRecord]) -> list[Score]:
     return [cell.score for cell in cells if cell.score is not None]
 
 

@@ -33,7 +33,7 @@ from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
     from irtrack.bench import Suite
-    from irtrack.bench.spec import Asked
+    from irtrack.bench.spec import SourceSpec
 
 
 @dataclass(frozen=True)
@@ -87,15 +87,15 @@ def suite_of(words: Words, trackers: str | None, severities: str | None) -> Suit
     return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
 
 
-def _asked(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[Asked]:
+def _asked(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[SourceSpec]:
     """The source of that word; InputError where there is none, also of what reads like a change of something."""
     from irsim import Scenario
     from irsim.config.base import suggestion
     from irtrack.bench import SourceEntry
-    from irtrack.bench.spec import asked
+    from irtrack.bench.spec import source_specs
 
     try:
-        return list(asked(SourceEntry(word, changes, severities=levels, name=label)))
+        return list(source_specs(SourceEntry(word, changes, severities=levels, name=label)))
     except InputError as error:
         if label is None or Path(word).exists():
             raise
@@ -117,7 +117,7 @@ def _severities(text: str | None) -> Any:
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from irtrack.bench import Cell, Suite
+    from irtrack.bench import RunRecord, Suite
 
 
 def bench(
@@ -196,7 +196,7 @@ def check_results(path: Path, *inputs: Path) -> None:
 
 def sweep(
     suite: Suite, results: Path, jobs: int, scheduler: str | None = None, target: str | None = None
-) -> list[Cell]:
+) -> list[RunRecord]:
     """Run a suite with a live line; what is asked for now, not all that the file holds. Ctrl-C ends the command."""
     from irtrack.bench import cluster, run_bench
 
@@ -240,7 +240,7 @@ def _kept(tally: Tally, results: Path) -> str:
     return f"{counted(tally.done, 'run')} of this call kept in {results}, the same command goes on"
 
 
-def end_by_failures(cells: Sequence[Cell]) -> None:
+def end_by_failures(cells: Sequence[RunRecord]) -> None:
     """End with status 1 where a tracker raised or took too long."""
     failed = sum(cell.status == "failed" for cell in cells)
     if failed:
@@ -284,7 +284,7 @@ class Tally:
         self._runs: Counter[str] = Counter()
         self._bad: Counter[str] = Counter()
 
-    def see(self, cell: Cell) -> None:
+    def see(self, cell: RunRecord) -> None:
         """A run is done."""
         self._runs[cell.label] += 1
         self._bad[cell.label] += cell.lost_or_failed

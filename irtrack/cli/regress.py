@@ -17,7 +17,7 @@ from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
-    from irtrack.bench import Cell
+    from irtrack.bench import RunRecord
     from irtrack.bench.baseline import Change
 
 
@@ -34,8 +34,8 @@ def regress(
 ) -> None:
     """Compare suites with their baseline figures, and kept failures of irtrack falsify with their notes.
 
-    Exit status 1 where a figure is worse, runs differ, or a kept failure has changed; 2 where one cannot be judged, with
-    the reason.
+    Exit status 1 where a figure is worse, runs differ, or a kept failure has changed; 2 where one cannot be
+    judged, with the reason.
     """
     found: list[dict[str, Any]] = []
     for word in places:
@@ -54,15 +54,15 @@ def regress(
 def _figures(suite: Path, update: bool, jobs: int) -> dict[str, Any]:
     """Compare a suite with its baseline figures."""
     from irtrack.bench import is_suite, load_suite
-    from irtrack.bench.baseline import changes, golden_file, measure, read, write
+    from irtrack.bench.baseline import baseline_file, changes, measure, read, write
 
     if not is_suite(str(suite)):
         raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")
-    loaded, path = load_suite(suite), golden_file(suite)
+    loaded, path = load_suite(suite), baseline_file(suite)
     old = {} if update and not path.exists() else read(path)
     failed: list[str] = []
 
-    def note_failure(cell: Cell) -> None:
+    def note_failure(cell: RunRecord) -> None:
         if cell.failure is not None:
             where, *calls = cell.failure.strip().splitlines()
             failed.append(" ".join([f"irtrack: {cell.label} failed: {where}", *calls[-1:]]))

@@ -1,4 +1,4 @@
-"""Trackers that run as programs of their own, spoken to over pipes: OpenCV's and dlib's, and anybody's."""
+"""Trackers that run as programs, over pipes: those of OpenCV and dlib, TraX trackers, and any other program."""
 
 from irtrack.external.install import HINT, command, offered, required
 from irtrack.external.json_protocol import Answer, Session

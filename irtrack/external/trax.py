@@ -1,9 +1,9 @@
-"""The text of TraX, the exchange protocol of the VOT challenges: messages, regions and pictures.
+"""TraX, the exchange protocol of the VOT challenges: messages, regions, images, and a session with a program.
 
 Source: Cehovin Zajc, "TraX: The visual tracking exchange protocol and library", Neurocomputing 260 (2017)
 5-8, and the specification of the reference implementation (github.com/votchallenge/trax, docs/protocol.rst).
-Where libtrax 4.0.2 writes otherwise than the specification says, both are read and libtrax's is written:
-lists are parted by ';', the header of an encoded picture is 'data:image/png;'.
+Where libtrax 4.0.2 differs from the specification, both forms are read and that of libtrax is written: ';' between
+the items of a list, 'data:image/png;' before an encoded image.
 """
 
 from __future__ import annotations
@@ -24,13 +24,19 @@ import numpy as np
 
 from irsim.types import Box, Frame, Image
 from irtrack.errors import TrackerError
-from irtrack.external import trax_text as text
 from irtrack.external.json_protocol import Answer
 from irtrack.external.process import Child, quoted
 
 PREFIX = b"@@TRAX:"
 REGIONS = ("rectangle", "polygon", "mask")
 """Kinds of regions that a target can be given as, the preferred one first."""
+
+PICTURES = ("path", "buffer", "data", "memory")
+"""Forms in which images are sent, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
+specification's word for the 'buffer' of libtrax."""
+CHANNELS = ("color", "ir")
+"""Channels as which the infrared image is sent; most trackers know only color."""
+LAST_VERSION = 4
 
 _TOKEN = re.compile(r'\s*(?:"((?:[^"\\]|\\.)*)"|([^\s"]+))')
 _PROPERTY = re.compile(r"([\w.]{1,64})=(.*)", re.S | re.A)
@@ -47,13 +53,13 @@ class Message:
 
 
 def write(kind: str, arguments: Sequence[str] = (), properties: Mapping[str, object] | None = None) -> bytes:
-    """A message as a line."""
+    """Return a message as a line."""
     words = [*arguments, *(f"{key}={value}" for key, value in (properties or {}).items())]
     return PREFIX + " ".join([kind, *map(_quote, words)]).encode() + b"\n"
 
 
 def read(line: bytes) -> Message:
-    """The message of a line that begins with the prefix; TrackerError where it is none."""
+    """Return the message of a line that begins with the prefix; TrackerError where it is none."""
     kind, _, rest = line.removeprefix(PREFIX).decode(errors="replace").strip().partition(" ")
     arguments: list[str] = []
     properties: dict[str, str] = {}
@@ -73,12 +79,12 @@ def read(line: bytes) -> Message:
 
 
 def listed(text: str) -> list[str]:
-    """The words of a list such as 'path;memory;'."""
+    """Return the items of a list such as 'path;memory;'."""
     return [word for word in re.split("[;,]", text) if word]
 
 
 def region(box: Box, kind: str, shape: tuple[int, int]) -> str:
-    """A box as a region of a kind of REGIONS; as a mask it is cut to the (rows, columns) of the frame."""
+    """Return a box as a region of a kind of `REGIONS`; a mask is cut to the (rows, columns) of the frame."""
     x, y, w, h = box.pixels
     if kind == "mask":
         left, top = max(round(x), 0), max(round(y), 0)
@@ -90,10 +96,10 @@ def region(box: Box, kind: str, shape: tuple[int, int]) -> str:
 
 
 def box_of(text: str) -> Box | None:
-    """The box of a region, of a polygon or mask the one around it.
+    """Return the box of a region, or the box around a polygon or mask.
 
-    None for an empty mask and for a special region (a code instead of a place): the tracker says that it
-    has no target. TrackerError for anything else.
+    None for an empty mask and for a special region (a code in place of coordinates), by which the tracker reports no
+    target. TrackerError for anything else.
     """
     fault = TrackerError(
         f"its program answered the region {text[:100]!r}; allowed: a rectangle X,Y,W,H, a polygon X,Y,X,Y,X,Y,..., "
@@ -122,19 +128,19 @@ def box_of(text: str) -> Box | None:
 
 
 def memory(image: Image) -> str:
-    """A picture as its plain values."""
+    """Return an image as its plain values."""
     depth = "gray16" if image.dtype == np.uint16 else "gray8"
     plain = image.astype(image.dtype.newbyteorder("<"), copy=False).tobytes()
     return f"image:{image.shape[1]};{image.shape[0]};{depth};{base64.b64encode(plain).decode()}"
 
 
 def encoded(png: bytes) -> str:
-    """A picture as the bytes of a PNG file."""
+    """Return an image as the bytes of a PNG file."""
     return f"data:image/png;{base64.b64encode(png).decode()}"
 
 
 def _around_mask(numbers: list[int]) -> Box | None:
-    """The box around the ones of x, y, w, h and runs of zeros and ones by turns, row by row; ValueError where wrong."""
+    """Return the box around the ones of a mask: x, y, w, h, then runs of zeros and ones by turns, row by row."""
     x, y, w, h, *runs = numbers
     if min(w, h, *runs, 0) < 0 or sum(runs) > w * h:
         raise ValueError
@@ -155,67 +161,58 @@ def _quote(word: str) -> str:
     return f'"{escaped}"'
 
 
-PICTURES = ("path", "buffer", "data", "memory")
-"""How pictures can be handed over, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
-specification's word for what libtrax calls 'buffer'."""
-CHANNELS = ("color", "ir")
-"""Channels that the infrared picture can be given as; most trackers know no other than color."""
-LAST_VERSION = 4
-
-
 class TraxSession:
-    """A program that follows one target from the first frame on. It is ended when nobody holds the session."""
+    """Program that tracks one target from the first frame on. It ends with the last reference to the session."""
 
     def __init__(self, name: str, command: Sequence[str], timeout_s: float) -> None:
-        """Start it; InputError where that cannot be done."""
+        """Start the program; InputError where it cannot be started."""
         self.name = name
         self._timeout_s = timeout_s
-        self._child = Child(command, text.PREFIX, farewell=text.write("quit"), greets=True)
+        self._child = Child(command, PREFIX, farewell=write("quit"), greets=True)
         weakref.finalize(self, self._child.close)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._last = Box(0.0, 0.0, 1.0, 1.0)
 
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
-        """Follow what is in the box from this frame on.
+        """Track the content of the box from this frame on; return the first answer.
 
-        TrackerError where the program dies, hangs, quits, asks for what there is none of, or says what is
-        not TraX.
+        TrackerError where the program dies, hangs, quits, wants a form that is not offered, or does not speak TraX.
         """
         try:
-            hello = self._told(self._child.hear(self._timeout_s), "hello").properties
+            hello = self._message(self._child.hear(self._timeout_s), "hello").properties
             version = int(hello.get("trax.version", "1")) if hello.get("trax.version", "1").isdecimal() else 0
             if not 1 <= version <= LAST_VERSION:
                 wrong = f"its program speaks TraX {hello['trax.version']!r}; allowed: versions 1 to {LAST_VERSION}"
                 raise self._child.refuse(wrong)
             self._picture = self._chosen("pictures", hello.get("trax.image", ""), PICTURES, "path")
-            region = self._chosen("regions", hello.get("trax.region", ""), text.REGIONS, "rectangle")
-            channels = text.listed(hello.get("trax.channels", "")) or ["color"]
+            kind = self._chosen("regions", hello.get("trax.region", ""), REGIONS, "rectangle")
+            channels = listed(hello.get("trax.channels", "")) or ["color"]
             for channel in channels:
                 self._chosen("the channel", channel, CHANNELS, "color")
             self._copies = len(channels)
             self._last = box
             shape = (frame.image.shape[0], frame.image.shape[1])
-            target, pictures = text.region(box, region, shape), self._pictures(frame)
+            target, pictures = region(box, kind, shape), self._pictures(frame)
             chance, when = {"irtrack.seed": seed}, {"irtrack.time": frame.time}
             if version < LAST_VERSION:
-                return self._ask(text.write("initialize", [*pictures, target], {**chance, **when}), frame)
-            messages = text.write("initialize", [target], chance) + text.write("frame", pictures, when)
+                return self._ask(write("initialize", [*pictures, target], {**chance, **when}), frame)
+            messages = write("initialize", [target], chance) + write("frame", pictures, when)
             return self._ask(messages, frame)
         except TrackerError as error:
             raise self._placed(error, frame) from None
 
     def step(self, frame: Frame) -> Answer:
-        """Where it is in the next frame. TrackerError as `init`."""
+        """Return the answer for the next frame. TrackerError as in `init`."""
         try:
-            return self._ask(text.write("frame", self._pictures(frame), {"irtrack.time": frame.time}), frame)
+            return self._ask(write("frame", self._pictures(frame), {"irtrack.time": frame.time}), frame)
         except TrackerError as error:
             raise self._placed(error, frame) from None
 
     def _ask(self, request: bytes, frame: Frame) -> Answer:
-        state = self._told(self._child.ask([request], self._timeout_s), "state")
+        state = self._message(self._child.ask([request], self._timeout_s), "state")
         if len(state.arguments) != 1:
             raise self._child.refuse(f"its program answered a state of {len(state.arguments)} regions; allowed: one")
-        box = text.box_of(state.arguments[0])
+        box = box_of(state.arguments[0])
         self._last = box or self._last
         confidence = state.properties.get("confidence")
         try:
@@ -224,9 +221,9 @@ class TraxSession:
             raise TrackerError(f"its program says the confidence {confidence!r}; allowed: a number") from None
         return Answer(self._last, "tracking" if box else "lost", score)
 
-    def _told(self, line: bytes, kind: str) -> text.Message:
-        """The message of a line, which must be of a kind."""
-        message = text.read(line)
+    def _message(self, line: bytes, kind: str) -> Message:
+        """Return the message of a line; TrackerError where it is not of the kind."""
+        message = read(line)
         if message.kind == "quit":
             reason = " ".join(message.properties.get("trax.reason", "").split())
             raise self._child.refuse("its program quit" + (reason and f": {reason}"))
@@ -235,20 +232,20 @@ class TraxSession:
         return message
 
     def _chosen(self, what: str, offered: str, known: Sequence[str], default: str) -> str:
-        """The first known word of those that the program offers."""
-        words = text.listed(offered) or [default]
+        """Return the first known word of those that the program offers."""
+        words = listed(offered) or [default]
         for word in known:
             if word in words:
                 return word
         raise self._child.refuse(f"its program wants {what} {', '.join(words)}; allowed: {', '.join(known)}")
 
     def _pictures(self, frame: Frame) -> list[str]:
-        """The frame once for every channel, as the program wants it."""
+        """Return the frame once for every channel, in the form that the program wants."""
         if self._picture == "memory":
-            return [text.memory(frame.image)] * self._copies
+            return [memory(frame.image)] * self._copies
         png = cv2.imencode(".png", np.ascontiguousarray(frame.image), [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         if self._picture != "path":
-            return [text.encoded(png)] * self._copies
+            return [encoded(png)] * self._copies
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix="irtrack-", ignore_cleanup_errors=True)
         for old in os.scandir(self._folder.name):

@@ -193,7 +193,7 @@ def _false_claims(trace: Trace) -> list[tuple[int, int]]:
 
 def _claim_margin(rule: irsim.HonestWhileHidden, trace: Trace) -> float:
     """Return the least, over stretches without the target, of the time left after the last "tracking"."""
-    margins = [(rule.within - frames) / max(rule.within, 1) for _, frames in _false_claims(trace)]
+    margins: list[float] = [(rule.within - frames) / max(rule.within, 1) for _, frames in _false_claims(trace)]
     return min([UNTESTED, *margins])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import irsim
 from irsim.types import Source
-from irtrack.bench import Cell, Entry, Results, parse_tracker_spec, run_bench
+from irtrack.bench import Entry, Results, RunRecord, parse_tracker_spec, run_bench
 from irtrack.errors import InputError
 from irtrack.metrics import Trace
 from irtrack.papers.experiment import HARD, OURS, THEIRS, Choice, Paper, Run, Scene, Switch
@@ -155,7 +155,7 @@ def available(trackers: Mapping[str, str]) -> tuple[list[Entry], dict[str, str]]
     return entries, absent
 
 
-def _run(kept: Results, cell: Cell) -> Run | None:
+def _run(kept: Results, cell: RunRecord) -> Run | None:
     trace = kept.trace(cell.key)
     return None if cell.score is None or trace is None else Run(cell.score, trace)
 
@@ -199,7 +199,7 @@ class RealRow:
     within: float | None
 
 
-RealRuns = dict[str, list[tuple[Cell, Trace | None]]]
+RealRuns = dict[str, list[tuple[RunRecord, Trace | None]]]
 """Run records and their traces by the tracker's label."""
 
 
@@ -255,7 +255,7 @@ def _run_targets(
     return found
 
 
-def _is_deterministic(runs: Sequence[tuple[Cell, Trace | None]]) -> bool:
+def _is_deterministic(runs: Sequence[tuple[RunRecord, Trace | None]]) -> bool:
     """Return whether all seeds of each target have the same outcome."""
     outcomes: dict[str | None, set[str | None]] = {}
     for cell, _ in runs:
@@ -263,7 +263,7 @@ def _is_deterministic(runs: Sequence[tuple[Cell, Trace | None]]) -> bool:
     return all(len(each) == 1 for each in outcomes.values())
 
 
-def _real_row(sequence: str, label: str, targets: int, runs: Sequence[tuple[Cell, Trace | None]]) -> RealRow:
+def _real_row(sequence: str, label: str, targets: int, runs: Sequence[tuple[RunRecord, Trace | None]]) -> RealRow:
     """Return a row. A failed run counts as lost and has no distance."""
     errors = [trace.errors[trace.scored] for _, trace in runs if trace is not None]
     distances = np.concatenate(errors) if errors else np.array([])

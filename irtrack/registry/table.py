@@ -28,7 +28,7 @@ from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
 from irtrack.trackers.change_kalman import ChangeKalman
-from irtrack.trackers.foreign import FOREIGN, Command
+from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.kalman import EKF, Kalman
@@ -57,7 +57,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "svd_pf": SVDPF,
 }
 
-NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
+NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **EXTERNAL}
 """The table and the trackers that run as programs."""
 
 ENTRY_POINTS = "irtrack.trackers"
@@ -144,7 +144,7 @@ def _command(name: str) -> dict[str, object]:
 
 def describe(peers: Sequence[str] = ()) -> list[Row]:
     """Return a row for every tracker that can be named, for `irtrack list`; of the peers, for those given."""
-    present = [*TRACKERS, *(name for name, cls in FOREIGN.items() if issubclass(cls, Command)), *peers]
+    present = [*TRACKERS, *(name for name, cls in EXTERNAL.items() if issubclass(cls, Command)), *peers]
     rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
     for name, entry in _installed().items():
         try:

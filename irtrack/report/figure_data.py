@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from irtrack.bench import Cell, Results, SourceRow, SummaryRow, distinct, summary
+from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, distinct, summary
 from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_point, by_attribute, kaplan_meier
 
 
@@ -15,7 +15,7 @@ from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_po
 class Measured:
     """Run records of one source, and by their position the traces of those that did not fail."""
 
-    cells: tuple[Cell, ...]
+    cells: tuple[RunRecord, ...]
     tracks: Mapping[int, Trace]
     rows: Mapping[tuple[str, str], SourceRow]
 
@@ -46,7 +46,7 @@ class Measured:
     def _lost(self, places: Sequence[int]) -> int:
         return sum(cell.score is not None and cell.score.lost is True for cell in map(self.cells.__getitem__, places))
 
-    def row(self, cell: Cell) -> SourceRow:
+    def row(self, cell: RunRecord) -> SourceRow:
         """Return the source of a run, with its seed."""
         return self.rows[cell.source, cell.key.source_hash]
 
@@ -56,9 +56,9 @@ class Measured:
         return self.row(self.cells[self.shown[0]])
 
 
-def measured(results: Results, cells: Sequence[Cell]) -> Iterator[Measured]:
+def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]:
     """Yield every source of the run records, by name; one is held in memory at a time."""
-    by_name: defaultdict[str, list[Cell]] = defaultdict(list)
+    by_name: defaultdict[str, list[RunRecord]] = defaultdict(list)
     for cell in cells:
         by_name[cell.source].append(cell)
     rows = results.sources()
@@ -117,7 +117,7 @@ class Figures:
     failures: tuple[Failure, ...]
 
 
-def figures(results: Results, cells: Sequence[Cell]) -> Figures:
+def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
     """Return all figures of the run records."""
     return Figures(
         results.path.name,
@@ -147,9 +147,9 @@ def survival(traces: Sequence[Trace]) -> Survival:
     return kaplan_meier(ended, [at is not None for at in lost])
 
 
-def severity_figures(cells: Sequence[Cell]) -> tuple[SeverityFigures, ...]:
+def severity_figures(cells: Sequence[RunRecord]) -> tuple[SeverityFigures, ...]:
     """Return the breaking points of every scenario run at two severities or more; a failed run counts as lost."""
-    families: defaultdict[str, defaultdict[str, list[Cell]]] = defaultdict(lambda: defaultdict(list))
+    families: defaultdict[str, defaultdict[str, list[RunRecord]]] = defaultdict(lambda: defaultdict(list))
     for cell in distinct(cells):
         if cell.severity is not None and (cell.score is None or cell.score.lost is not None):
             families[cell.family][cell.label].append(cell)
@@ -162,14 +162,14 @@ def severity_figures(cells: Sequence[Cell]) -> tuple[SeverityFigures, ...]:
     return tuple(found)
 
 
-def _breaking(cells: Sequence[Cell]) -> Breaking | None:
+def _breaking(cells: Sequence[RunRecord]) -> Breaking | None:
     severities = [float(cell.severity or 0) for cell in cells]
     return breaking_point(severities, [cell.lost_or_failed for cell in cells])
 
 
-def failures(cells: Sequence[Cell]) -> tuple[Failure, ...]:
+def failures(cells: Sequence[RunRecord]) -> tuple[Failure, ...]:
     """Return the failed runs, one for each tracker, source and error."""
-    alike: defaultdict[tuple[str, str, str], list[Cell]] = defaultdict(list)
+    alike: defaultdict[tuple[str, str, str], list[RunRecord]] = defaultdict(list)
     for cell in cells:
         if cell.status == "failed":
             last_line = (cell.failure or "").strip().rpartition("\n")[2]

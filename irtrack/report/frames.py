@@ -12,7 +12,7 @@ import numpy as np
 
 from irsim import IrsimError
 from irsim.types import SHOWN, Box, Image, Source
-from irtrack.bench import Cell, Results, SourceRow
+from irtrack.bench import Results, RunRecord, SourceRow
 from irtrack.metrics import Trace
 from irtrack.report.plots import LineStyle
 from irtrack.report.repeat import reopen, run_command
@@ -212,7 +212,9 @@ class Loss:
     still: Still
 
 
-def gallery(results: Results, cells: Sequence[Cell], styles: Mapping[str, LineStyle]) -> tuple[tuple[Loss, ...], int]:
+def gallery(
+    results: Results, cells: Sequence[RunRecord], styles: Mapping[str, LineStyle]
+) -> tuple[tuple[Loss, ...], int]:
     """Return the first losses, and the number of all; a source that cannot be reopened has none."""
     first = _first_losses(cells)
     rows = results.sources()
@@ -228,16 +230,16 @@ def gallery(results: Results, cells: Sequence[Cell], styles: Mapping[str, LineSt
     return tuple(sorted(found, key=lambda loss: (loss.source, loss.label))), len(first)
 
 
-def _first_losses(cells: Sequence[Cell]) -> list[Cell]:
+def _first_losses(cells: Sequence[RunRecord]) -> list[RunRecord]:
     """Return for each tracker and family of sources the lost run of the least severity and seed."""
-    firsts: dict[tuple[str, str], Cell] = {}
+    firsts: dict[tuple[str, str], RunRecord] = {}
     for cell in sorted(cells, key=lambda cell: (cell.family, cell.label, cell.severity or 0, cell.key.tracker_seed)):
         if cell.score is not None and cell.score.lost:
             firsts.setdefault((cell.family, cell.label), cell)
     return list(firsts.values())
 
 
-def _in_turn(cells: Sequence[Cell]) -> list[Cell]:
+def _in_turn(cells: Sequence[RunRecord]) -> list[RunRecord]:
     """Return every tracker's first loss, then every tracker's second, and so on."""
     nth: defaultdict[str, int] = defaultdict(int)
     order = []
@@ -255,7 +257,9 @@ def _reopened(row: SourceRow) -> Source | None:
     return source if source.hash == row.hash else None
 
 
-def _loss(results: Results, cell: Cell, row: SourceRow, source: Source, styles: Mapping[str, LineStyle]) -> Loss | None:
+def _loss(
+    results: Results, cell: RunRecord, row: SourceRow, source: Source, styles: Mapping[str, LineStyle]
+) -> Loss | None:
     trace = results.trace(cell.key)
     if trace is None or cell.score is None or cell.score.lost_at is None:
         return None

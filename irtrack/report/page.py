@@ -10,7 +10,7 @@ from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from irtrack.bench import Cell, Results, Run, summary
+from irtrack.bench import Results, Run, RunRecord, summary
 from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
@@ -25,7 +25,7 @@ SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """Script of the page; it plays the replays."""
 
 
-def page(results: Results, cells: Sequence[Cell]) -> str:
+def page(results: Results, cells: Sequence[RunRecord]) -> str:
     """Return the report as HTML text."""
     # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))

@@ -10,7 +10,7 @@ from typing import Any
 
 from irsim import Rendering, loads, open_recording
 from irsim.types import Box, Source
-from irtrack.bench import Cell, Key, Run, SourceRow
+from irtrack.bench import Key, Run, RunRecord, SourceRow
 from irtrack.registry.identity import changed_parameters
 
 
@@ -28,7 +28,7 @@ def render_command(source: SourceRow, seed: int | None) -> str | None:
     return shlex.join(["irsim", "render", source.word, *source.changes, "--seed", str(seed), "-o", name])
 
 
-def run_command(cell: Cell, source: SourceRow) -> str:
+def run_command(cell: RunRecord, source: SourceRow) -> str:
     """Return the command that repeats one run and prints its scores."""
     key, config = cell.key, cell.config
     words = ["irtrack", "run", config["tracker"], source.word, *source.changes, *_seeds(key)]
@@ -65,6 +65,9 @@ def reopen(row: SourceRow) -> Source:
 
     A scenario runs no code that it names: a results file may come from anywhere.
     """
+    source: Source
     if row.kind == "recording":
-        return open_recording(row.text)
-    return Rendering(loads(row.text, row.name, trusted=False), row.name)
+        source = open_recording(row.text)
+    else:
+        source = Rendering(loads(row.text, row.name, trusted=False), row.name)
+    return source

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Box, Floats, Frame, Image, Source
-from irtrack.bench import Cell
+from irtrack.bench import RunRecord
 from irtrack.errors import IrtrackError
 from irtrack.metrics import Trace
 from irtrack.registry.identity import code_hash, remade
@@ -51,7 +51,9 @@ class Replay:
     has_particles: bool
 
 
-def replayed(source: Source, cells: Sequence[Cell], followers: Sequence[Follower], clouds: int) -> tuple[Replay, int]:
+def replayed(
+    source: Source, cells: Sequence[RunRecord], followers: Sequence[Follower], clouds: int
+) -> tuple[Replay, int]:
     """Return the replay of runs, and the number of runs repeated for their particles.
 
     source      source with the seed of the runs;  followers  their tracks
@@ -149,7 +151,7 @@ def _number(value: float, digits: int) -> float | None:
 class _Repeat:
     """Run repeated for its particles. It ends where it has none, or differs from the measured run."""
 
-    def __init__(self, cell: Cell, trace: Trace, player: Player) -> None:
+    def __init__(self, cell: RunRecord, trace: Trace, player: Player) -> None:
         self.label = cell.label
         self.input = cell.key.input
         self._trace = trace
@@ -197,7 +199,7 @@ def _packed(points: Floats, size: tuple[int, int]) -> str:
     return base64.b64encode(np.round(shares * PARTICLE_GRID).astype("<u2").tobytes()).decode()
 
 
-def _repeats(cells: Sequence[Cell], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
+def _repeats(cells: Sequence[RunRecord], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
     """Return the runs that can be repeated: the tracker is available and its code unchanged."""
     tracks = {follower.label: follower.trace for follower in followers}
     found: list[_Repeat] = []

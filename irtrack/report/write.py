@@ -7,7 +7,7 @@ from pathlib import Path
 
 from irsim.config.base import suggestion
 from irsim.config.files import check_output, path_of, replacing_text
-from irtrack.bench import Cell, Results
+from irtrack.bench import Results, RunRecord
 from irtrack.errors import InputError
 from irtrack.report.figure_data import figures
 from irtrack.report.formats import as_csv, as_json, as_markdown
@@ -38,13 +38,13 @@ def write_report(results: Results | str | Path, out: str | Path | None = None, f
     return path
 
 
-def _html(results: Results, cells: Sequence[Cell]) -> str:
+def _html(results: Results, cells: Sequence[RunRecord]) -> str:
     from irtrack.report.page import page
 
     return page(results, cells)
 
 
-FORMATS: dict[str, Callable[[Results, Sequence[Cell]], str]] = {
+FORMATS: dict[str, Callable[[Results, Sequence[RunRecord]], str]] = {
     "html": _html,
     "json": lambda results, cells: as_json(figures(results, cells), results.runs()),
     "csv": lambda results, cells: as_csv(figures(results, cells)),

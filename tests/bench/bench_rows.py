@@ -10,7 +10,7 @@ TIMES = ("ms_mean", "ms_median", "cpu_ms_mean", "cpu_ms_median")
 
 
 def rows(results: Results) -> dict[Any, Any]:
-    """(key, label) of every cell, with everything else; `Cell.outcome` tells the tracks frame by frame."""
+    """(key, label) of every cell, with everything else; `RunRecord.outcome` tells the tracks frame by frame."""
     found = {}
     for cell in results.cells(every=True):
         trace = results.trace(cell.key)

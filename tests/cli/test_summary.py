@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irtrack.bench import ALL_SOURCES, Cell, Key, summary
+from irtrack.bench import ALL_SOURCES, Key, RunRecord, summary
 from irtrack.metrics import FIGURES, Score, wilson
 
 
-def cell(label: str, source: str = "s", seed: int = 0, **figures: Any) -> Cell:
+def cell(label: str, source: str = "s", seed: int = 0, **figures: Any) -> RunRecord:
     key = Key(f"{source}{seed}", "a", "visible", "display", seed, seed, "{}", "c")
     if not figures:
-        return Cell(key, label, source, source, "failed", "broke")
+        return RunRecord(key, label, source, source, "failed", "broke")
     unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False}
-    return Cell(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
+    return RunRecord(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
 
 
 def test_the_table_pools_frames_before_loss_by_hand() -> None:

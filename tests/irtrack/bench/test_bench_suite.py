@@ -12,7 +12,7 @@ from bench_rows import rows
 
 import irsim
 import irtrack
-from irtrack.bench import Cell, Entry, SourceEntry, is_suite, load_suite, run_bench, summary
+from irtrack.bench import Entry, RunRecord, SourceEntry, is_suite, load_suite, run_bench, summary
 from irtrack.bench.plan import APART
 from irtrack.bench.suite import SuiteFile
 from irtrack.errors import InputError
@@ -185,7 +185,7 @@ def test_repeats_of_one_run_count_once(tmp_path: Path) -> None:
 def test_a_tie_is_a_difference_that_may_be_none(tmp_path: Path) -> None:
     """On 12 scenes that differ: b is off by 0.1 px more or less than a by turns; c by 2 px more than either."""
     rng = np.random.default_rng(0)
-    cells: list[Cell] = []
+    cells: list[RunRecord] = []
     with run_bench([Strip()], [Entry("x", Walker())], results=tmp_path / "r.db") as results:
         (cell,) = results.cells()
     assert cell.score is not None
@@ -195,7 +195,7 @@ def test_a_tie_is_a_difference_that_may_be_none(tmp_path: Path) -> None:
         for label, more in (("a", 0.0), ("b", 0.1 * (-1) ** scene + 0.001), ("c", 2.0)):
             score = type(cell.score).from_dict(base | {"error_held": error + more})
             key = cell.key.__class__(str(scene), "a", "visible", "display", scene, scene, label, "")
-            cells.append(Cell(key, label, "s", "s", "ok", score=score))
+            cells.append(RunRecord(key, label, "s", "s", "ok", score=score))
     assert [(row.label, row.standing) for row in summary(cells)] == [("a", "told"), ("b", "tie"), ("c", "told")]
     few = [cell for cell in cells if int(cell.key.source_hash) < 5]
     assert [row.standing for row in summary(few)] == ["told", "too few", "too few"]

@@ -21,7 +21,7 @@ from bench_fakes import Breaker, Closer, Hanger, Killer, LateMute, Logger, Mute,
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
-from irtrack.bench.plan import Seeds, contestants, plans
+from irtrack.bench.plan import Seeds, plans, tracker_specs
 from irtrack.bench.run import run_group
 from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.replay.replay import BLOCK_FRAMES
@@ -45,7 +45,7 @@ def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Pa
 
 def test_a_tracker_that_is_late_without_hanging_is_told_when_it_is_done() -> None:
     """No tracker does anything in a nanosecond, and nobody watches who could stop it."""
-    (plan,) = plans([Strip()], contestants([FINE]), Seeds.of(1, 1), "display", None, None)
+    (plan,) = plans([Strip()], tracker_specs([FINE]), Seeds.of(1, 1), "display", None, None)
     ((cell, trace),) = run_group(plan.group, Heartbeat(Limit(1e-9, "run")))
     assert cell.failure == "strip, seed 0, frame 0: timed out: more than 1e-09 s in the tracker"
     assert trace is None

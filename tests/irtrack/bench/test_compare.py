@@ -10,19 +10,19 @@ from xml.etree import ElementTree
 import pytest
 from bench_fakes import Strip, Walker
 
-from irtrack.bench import ALL_SOURCES, Cell, Entry, Key, run_bench
+from irtrack.bench import ALL_SOURCES, Entry, Key, RunRecord, run_bench
 from irtrack.bench.compare import Comparison, Gate, compare, junit
 from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, paired_difference, scenes_for
 
 
-def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, **figures: Any) -> Cell:
+def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, **figures: Any) -> RunRecord:
     key = Key(f"{source}{seed}", "a", "visible", "display", seed, seed, "{}", "c")
     if failed:
-        return Cell(key, label, source, source, "failed", "broke")
+        return RunRecord(key, label, source, source, "failed", "broke")
     unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False, "returns": 0, "reacquired": 0}
-    return Cell(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
+    return RunRecord(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
 
 
 def test_pairs_are_runs_of_the_same_scene() -> None:
@@ -127,7 +127,7 @@ def test_the_number_of_seeds_is_that_of_a_mean() -> None:
         ([cell(0)], [cell(0)], ["neff"], "figure 'neff': allowed: "),
     ],
 )
-def test_bad_input(old: list[Cell], new: list[Cell], figures: list[str], words: str) -> None:
+def test_bad_input(old: list[RunRecord], new: list[RunRecord], figures: list[str], words: str) -> None:
     with pytest.raises(InputError, match=words):
         compare(old, new, figures)
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from bench_fakes import Strip, Walker
 
-from irtrack.bench import Cell, Entry, Key, Results, run_bench
+from irtrack.bench import Entry, Key, Results, RunRecord, run_bench
 from irtrack.bench.records import pack, packed_trace
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
@@ -143,7 +143,7 @@ def modes(path: Path) -> tuple[str, list[str]]:
 def test_during_a_sweep_others_read_what_is_committed_and_after_it_all_is_in_one_file(tmp_path: Path) -> None:
     path, counts = tmp_path / "r.db", []
 
-    def look(cell: Cell) -> None:
+    def look(cell: RunRecord) -> None:
         with Results(path) as other:
             counts.append(len(other.cells()))
 

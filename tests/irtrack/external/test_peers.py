@@ -21,9 +21,9 @@ import irtrack
 from irtrack import external as peers
 from irtrack.bench import run_bench
 from irtrack.errors import InputError, TrackerError
-from irtrack.external import environment
+from irtrack.external import install
 from irtrack.registry.table import describe, make
-from irtrack.trackers.foreign import FOREIGN
+from irtrack.trackers.external import EXTERNAL
 
 FAKE = Path(__file__).parents[2] / "support" / "fake_peer.py"
 INSTALLED = peers.offered()
@@ -152,7 +152,7 @@ def test_a_program_that_ends_at_once_is_told_so(name: str, command: object, stat
 
 
 def test_without_the_environment_a_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(environment, "python", lambda: None)
+    monkeypatch.setattr(install, "python", lambda: None)
     with pytest.raises(InputError, match="cv_kcf: runs in an environment that is not there; allowed: after make peers"):
         make("cv_kcf", {})
     assert peers.offered() == []
@@ -219,7 +219,7 @@ def test_a_peer_that_the_environment_does_not_have_is_refused(tmp_path: Path, mo
 
 
 def test_every_peer_has_a_class() -> None:
-    assert {*peers.PEERS, "program", "trax"} == FOREIGN.keys()
+    assert {*peers.PEERS, "program", "trax"} == EXTERNAL.keys()
 
 
 needs_peers = pytest.mark.skipif(not INSTALLED, reason=f"no peers here: {peers.HINT}")

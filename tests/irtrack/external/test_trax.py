@@ -23,7 +23,7 @@ import irtrack
 from irsim.types import Box
 from irtrack.bench import Entry, parse_tracker_spec, run_bench
 from irtrack.errors import InputError, TrackerError
-from irtrack.external import Child, trax_text
+from irtrack.external import Child, trax
 from irtrack.registry.table import make
 
 HERE = Path(__file__).parents[2] / "support"
@@ -45,9 +45,9 @@ keys = st.text("abzAZ059._", min_size=1, max_size=64)
 
 @given(st.lists(words.filter(lambda word: "=" not in word)), st.dictionaries(keys, words))
 def test_what_is_written_is_read(arguments: list[str], properties: dict[str, str]) -> None:
-    line = trax_text.write("state", arguments, properties)
+    line = trax.write("state", arguments, properties)
     assert line.count(b"\n") == 1
-    assert trax_text.read(line) == trax_text.Message("state", tuple(arguments), properties)
+    assert trax.read(line) == trax.Message("state", tuple(arguments), properties)
 
 
 @given(arrays(bool, st.tuples(st.integers(1, 6), st.integers(1, 6))), st.integers(-3, 9), st.integers(-3, 9))
@@ -59,7 +59,7 @@ def test_the_box_of_a_mask_is_around_its_ones(mask: np.ndarray, x: int, y: int) 
             runs.append(0)
             value = pixel
         runs[-1] += 1
-    box = trax_text.box_of("mask:" + ",".join(map(str, [x, y, mask.shape[1], mask.shape[0], *runs])))
+    box = trax.box_of("mask:" + ",".join(map(str, [x, y, mask.shape[1], mask.shape[0], *runs])))
     if not mask.any():
         assert box is None
         return
@@ -73,7 +73,7 @@ def test_the_box_of_a_mask_is_around_its_ones(mask: np.ndarray, x: int, y: int) 
 def test_a_box_comes_back_from_each_kind_of_region(cx: float, cy: float, w: float, h: float) -> None:
     given = Box(cx, cy, w, h)
     for kind, within in (("rectangle", 1e-3), ("polygon", 1e-3), ("mask", 1.5)):
-        back = trax_text.box_of(trax_text.region(given, kind, (48, 64)))
+        back = trax.box_of(trax.region(given, kind, (48, 64)))
         assert back is not None
         assert np.abs(np.subtract((back.cx, back.cy, back.w, back.h), (cx, cy, w, h))).max() <= within
 
@@ -84,7 +84,7 @@ def test_a_box_comes_back_from_each_kind_of_region(cx: float, cy: float, w: floa
 @example("inf")
 def test_any_region_gives_a_sound_box_or_none_or_one_clear_error(text: str) -> None:
     with contextlib.suppress(TrackerError):
-        box = trax_text.box_of(text)
+        box = trax.box_of(text)
         assert box is None or (np.isfinite((box.cx, box.cy)).all() and min(box.w, box.h) > 0)
 
 
@@ -92,9 +92,9 @@ def test_any_region_gives_a_sound_box_or_none_or_one_clear_error(text: str) -> N
 @given(st.binary(max_size=60))
 def test_any_line_is_a_message_or_one_clear_error(line: bytes) -> None:
     with contextlib.suppress(TrackerError):
-        message = trax_text.read(trax_text.PREFIX + line)
-        again = trax_text.write(message.kind, message.arguments, message.properties)
-        assert trax_text.read(again).properties == message.properties
+        message = trax.read(trax.PREFIX + line)
+        again = trax.write(message.kind, message.arguments, message.properties)
+        assert trax.read(again).properties == message.properties
 
 
 needs_vot = pytest.mark.skipif(importlib.util.find_spec("trax") is None, reason="vot-trax is not installed")
@@ -223,7 +223,7 @@ def test_every_track_has_a_program_of_its_own() -> None:
 def test_a_program_ends_with_all_that_it_started(tmp_path: Path) -> None:
     """The shell waits for the sleeper that it started, and hangs."""
     note = tmp_path / "pid"
-    child = Child(["sh", "-c", f"sleep 600 & echo $! > {note}; wait"], trax_text.PREFIX, greets=True)
+    child = Child(["sh", "-c", f"sleep 600 & echo $! > {note}; wait"], trax.PREFIX, greets=True)
     wait_until(lambda: note.exists() and note.read_text().endswith("\n"))
     sleeper = int(note.read_text())
     assert runs(sleeper)

@@ -22,8 +22,8 @@ from irtrack.falsify import Failure, Luck
 from irtrack.falsify.counterexample import Case
 from irtrack.falsify.falsification import Hunt
 from irtrack.falsify.outputs import FOUND, JOURNAL, write_failure
-from irtrack.falsify.rules import ASKED, MARGINS, REACHED, asked, reached, rules_of
-from irtrack.falsify.trial import RAISES, Subject, Trials
+from irtrack.falsify.rules import ASKED, MARGINS, RAISES, REACHED, asked, reached, rules_of
+from irtrack.falsify.trial import Subject, Trials
 from irtrack.metrics import Trace
 from irtrack.types import Tracker
 

@@ -13,7 +13,8 @@ from mesh_files import BOX
 import irsim
 from irtrack.falsify import find_failure, kept_failures, revisit
 from irtrack.falsify.regressions import keep
-from irtrack.falsify.trial import ENDS, RAISES, RULE, Subject
+from irtrack.falsify.rules import ENDS, RAISES, RULE
+from irtrack.falsify.trial import Subject
 from irtrack.registry.table import make
 
 FAR = {"px": 30.0}
@@ -69,10 +70,10 @@ def test_a_kept_failure_that_fails_otherwise_is_told(
 
 
 def test_a_kept_failure_notes_how_it_failed_and_its_limit(folder: Path, tmp_path: Path) -> None:
-    """None where nothing was limited; by `irtrack regress --bless` all is."""
+    """None where nothing was limited; by `irtrack regress --update` all is."""
     (kept,) = kept_failures(note_of(folder, tmp_path / "kept").parent)
     assert (kept.how, kept.limit_s) == (RAISES, None)
-    revisit([kept], bless=True, frame_limit_s=7.0)
+    revisit([kept], update=True, frame_limit_s=7.0)
     (kept,) = kept_failures(tmp_path / "kept")
     assert (kept.how, kept.limit_s) == (RAISES, 7.0)
     assert not kept.changes()

@@ -1,4 +1,4 @@
-"""Kept failures are tried for ever, golden figures held: what is worse by a tenth is told, and `--bless` takes it."""
+"""Kept failures are tried for ever, baselines held: what is worse by a tenth is told, and `--update` takes it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import planted_failure
 import pytest
 
 import irsim
-from irtrack.bench import baseline as golden
-from irtrack.bench import load_suite
+from irtrack.bench import baseline, load_suite
 from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.falsify import find_failure, kept_failures
@@ -56,15 +55,15 @@ def test_a_kept_failure_is_as_it_was_noted(name: str) -> None:
     assert not kept.changes()
 
 
-def test_golden_figures_hold() -> None:
-    """Of trackers on the small recordings: worse is a fault, better asks for `irtrack regress --bless`."""
-    old = golden.read(golden.golden_file(SUITE))
-    assert golden.changes(old, golden.measure(load_suite(SUITE))) == []
+def test_the_baseline_holds() -> None:
+    """Of trackers on the small recordings: worse is a fault, better asks for `irtrack regress --update`."""
+    old = baseline.read(baseline.baseline_file(SUITE))
+    assert baseline.changes(old, baseline.measure(load_suite(SUITE))) == []
 
 
-@pytest.mark.parametrize("figure", [name for name in golden.HELD if name != "lost"])
-def test_a_tenth_worse_is_told_of_every_golden_figure(figure: str) -> None:
-    old = golden.read(golden.golden_file(SUITE))
+@pytest.mark.parametrize("figure", [name for name in baseline.HELD if name != "lost"])
+def test_a_tenth_worse_is_told_of_every_figure_of_a_baseline(figure: str) -> None:
+    old = baseline.read(baseline.baseline_file(SUITE))
     factor = 1.1 if FIGURES[figure].better == "less" else 0.9
     told = 0
     for run, figures in old.items():
@@ -73,19 +72,19 @@ def test_a_tenth_worse_is_told_of_every_golden_figure(figure: str) -> None:
             continue
         told += 1
         worse: Mapping[str, float | None] = {**figures, figure: was * factor}
-        assert [each.verdict for each in golden.changes({run: figures}, {run: worse})] == ["worse"], run
-        assert [each.verdict for each in golden.changes({run: worse}, {run: figures})] == ["better"]
-        assert not golden.changes({run: figures}, {run: {**figures, figure: was * (1 + (factor - 1) / 4)}})
+        assert [each.verdict for each in baseline.changes({run: figures}, {run: worse})] == ["worse"], run
+        assert [each.verdict for each in baseline.changes({run: worse}, {run: figures})] == ["better"]
+        assert not baseline.changes({run: figures}, {run: {**figures, figure: was * (1 + (factor - 1) / 4)}})
     assert told
 
 
 def test_a_run_that_is_lost_new_or_gone_is_told() -> None:
     run = ("sky", "kalman", 0)
-    held = dict.fromkeys(golden.HELD, 0.0)
-    assert [each.verdict for each in golden.changes({run: held}, {run: {**held, "lost": 1.0}})] == ["worse"]
-    assert [each.verdict for each in golden.changes({run: held}, {})] == ["gone"]
-    assert [each.verdict for each in golden.changes({}, {run: held})] == ["new"]
-    assert [each.verdict for each in golden.changes({run: held}, {run: {**held, "error": None}})] == ["gone"]
+    held = dict.fromkeys(baseline.HELD, 0.0)
+    assert [each.verdict for each in baseline.changes({run: held}, {run: {**held, "lost": 1.0}})] == ["worse"]
+    assert [each.verdict for each in baseline.changes({run: held}, {})] == ["gone"]
+    assert [each.verdict for each in baseline.changes({}, {run: held})] == ["new"]
+    assert [each.verdict for each in baseline.changes({run: held}, {run: {**held, "error": None}})] == ["gone"]
 
 
 PLANTED = """
@@ -95,14 +94,14 @@ seeds: 2
 """
 
 
-def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli) -> None:
+def test_a_tracker_that_is_a_tenth_worse_fails_until_updated(cli: Cli) -> None:
     """It is 2 px off, then 2.2 px."""
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("my-suite.yaml").write_text(PLANTED)
     status, _, err = cli("my-suite.yaml")
     assert (status, err.count("\n")) == (2, 1)
-    assert "my-suite.golden.json: there are no golden figures yet; irtrack regress --bless" in err
-    assert cli("my-suite.yaml", "--bless")[0] == 0
+    assert "my-suite.golden.json: there is no baseline yet; irtrack regress --update" in err
+    assert cli("my-suite.yaml", "--update")[0] == 0
     status, out, _ = cli("my-suite.yaml")
     assert (status, out) == (0, "my-suite.yaml: ok: 2 runs, 0 changes\n")
     Path("my-suite.yaml").write_text(PLANTED.replace("2.0", "2.2"))
@@ -114,10 +113,10 @@ def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli) -> 
     (found,) = json.loads(cli("my-suite.yaml", "--json")[1])
     assert found["failed"]
     assert found["changes"][0]["verdict"] == "worse"
-    status, out, _ = cli("my-suite.yaml", "--bless")
+    status, out, _ = cli("my-suite.yaml", "--update")
     assert status == 0
     assert "worse" in out
-    assert "blessed" in out
+    assert "updated" in out
     assert cli("my-suite.yaml")[0] == 0
     Path("my-suite.yaml").write_text(PLANTED.replace("2.0", "1.0"))
     status, out, _ = cli("my-suite.yaml")
@@ -144,7 +143,7 @@ def test_runs_that_die_hang_or_raise_are_a_line_each_and_the_others_are_measured
         Path("my-suite.yaml").write_text(f"sources: [blind.yaml]\nseeds: 1\ntrackers:\n{''.join(rows)}")
 
     write_suite(beside="Offset", **dict.fromkeys(FAILING, "Offset"))
-    assert cli("my-suite.yaml", "--bless")[::2] == (0, "")
+    assert cli("my-suite.yaml", "--update")[::2] == (0, "")
     write_suite(beside="Offset", **{name: name for name in FAILING})
     status, out, err = cli("my-suite.yaml")
     assert status == 1
@@ -184,7 +183,7 @@ def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, 
     status, out, _ = cli("kept")
     assert status == 1
     assert "breaks never_lost no more" in out
-    assert cli("kept", "--bless")[0] == 0
+    assert cli("kept", "--update")[0] == 0
     assert cli("kept")[:2] == (0, "kept: ok: 1 failure, 0 changes\n")
     note.write_text(note.read_text().replace("planted_failure:Offset", "planted_failure:Raising"))
     status, out, _ = cli("kept")
@@ -219,8 +218,8 @@ def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> 
     kept.path.write_text(irsim.dumps(warmer))
     assert cli("kept")[0] == 1
     assert "renders frame 0 otherwise than blind-planted_failure-Raising.mcap has it" in kept.changes()[0]
-    assert cli("kept", "--bless")[0] == 0
-    assert not replace(kept, broken=kept.bless().broken).changes()
+    assert cli("kept", "--update")[0] == 0
+    assert not replace(kept, broken=kept.update().broken).changes()
 
 
 @pytest.mark.parametrize(
@@ -269,7 +268,7 @@ def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_ju
     assert "is no note of a kept failure" in lines["bad.json"]
     assert "is missing; lost.json speaks of it" in lines["lost.mcap"]
     assert "Raised" in lines["renamed.json"]
-    assert cli("kept", "--bless")[0] == 2
+    assert cli("kept", "--update")[0] == 2
     (found,) = json.loads(cli("kept", "--json")[1])
     assert (found["checked"], found["failed"], len(found["faults"])) == (1, False, 5)
     kept = {str(each): each for each in kept_failures("kept")}
@@ -283,6 +282,6 @@ def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_ju
     assert out.endswith("kept: failed: 2 failures, 1 change, 5 not judged\n")
 
 
-def test_a_suite_without_golden_figures_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there are no golden figures yet"):
-        golden.read(tmp_path / "x.golden.json")
+def test_a_suite_without_baseline_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no baseline yet"):
+        baseline.read(tmp_path / "x.golden.json")

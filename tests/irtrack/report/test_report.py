@@ -17,7 +17,7 @@ from html_page import Page
 import irsim
 from irsim.types import Box
 from irtrack import InputError, Results, run_bench, write_report
-from irtrack.bench import Cell, parse_trackers
+from irtrack.bench import RunRecord, parse_trackers
 from irtrack.cli import main
 from irtrack.metrics import Trace
 from irtrack.report.repeat import run_command
@@ -44,7 +44,7 @@ class Measured:
     results: Path
     html: str
     page: Page
-    cells: list[Cell] = field(default_factory=list)
+    cells: list[RunRecord] = field(default_factory=list)
     traces: list[Trace | None] = field(default_factory=list)
 
 

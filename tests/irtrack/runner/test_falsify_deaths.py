@@ -17,8 +17,8 @@ import irsim
 from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
-from irtrack.falsify.rules import rules_of
-from irtrack.falsify.trial import ENDS, RAISES, Subject, Trials, examine, frame_limit
+from irtrack.falsify.rules import ENDS, RAISES, rules_of
+from irtrack.falsify.trial import Subject, Trials, examine, frame_limit
 from irtrack.replay.replay import BLOCK_FRAMES
 from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import Heartbeat
@@ -240,7 +240,7 @@ def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Pat
     assert "kept/dying.yaml: dying breaks never_lost again, planted_failure:Crashing: frame 9: the process died" in out
     assert "kept/mended.yaml: mended breaks never_lost no more" in out
     assert out.endswith("kept: failed: 3 failures, 2 changes\n")
-    assert cli("regress", "kept", "--bless")[0] == 0
+    assert cli("regress", "kept", "--update")[0] == 0
     assert {each.label: (each.how, each.limit_s) for each in kept_failures("kept")} == {
         "dying": (ENDS, FRAME_LIMIT_S),
         "mended": (None, FRAME_LIMIT_S),

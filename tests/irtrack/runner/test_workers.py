@@ -16,9 +16,8 @@ from typing import Any
 import pytest
 from bench_fakes import Mute, Strip, Walker
 
-from irtrack.bench import Entry, run_bench
-from irtrack.bench import baseline as golden
-from irtrack.bench.spec import asked
+from irtrack.bench import Entry, baseline, run_bench
+from irtrack.bench.spec import source_specs
 from irtrack.bench.suite import Suite
 from irtrack.cli.bench import sweep
 from irtrack.errors import IrtrackError, WorkerError
@@ -29,12 +28,12 @@ FINE = Entry("fine", Walker(jitter=1.0))
 
 
 def test_what_is_kept_of_a_bench_whose_workers_die_is_told_by_who_keeps_it(tmp_path: Path) -> None:
-    """A bench in a results file; golden figures have none."""
-    suite = Suite("", [*asked(Mute())], [FINE], seeds=1, tracker_seeds=1, input="display", time_limit_s=None)
+    """A bench in a results file; a baseline has none."""
+    suite = Suite("", [*source_specs(Mute())], [FINE], seeds=1, tracker_seeds=1, input="display", time_limit_s=None)
     with pytest.raises(IrtrackError, match=r"\(SIGKILL\); 0 runs of this call kept in .*r\.db, the same command goes"):
         sweep(suite, tmp_path / "r.db", jobs=2)
     with pytest.raises(WorkerError, match=r"\(SIGKILL\)$"):
-        golden.measure(suite, jobs=2)
+        baseline.measure(suite, jobs=2)
 
 
 class ChoosyError(Exception):

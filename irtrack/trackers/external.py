@@ -1,4 +1,4 @@
-"""`program`, `trax` and the peers: trackers that run as programs of their own (`irtrack.external`)."""
+"""Trackers that run as programs: `program`, `trax` and the peers, by the protocols of `irtrack.external`."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ from irtrack.types import LEAST_PX, Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ForeignState:
-    """The program that follows the target; what it last saw lies there, so that no step can be done again."""
+class ExternalState:
+    """Program that tracks the target. Its memory is its own: no step can be repeated."""
 
     footage: Footage
     session: Session | TraxSession
 
 
-class Foreign(TrackerPart):
-    """A tracker that runs as a program. What the program raises, its death and its hanging are a TrackerError."""
+class ExternalTracker(TrackerPart):
+    """Tracker that runs as a program. TrackerError where the program raises, dies or hangs."""
 
     resumable: ClassVar[bool] = False
     name: ClassVar[str]
 
     context: Annotated[float, Field(ge=0.2, le=20)] = 1.0
-    """The box that it is given, as a multiple of the target's on each side: correlation filters live on what is
-    around the target (3 is usual)."""
+    """Side of the box given to the program, in sides of the target: correlation filters need the surroundings of the
+    target (3 is usual)."""
     timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
-    """How long a step may take before the program counts as hanging, s."""
+    """Longest time of a step, s; a program that takes longer hangs."""
 
     @abstractmethod
     def runs(self) -> tuple[str, ...]:
-        """The command that starts the program; InputError where there is none."""
+        """Return the command that starts the program; InputError where there is none."""
 
     def session(self) -> Session | TraxSession:
-        """A program that can be asked."""
+        """Return a session with a program, started or idle."""
         return Session(self.name, self.runs(), self.timeout_s)
 
-    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ForeignState:
-        """Whole pixels are all that some can be given, and no side under LEAST_PX.
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ExternalState:
+        """Return the state of a program that got the box, widened by the context, no side under LEAST_PX.
 
         InputError where the box does not meet the frame, or the program cannot be started.
         """
@@ -55,10 +55,10 @@ class Foreign(TrackerPart):
         given = Box(given.cx, given.cy, given.w * self.context, given.h * self.context)
         session = self.session()
         session.init(frame, given, int(rng.integers(2**31)))
-        return ForeignState(footage(frame), session)
+        return ExternalState(footage(frame), session)
 
-    def step(self, state: ForeignState, frame: Frame, rng: np.random.Generator) -> tuple[ForeignState, Estimate]:
-        """The program's box, its size less the context."""
+    def step(self, state: ExternalState, frame: Frame, rng: np.random.Generator) -> tuple[ExternalState, Estimate]:
+        """Return the box of the program, its size without the context."""
         state.footage.check(frame)
         answer = state.session.step(frame)
         box = answer.box
@@ -67,15 +67,15 @@ class Foreign(TrackerPart):
 
 
 def _as_written(value: Any) -> Any:
-    """The word behind YAML's truth: `true` and `false` are programs."""
+    """Return the word of a YAML truth value: `true` and `false` are programs."""
     return str(value).lower() if isinstance(value, bool) else value
 
 
-class Command(Foreign):
-    """A program that is started by a command of the user's."""
+class Command(ExternalTracker):
+    """Program started by a command of the user."""
 
     command: Annotated[str, BeforeValidator(_as_written)]
-    """The command that starts it, as a shell would take it."""
+    """Command that starts it, in the syntax of a shell."""
 
     def runs(self) -> tuple[str, ...]:
         try:
@@ -104,7 +104,7 @@ class Trax(Command):
         return TraxSession(self.name, self.runs(), self.timeout_s)
 
 
-class Peer(Foreign):
+class Peer(ExternalTracker):
     """A tracker of OpenCV or dlib in the environment of `make peers`."""
 
     def runs(self) -> tuple[str, ...]:
@@ -146,5 +146,5 @@ class Dlib(Peer):
     source: ClassVar[str] = "Danelljan, Hager, Khan, Felsberg 2014"
 
 
-FOREIGN: dict[str, type[Foreign]] = {cls.name: cls for cls in (Program, Trax, Mil, Kcf, Csrt, Mosse, Dlib)}
-"""Trackers that are programs, by name. They are no part of `TRACKERS`: a peer may not be installed."""
+EXTERNAL: dict[str, type[ExternalTracker]] = {cls.name: cls for cls in (Program, Trax, Mil, Kcf, Csrt, Mosse, Dlib)}
+"""Trackers that run as programs, by name. They are not in `TRACKERS`: a peer may not be installed."""
