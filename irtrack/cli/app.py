@@ -21,7 +21,7 @@ from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
-from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
+from irtrack.cli.output import keep_output, print_json, print_run, warn_unused
 from irtrack.cli.papers import papers
 from irtrack.cli.regress import regress
 from irtrack.cli.stress import stress
@@ -136,7 +136,7 @@ def run(
         opened = open_source(source, split.scenario)
         for written in (csv, output):
             check_output(written, *opened.needs)
-        tell_unheeded([source], split.scenario)
+        warn_unused([source], split.scenario)
         if seed is not None:
             opened = opened.with_seed(seed)
         if tracker_seed is None:

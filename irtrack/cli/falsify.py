@@ -13,7 +13,7 @@ from irsim.cli import terminal
 from irsim.cli.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
-from irtrack.cli.output import print_json, tell_unheeded
+from irtrack.cli.output import print_json, warn_unused
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def falsify(
     if is_recording(Path(scenario)):
         raise InputError(f"{scenario}: is a recording, in which nothing varies; allowed: a scenario with vary")
     loaded, tried = load(scenario, overrides or ()), parse_tracker_spec(tracker)
-    tell_unheeded([scenario], overrides or ())
+    warn_unused([scenario], overrides or ())
     name = Path(scenario).stem
     folder = output or Path("falsified") / file_stem(name, tried.label)
     try:
