@@ -155,9 +155,7 @@ def bench(
     ] = None,
     input: Annotated[
         str | None,
-        typer.Option(
-            "--input", metavar="display|counts", help="Input of trackers; default: display, or the suite's."
-        ),
+        typer.Option("--input", metavar="display|counts", help="Input of trackers; default: display, or the suite's."),
     ] = None,
     check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
     as_json: AsJson = False,

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 def check(
     tracker: Annotated[
         str,
-        typer.Argument(
-            metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list`, or module:Class; parameters."
-        ),
+        typer.Argument(metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list`, or module:Class; parameters."),
     ],
     profile: Annotated[
         str, typer.Option(metavar="ci|nightly", help="Effort: ci takes seconds, nightly minutes.")

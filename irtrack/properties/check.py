@@ -163,7 +163,7 @@ def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iter
 
         def examined_apart(prop: Property) -> Outcome:
             try:
-                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit)
+                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit, name=prop.name)
             except TrackerLostError as lost:
                 return Outcome(prop, "broken", str(lost))
 

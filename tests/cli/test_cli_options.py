@@ -1,4 +1,4 @@
-"""What the words of the command line mean."""
+"""Parsing of command-line arguments."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from irtrack.registry.table import find
 ROOT = Path(__file__).parents[2]
 
 
-def test_a_start_box_is_read_as_label_files_write_it() -> None:
+def test_start_box_is_parsed_as_in_label_files() -> None:
     assert start_box("10,20,5,4") == (Box(12.0, 21.5, 5.0, 4.0), 0)
     assert start_box("-1.5,0,4,4@7") == (Box(0.0, 1.5, 4.0, 4.0), 7)
     for wrong in ("", "1,2,3", "1,2,3,4,5", "1,2,0,4", "1,2,3,-4", "nan,2,3,4", "1,2,3,4@", "1,2,3,4@-1", "1,2,3,4@x"):
@@ -31,7 +31,7 @@ def test_a_start_box_is_read_as_label_files_write_it() -> None:
             start_box(wrong)
 
 
-def test_settings_go_to_whom_they_are_for() -> None:
+def test_settings_are_divided() -> None:
     scenario = ["seed", "frames", "camera"]
     words = ["particles=1e3", "frames=5", "camera.netd_mk=80", "noise=fixed", "targets.jet.path.speed=3"]
     split = split_settings(words, find("grey_pf"), scenario)
@@ -41,7 +41,7 @@ def test_settings_go_to_whom_they_are_for() -> None:
         split_settings(["frame=3"], find("grey_pf"), scenario)
 
 
-def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None:
+def test_tracker_that_accepts_any_setting() -> None:
     class Any:
         def __init__(self, frames: int = 0, **others: object) -> None: ...
 
@@ -52,7 +52,7 @@ def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None
 
 
 @pytest.mark.parametrize("name", ["irsim", "irtrack"])
-def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> None:
+def test_docs_name_every_command_and_option(name: str) -> None:
     app = {"irsim": irsim_app, "irtrack": irtrack_app}[name]
     rows = (Path(__file__).parents[2] / "docs" / "commands.md").read_text().splitlines()
     missing = []
@@ -72,10 +72,10 @@ def _named(option: str, row: str) -> bool:
 
 
 COMMAND_LINE = {"irsim/frame_range.py", "irtrack/bench/baseline.py"}
-"""Modules besides those of the commands whose errors speak of options: only the command line comes there."""
+"""Modules outside `cli` whose errors name options, as only commands call them."""
 
 
-def test_errors_of_the_library_name_arguments_not_options() -> None:
+def test_library_errors_name_arguments_not_options() -> None:
     looked, found = 0, []
     for path in sorted([*ROOT.glob("irsim/**/*.py"), *ROOT.glob("irtrack/**/*.py")]):
         name = path.relative_to(ROOT).as_posix()
@@ -91,8 +91,8 @@ def test_errors_of_the_library_name_arguments_not_options() -> None:
 
 
 @pytest.mark.parametrize("parameter", OPTIONS)
-def test_what_is_said_of_arguments_is_said_of_options_on_the_command_line(parameter: str) -> None:
-    """Each is an option of some command, as the reference of commands has it."""
+def test_argument_names_become_option_names(parameter: str) -> None:
+    """Each is an option in the reference of commands."""
     option = in_options(f"give it ({parameter})").removeprefix("give it (").removesuffix(")")
     assert option.split()[0].removeprefix("--") in re.findall(r"--([a-z]+)", (ROOT / "docs/commands.md").read_text())
     assert in_options("import my_kinds first, if you trust it").startswith("--import my_kinds before the command")
@@ -110,15 +110,15 @@ def test_what_is_said_of_arguments_is_said_of_options_on_the_command_line(parame
         "camera.rate_hz=HZ is no number",
     ],
 )
-def test_words_of_the_user_stay_as_they_are(line: str) -> None:
+def test_user_text_stays_unchanged(line: str) -> None:
     assert in_options(line) == line
 
 
-def test_a_parameter_that_ends_a_sentence_is_an_option_too() -> None:
+def test_parameter_at_the_end_of_a_sentence() -> None:
     assert in_options("no truth; give it by init=BOX.") == "no truth; give it by --init X,Y,W,H[@FRAME]."
 
 
-def test_a_file_called_like_a_parameter_keeps_its_name_in_an_error(tmp_path: Path, run: Run) -> None:
+def test_file_named_like_a_parameter_keeps_its_name(tmp_path: Path, run: Run) -> None:
     assert "--frames" not in run("info", "stop=None.mcap", cwd=tmp_path).stderr
 
 
@@ -144,8 +144,8 @@ run(app, "work")
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, status: int) -> None:
-    """As numpy does while it compares structured arrays."""
+def test_interrupt_inside_a_library_call(name: str, status: int) -> None:
+    """numpy raises TypeError from an interrupt in a comparison of structured arrays."""
     program = SWALLOWS.replace("SIGNAL", name)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (status, "work: stopped\n")

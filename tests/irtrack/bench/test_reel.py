@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from bench_fakes import Strip, Vandal, Walker
 from bench_rows import rows
+from irtrack.bench.reel import MOST_BYTES, Reels
 from recording_fakes import Noise
 
 import irsim
 from irsim.types import Frame, Input, Truth
 from irtrack.bench import Entry, run_bench
-from irtrack.bench.reel import MOST_BYTES, Reels
 from irtrack.metrics import Reference
 
 
