@@ -127,8 +127,8 @@ def _comparison(source: str, label: str, name: str, both: Sequence[Pair]) -> Com
     if found is None:
         return None
     known = [(value(a, name), value(b, name)) for a, b in both]
-    told = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
-    before, after = (sum(values) / len(told) for values in zip(*told, strict=True))
+    finite = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
+    before, after = (sum(values) / len(finite) for values in zip(*finite, strict=True))
     return Comparison(source, label, name, before, after, found)
 
 

@@ -49,8 +49,8 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
 def _row(cell: RunRecord) -> dict[str, Any]:
     key = {field.name: getattr(cell.key, field.name) for field in fields(Key)}
     figures = dict.fromkeys(FIGURES) if cell.score is None else cell.score.as_dict()
-    told = {name: getattr(cell, name) for name in (*_TEXT, "severity")}
-    return {name: {**told, **key, **figures}[name] for name in _KINDS}
+    named = {name: getattr(cell, name) for name in (*_TEXT, "severity")}
+    return {name: {**named, **key, **figures}[name] for name in _KINDS}
 
 
 def _write_csv(rows: Sequence[dict[str, Any]], path: Path) -> None:

@@ -55,11 +55,11 @@ class Group:
         """Return the outcome of a failed member; `frame` where the failure itself does not name it."""
         where = f"{self.name}, seed {member.key.tracker_seed}"
         gap = "\n" if "\n" in failure else " "
-        outcome, told = failure, f"{where}:{gap}{failure}"
+        outcome, text = failure, f"{where}:{gap}{failure}"
         if frame is not None:
             outcome = f"frame {frame}:{gap}{failure}"
-            told = f"{where}, {outcome}"
-        return replace(self._record(member), status="failed", failure=told, outcome=outcome), None
+            text = f"{where}, {outcome}"
+        return replace(self._record(member), status="failed", failure=text, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
         """Return the outcome of a member that reached the end."""

@@ -279,8 +279,8 @@ def _source(size: tuple[int, int], row: dict[str, Any]) -> SourceRow:
 def _cell(row: dict[str, Any]) -> RunRecord:
     score = Score.from_dict(row) if row["status"] == "ok" else None
     key = Key(**{name: row[name] for name in _KEY})
-    told = (row["status"], row["failure"], score, row["severity"], row["outcome"])
-    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *told)
+    rest = (row["status"], row["failure"], score, row["severity"], row["outcome"])
+    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *rest)
 
 
 MAX_ROWS = 40

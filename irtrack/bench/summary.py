@@ -153,9 +153,9 @@ def _standing(above: list[RunRecord], below: list[RunRecord]) -> Standing:
 def _row(source: str, label: str, rank: int, standing: Standing, every: list[RunRecord], compared: int) -> SummaryRow:
     cells = distinct(every)
     scores = _scores(cells)
-    told = [score for score in scores if score.lost is not None]
-    lost = sum(score.lost is True for score in told)
-    low, high = wilson(lost, len(told)) if told else (None, None)
+    known = [score for score in scores if score.lost is not None]
+    lost = sum(score.lost is True for score in known)
+    low, high = wilson(lost, len(known)) if known else (None, None)
     return SummaryRow(
         source=source,
         label=label,
@@ -165,9 +165,9 @@ def _row(source: str, label: str, rank: int, standing: Standing, every: list[Run
         runs=len(cells),
         repeats=len(every) - len(cells),
         failed=sum(cell.status == "failed" for cell in cells),
-        scored=len(told),
+        scored=len(known),
         lost=lost,
-        lost_share=lost / len(told) if told else None,
+        lost_share=lost / len(known) if known else None,
         lost_low=low,
         lost_high=high,
         held=_together([(score.held_frames, score.held) for score in scores]),

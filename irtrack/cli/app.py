@@ -1,6 +1,6 @@
-"""The commands of irtrack.
+"""Commands of irtrack.
 
-Modules that take time to import are imported inside the commands: `irtrack --help` must not wait.
+Slow modules are imported inside the commands, so that `irtrack --help` starts at once.
 """
 
 from __future__ import annotations
@@ -15,33 +15,35 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
+from irsim.recording.output import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
-from irtrack.cli.compare import compare, regress
+from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
-from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
-from irtrack.cli.papers import sources
+from irtrack.cli.output import keep_output, print_json, print_run, warn_unused
+from irtrack.cli.papers import papers
+from irtrack.cli.regress import regress
 from irtrack.cli.stress import stress
 from irtrack.errors import InputError, TrackerError
 from irtrack.runner.crash_reporter import crash_reporter
 
 if TYPE_CHECKING:
     from irsim.types import Source
-    from irtrack.falsify.rules import Told
+    from irtrack.falsify.rules import Explanation
 
 app = terminal.commands("Replay infrared recordings into trackers, measure where they break, and report it.")
 
 
 def main() -> None:
-    """The command `irtrack`."""
+    """Run the command `irtrack`."""
     keep_output()
     terminal.run(app, "irtrack")
 
 
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
-    """Show the trackers: name, what each does, and who described it."""
+    """List the trackers: name, method, and publication."""
     from irtrack.external import HINT, offered
     from irtrack.registry.table import describe
 
@@ -59,7 +61,7 @@ def list_trackers(as_json: AsJson = False) -> None:
         print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
     if not peers and not broken:
         print(HINT)
-    print("or module:Class, a tracker of your own")
+    print("or module:Class, your own tracker")
 
 
 @app.command()
@@ -68,36 +70,36 @@ def run(
         str,
         typer.Argument(
             metavar="NAME[:KEY=VALUE...]",
-            help="A name from `irtrack list`, or module:Class; parameters here or behind the source.",
+            help="Name from `irtrack list`, or module:Class; parameters here or after the source.",
         ),
     ],
     source: Annotated[
-        str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording's file.")
+        str, typer.Argument(metavar="SCENARIO|REC", help="File or name of a scenario, or file of a recording.")
     ],
     settings: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="KEY=VALUE",
-            help="The tracker's parameters (particles=500) and changes to the scenario (camera.netd_mk=80, frames=50).",
+            help="Tracker parameters (particles=500) and scenario overrides (camera.netd_mk=80, frames=50).",
         ),
     ] = None,
-    target: Annotated[str | None, typer.Option(metavar="ID", help="Whom to follow, where truth knows several.")] = None,
+    target: Annotated[
+        str | None, typer.Option(metavar="ID", help="Target to follow, where the truth has several.")
+    ] = None,
     init: Annotated[
         str | None,
         typer.Option(
             metavar="X,Y,W,H[@FRAME]",
-            help="Start in this box: top-left pixel, width, height, as label files write it; at frame 0 unless said.",
+            help="Start box: top-left pixel, width, height, as in label files; default frame: 0.",
         ),
     ] = None,
     input: InputName = "display",
     seed: Annotated[
         int | None,
-        typer.Option(
-            metavar="N", min=0, help="Seed of the scene and of the tracker; the scenario's own, or 0, unless said."
-        ),
+        typer.Option(metavar="N", min=0, help="Seed of scene and tracker; default: the scenario's own, or 0."),
     ] = None,
     tracker_seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Another seed for the tracker than for the scene.")
+        int | None, typer.Option(metavar="N", min=0, help="Seed of the tracker; default: that of the scene.")
     ] = None,
     output: Annotated[
         Path | None,
@@ -108,9 +110,7 @@ def run(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run one tracker over one source; print its scores and how to repeat it."""
-    from irsim.recording.output import check_output
-
+    """Run one tracker over one source; print its scores and the command that repeats it."""
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
@@ -136,7 +136,7 @@ def run(
         opened = open_source(source, split.scenario)
         for written in (csv, output):
             check_output(written, *opened.needs)
-        tell_unheeded([source], split.scenario)
+        warn_unused([source], split.scenario)
         if seed is not None:
             opened = opened.with_seed(seed)
         if tracker_seed is None:
@@ -157,11 +157,11 @@ def run(
     track = player.track(opened, looked_at)
     trace = Trace.of(track, Reference.of(truths, track.target))
     result = score_trace(trace)
-    expected: list[Told] = []
+    expected: list[Explanation] = []
     if isinstance(opened, Rendering) and track.target is not None:
-        from irtrack.falsify.rules import told
+        from irtrack.falsify.rules import explain_all
 
-        expected = told(opened.scenario, trace, track.target)
+        expected = explain_all(opened.scenario, trace, track.target)
     if csv is not None:
         from irtrack.cli.output import track_to_csv
 
@@ -198,20 +198,18 @@ def report(
             "-o",
             "--output",
             metavar="FILE",
-            help="Where to write it; report.FORMAT beside DB unless said.",
+            help="Output file; default: report.FORMAT beside DB.",
             parser=given_path,
         ),
     ] = None,
     format: Annotated[
         str | None,
         typer.Option(
-            metavar="html|json|csv|md", help="One HTML page, or its figures as data; by the ending of FILE unless said."
+            metavar="html|json|csv|md", help="One HTML page, or its figures as data; default: by the ending of FILE."
         ),
     ] = None,
 ) -> None:
     """Write the report of a results file and print its path."""
-    from irsim.recording.output import check_output
-
     check_output(output, results)
     from irtrack.report import write_report
 
@@ -223,11 +221,11 @@ app.command()(check)
 app.command()(falsify)
 app.command()(stress)
 app.command()(regress)
-app.command()(sources)
+app.command()(papers)
 
 
 def _repeat(seed: int | None, opened: Source, tracker_seed: int) -> str:
-    """The command line that was given, with the seeds that were used."""
+    """Return the command line with the seeds of the run."""
     if seed is not None:
         return command_line()
     used = tracker_seed if opened.seed is None else opened.seed

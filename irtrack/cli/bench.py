@@ -1,4 +1,4 @@
-"""What the words of `irtrack bench` ask for: a suite, or sources with labels and changes."""
+"""`irtrack bench` and `irtrack export`: trackers over sources with many seeds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from irtrack.cli.options import (
     command_line,
     input_name,
 )
-from irtrack.cli.output import print_json, print_summary, tell_unheeded
+from irtrack.cli.output import print_json, print_summary, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
@@ -37,15 +37,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Words:
-    """(label, source) of each source, the label None where none is given; and KEY=VALUE for all scenarios."""
+class SourceArguments:
+    """(label, source) of each source, the label None if not given; KEY=VALUE overrides of all scenarios."""
 
     sources: tuple[tuple[str | None, str], ...]
     changes: tuple[str, ...]
 
 
-def read_words(words: Sequence[str]) -> Words:
-    """The words told apart: KEY=VALUE has a key of a scenario before its sign and no file behind it."""
+def read_words(words: Sequence[str]) -> SourceArguments:
+    """Divide the arguments: KEY=VALUE has a scenario key before its sign and no file after it."""
     from irsim import Scenario
 
     sources: list[tuple[str | None, str]] = []
@@ -60,35 +60,35 @@ def read_words(words: Sequence[str]) -> Words:
             sources.append((before, behind))
     seeds = [change for change in changes if change.startswith("seed=")]
     if seeds:
-        raise InputError(f"{seeds[0]}: a bench gives the scenes their seeds; allowed: --seeds N")
+        raise InputError(f"{seeds[0]}: a bench sets the seeds of scenes; allowed: --seeds N")
     if not sources:
         raise InputError(f"{' '.join(changes)}: no source; allowed: at least one scenario or recording")
-    return Words(tuple(sources), tuple(changes))
+    return SourceArguments(tuple(sources), tuple(changes))
 
 
-def suite_of(words: Words, trackers: str | None, severities: str | None) -> Suite:
-    """What is to be run: by the suite given, or by the sources and options."""
+def suite_of(words: SourceArguments, trackers: str | None, severities: str | None) -> Suite:
+    """Return the suite to run, from a suite file or from sources and options."""
     from irtrack.bench import Suite, is_suite, load_suite, parse_trackers
 
     suites = [word for _, word in words.sources if is_suite(word)]
     if suites and len(words.sources) > 1:
-        raise InputError(f"{suites[0]}: is a suite (by its name), which stands alone; allowed: one suite, or no suite")
+        raise InputError(f"{suites[0]}: is a suite (by its name); allowed: one suite alone, or no suite")
     if suites:
         if words.changes:
-            raise InputError(f"{words.changes[0]}: {suites[0]} says its changes itself, under the key `changes`")
+            raise InputError(f"{words.changes[0]}: {suites[0]} has its own changes, under the key `changes`")
         if severities is not None:
-            raise InputError(f"--severities {severities}: {suites[0]} says which itself")
+            raise InputError(f"--severities {severities}: {suites[0]} has its own severities")
         suite = load_suite(suites[0])
         return suite if trackers is None else replace(suite, trackers=parse_trackers(trackers))
     levels = _severities(severities)
-    opened = [each for label, word in words.sources for each in _asked(label, word, words.changes, levels)]
+    opened = [each for label, word in words.sources for each in _specs(label, word, words.changes, levels)]
     if trackers is None:
         raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
     return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
 
 
-def _asked(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[SourceSpec]:
-    """The source of that word; InputError where there is none, also of what reads like a change of something."""
+def _specs(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[SourceSpec]:
+    """Return the specs of a source; InputError where it is missing, also for a wrong KEY=VALUE."""
     from irsim import Scenario
     from irsim.config.base import suggestion
     from irtrack.bench import SourceEntry
@@ -100,7 +100,7 @@ def _asked(label: str | None, word: str, changes: Sequence[str], levels: Any) ->
         if label is None or Path(word).exists():
             raise
         raise InputError(
-            f"{label}={word}: {error}; KEY=VALUE is for a scenario's keys, a tracker's go to --trackers "
+            f"{label}={word}: {error}; KEY=VALUE sets scenario keys; tracker parameters: --trackers "
             f"NAME:KEY=VALUE{suggestion(label, Scenario.model_fields)}"
         ) from None
 
@@ -125,23 +125,21 @@ def bench(
         list[str],
         typer.Argument(
             metavar="SUITE|[LABEL=]SCENARIO|REC... [KEY=VALUE...]",
-            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: what tables call one. "
-            "KEY=VALUE changes all the scenarios.",
+            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: name in tables. "
+            "KEY=VALUE overrides keys of all scenarios.",
         ),
     ],
     trackers: Annotated[str | None, typer.Option(metavar=TRACKERS, help=TRACKERS_HELP)] = None,
     seeds: Annotated[
         int | None,
-        typer.Option(
-            metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's. 10, or the suite's."
-        ),
+        typer.Option(metavar="N", min=1, help="Seeds 0 to N-1, of scene and tracker; default: 10, or the suite's."),
     ] = None,
     tracker_seeds: Annotated[
         int | None,
-        typer.Option(metavar="M", min=1, help="Run each scene M times, each time with another tracker seed."),
+        typer.Option(metavar="M", min=1, help="Run each scene M times with different tracker seeds."),
     ] = None,
     severities: Annotated[
-        str | None, typer.Option(metavar="all|N,...", help="Run scenarios at these of their severities.")
+        str | None, typer.Option(metavar="all|N,...", help="Run scenarios at these severities.")
     ] = None,
     jobs: Jobs = 1,
     scheduler: Annotated[
@@ -149,26 +147,26 @@ def bench(
     ] = None,
     time_limit: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Stop a tracker that takes longer in one run, rendering apart; the run failed."),
+        typer.Option(metavar="S", help="Limit for a run without rendering; a run that exceeds it fails."),
     ] = None,
     results: GrowingResults = Path("irtrack.db"),
     target: Annotated[
-        str | None, typer.Option(metavar="ID", help="Whom to follow in every source; each source's own unless said.")
+        str | None, typer.Option(metavar="ID", help="Target to follow in every source; default: each source's own.")
     ] = None,
     input: Annotated[
         str | None,
-        typer.Option("--input", metavar="display|counts", help="What trackers look at; display, or the suite's."),
+        typer.Option("--input", metavar="display|counts", help="Input of trackers; default: display, or the suite's."),
     ] = None,
-    check: Annotated[bool, typer.Option("--check", help="Say what would be run, and run nothing.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Run trackers over sources with many seeds; print the ranked table and where the results are."""
+    """Run trackers over sources with many seeds; print the ranked table and the path of the results."""
     words = read_words(sources)
     check_results(results, *(Path(source) for _, source in words.sources))
     from irtrack.bench import summary
 
     suite = suite_of(words, trackers, severities)
-    tell_unheeded([source for _, source in words.sources], words.changes)
+    warn_unused([source for _, source in words.sources], words.changes)
     given: dict[str, Any] = {
         "seeds": seeds,
         "tracker_seeds": tracker_seeds,
@@ -190,21 +188,21 @@ def bench(
 
 
 def check_results(path: Path, *inputs: Path) -> None:
-    """InputError where no results file can be written there: see `irsim.recording.output.check_output`."""
+    """Raise InputError where no results file can be written: see `irsim.recording.output.check_output`."""
     check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 
 def sweep(
     suite: Suite, results: Path, jobs: int, scheduler: str | None = None, target: str | None = None
 ) -> list[RunRecord]:
-    """Run a suite with a live line; what is asked for now, not all that the file holds. Ctrl-C ends the command."""
+    """Run a suite with a progress line; return its own runs, not all of the file. Ctrl-C ends the command."""
     from irtrack.bench import cluster, run_bench
 
     tally = Tally()
     try:
         with ExitStack() as stack:
             executor = None if scheduler is None else stack.enter_context(cluster(scheduler))
-            # No limit is one all the same: the process of a tracker that dies is then another one than this.
+            # An infinite limit, so that a tracker that dies does so in a worker process.
             apart = None if executor is not None else math.inf
             progress = stack.enter_context(terminal.progress_bar("bench"))
 
@@ -237,14 +235,14 @@ def sweep(
 
 
 def _kept(tally: Tally, results: Path) -> str:
-    return f"{counted(tally.done, 'run')} of this call kept in {results}, the same command goes on"
+    return f"{counted(tally.done, 'run')} of this call kept in {results}; the same command resumes"
 
 
 def end_by_failures(cells: Sequence[RunRecord]) -> None:
-    """End with status 1 where a tracker raised or took too long."""
+    """Exit with status 1 where a run failed."""
     failed = sum(cell.status == "failed" for cell in cells)
     if failed:
-        print(f"irtrack: {failed} of {counted(len(cells), 'run')} failed; the report shows why", file=sys.stderr)
+        print(f"irtrack: {failed} of {counted(len(cells), 'run')} failed; the report has the reasons", file=sys.stderr)
         raise typer.Exit(1)
 
 
@@ -253,11 +251,11 @@ def export(
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="CSV|PARQUET", help="A file that ends in .csv or .parquet.", parser=given_path
+            "-o", "--output", metavar="CSV|PARQUET", help="File that ends in .csv or .parquet.", parser=given_path
         ),
     ],
 ) -> None:
-    """Write the runs of a results file as a table, a run a row, and print its path."""
+    """Write a table with one row for each run of a results file, and print its path."""
     from irtrack.bench import export as export_results
 
     print(export_results(results, output))
@@ -276,7 +274,7 @@ def _plan(suite: Suite) -> str:
 
 @dataclass
 class Tally:
-    """What has come of the runs so far, for the live line."""
+    """Counts of finished, lost and failed runs for the progress line."""
 
     done: int = 0
 
@@ -285,12 +283,12 @@ class Tally:
         self._bad: Counter[str] = Counter()
 
     def see(self, cell: RunRecord) -> None:
-        """A run is done."""
+        """Count a finished run."""
         self._runs[cell.label] += 1
         self._bad[cell.label] += cell.lost_or_failed
 
     def worst(self) -> str:
-        """'worst: template, 3 of 4 lost or failed'; '' as long as nobody has lost anything."""
+        """Return 'worst: template, 3 of 4 lost or failed'; '' without a loss."""
         label = max(self._runs, key=lambda each: self._bad[each] / self._runs[each], default=None)
         if label is None or not self._bad[label]:
             return ""

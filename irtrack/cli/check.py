@@ -1,4 +1,4 @@
-"""The command `irtrack check`."""
+"""`irtrack check`: properties of a tracker."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
+from irsim.recording.output import atomic_text, check_output, make_folder
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
 def check(
     tracker: Annotated[
         str,
-        typer.Argument(metavar="NAME[:KEY=VALUE...]", help="A name from `irtrack list`, or module:Class; parameters."),
+        typer.Argument(metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list`, or module:Class; parameters."),
     ],
     profile: Annotated[
-        str, typer.Option(metavar="ci|nightly", help="How much is tried: ci in seconds, nightly in minutes.")
+        str, typer.Option(metavar="ci|nightly", help="Effort: ci takes seconds, nightly minutes.")
     ] = "ci",
     only: Annotated[
-        str | None, typer.Option(metavar="NAME,...", help="These alone, and of what they need what is broken.")
+        str | None,
+        typer.Option(metavar="NAME,...", help="Only these properties, and broken ones that they need."),
     ] = None,
     time_limit: FrameLimit = FRAME_LIMIT_S,
     output: Annotated[
@@ -37,15 +39,13 @@ def check(
             "-o",
             "--output",
             metavar="DIR",
-            help="Write the scene of each least example, NAME.yaml, there.",
+            help="Folder for the scenes of the failing examples, NAME.yaml.",
             parser=given_path,
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
-    from irsim.recording.output import check_output, make_folder
-
+    """Test the properties that every tracker should have; print verdicts and the least failing examples."""
     effort, wanted = _profile(profile), names("--only", only)
     from irtrack.bench import parse_tracker_spec
     from irtrack.properties import PROPERTIES
@@ -81,7 +81,7 @@ def _profile(word: str) -> Profile:
 
 
 def _repeated(tracker: str, profile: str, time_limit: float) -> Callable[[Outcome], str]:
-    """The command that tries a property again."""
+    """Return the function that gives the command to test a property again."""
     further = [] if profile == "ci" else ["--profile", profile]
     further += [] if time_limit == FRAME_LIMIT_S else ["--time-limit", f"{time_limit:g}"]
     return lambda outcome: shlex.join(["irtrack", "check", tracker, "--only", outcome.property.name, *further])
@@ -103,12 +103,12 @@ def _row(outcome: Outcome, repeat: Callable[[Outcome], str]) -> dict[str, Any]:
 
 
 def _print(outcomes: Sequence[Outcome], repeat: Callable[[Outcome], str]) -> None:
-    """The table; below it each broken property with its least example and how to repeat it."""
+    """Print the table, then each broken property with its least failing example and the command that repeats it."""
     rows = [
         (each.property.name, each.verdict, each.property.says if each.verdict in ("holds", "broken") else each.why)
         for each in outcomes
     ]
-    print_table(("property", "verdict", "what holds, or why it is not held to it"), rows, left=3)
+    print_table(("property", "verdict", "statement, or reason"), rows, left=3)
     for each in outcomes:
         if each.verdict == "broken":
             drawn = ", ".join(f"{name} {value}" for name, value in each.drawn.items())
@@ -117,7 +117,7 @@ def _print(outcomes: Sequence[Outcome], repeat: Callable[[Outcome], str]) -> Non
                 print(f"  least example: {drawn}")
             if each.scenario is not None:
                 print(f"  scene: {_scene(each.scenario)}")
-            print(f"  repeat it: {repeat(each)}")
+            print(f"  repeat: {repeat(each)}")
     counts = [(verdict, sum(each.verdict == verdict for each in outcomes)) for verdict in _VERDICTS]
     print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts if count))
 
@@ -126,19 +126,17 @@ _VERDICTS = ("holds", "broken", "excused", "not asked", "not judged")
 
 
 def _scene(text: str) -> str:
-    """What differs from scene to scene, in one line."""
+    """Return the parameters of a scene in one line."""
     import irsim
 
     scenario = irsim.loads(text)
     path = scenario.targets[0].path
-    told = [f"{key} {getattr(path, key):g}" for key in ("speed", "heading_deg") if hasattr(path, key)]
-    return ", ".join([*told, f"NETD {scenario.camera.netd_mk:g} mK", f"seed {scenario.seed}"])
+    values = [f"{key} {getattr(path, key):g}" for key in ("speed", "heading_deg") if hasattr(path, key)]
+    return ", ".join([*values, f"NETD {scenario.camera.netd_mk:g} mK", f"seed {scenario.seed}"])
 
 
 def _write(outcomes: Sequence[Outcome], folder: Path | None) -> Iterator[Path]:
-    """The scenes of the least examples, as files in a folder that is there; each when it is written."""
-    from irsim.recording.output import atomic_text
-
+    """Write the scenes of the least failing examples into a folder; yield each path."""
     if folder is None:
         return
     for outcome in outcomes:

@@ -1,4 +1,4 @@
-"""`irtrack falsify`: the search for a scene that breaks a tracker."""
+"""`irtrack falsify`: search for a scene on which a tracker fails."""
 
 from __future__ import annotations
 
@@ -13,36 +13,34 @@ from irsim.cli import terminal
 from irsim.cli.terminal import given_path
 from irsim.errors import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
-from irtrack.cli.output import print_json, tell_unheeded
+from irtrack.cli.output import print_json, warn_unused
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
-    from irtrack.falsify import Failure, Nearest
+    from irtrack.falsify import Failure, NoFailure
 
 
 def falsify(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or name, with `vary`.")],
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="File or name of a scenario with `vary`.")],
     overrides: Annotated[
         list[str] | None,
-        typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario; a key so given varies no more."),
+        typer.Argument(metavar="KEY=VALUE", help="Scenario overrides; an overridden key no longer varies."),
     ] = None,
     *,
     tracker: Annotated[
-        str, typer.Option(metavar="NAME[:KEY=VALUE...]", help="A name from `irtrack list` with its parameters.")
+        str, typer.Option(metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list` with parameters.")
     ],
     search: Annotated[
-        str, typer.Option(metavar="cma|sobol|random", help="How: down the slope, evenly, or by chance.")
+        str, typer.Option(metavar="cma|sobol|random", help="Search: CMA-ES, Sobol points, or random points.")
     ] = "cma",
-    budget: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of the search, at most.")] = 500,
+    budget: Annotated[int, typer.Option(metavar="N", min=1, help="Largest number of runs of the search.")] = 500,
     jobs: Jobs = 1,
     seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Seed of the search; the scenario's own unless said.")
+        int | None, typer.Option(metavar="N", min=0, help="Seed of the search; default: the scenario's own.")
     ] = None,
     fresh: Annotated[
         int,
-        typer.Option(
-            metavar="N", help="Fresh seeds, 5 or more, that tell structure from luck; fewer are sooner, and tell less."
-        ),
+        typer.Option(metavar="N", help="Fresh seeds, 5 or more, that tell structural from seed-dependent failures."),
     ] = 20,
     time_limit: FrameLimit = FRAME_LIMIT_S,
     input: InputName = "display",
@@ -55,19 +53,20 @@ def falsify(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Search the ranges of a scenario for a scene in which a tracker breaks what is expected of it.
+    """Search the ranges of a scenario for a scene in which a tracker breaks the expected rules.
 
-    Exit status 1 where one is found: made small, as minimal.yaml, minimal.mcap and report.md.
+    A failure is shrunk and written as minimal.yaml, minimal.mcap, replay.html and report.md; exit status 1.
     """
     from irsim import find, is_recording, load
     from irtrack.bench import parse_tracker_spec
-    from irtrack.falsify import KEPT, Nearest, find_failure
-    from irtrack.falsify.outputs import JOURNAL, file_stem, short
+    from irtrack.falsify import KEPT, NoFailure, find_failure
+    from irtrack.falsify.outputs import JOURNAL, REPORT, file_stem
+    from irtrack.report.finding import short, write_failure_report
 
     if is_recording(Path(scenario)):
-        raise InputError(f"{scenario}: is a recording, where nothing varies; allowed: a scenario with vary")
+        raise InputError(f"{scenario}: is a recording, in which nothing varies; allowed: a scenario with vary")
     loaded, tried = load(scenario, overrides or ()), parse_tracker_spec(tracker)
-    tell_unheeded([scenario], overrides or ())
+    warn_unused([scenario], overrides or ())
     name = Path(scenario).stem
     folder = output or Path("falsified") / file_stem(name, tried.label)
     try:
@@ -87,36 +86,37 @@ def falsify(
                 file=find(scenario),
                 command=command_line(),
                 keep_in=KEPT if keep else None,
+                report=write_failure_report,
                 say=lambda line: print(line, file=sys.stderr if as_json else sys.stdout),
                 progress=progress,
             )
     except KeyboardInterrupt:
-        known = f"what is known is in {folder}, and the same command goes on from there"
-        nothing = "stopped before the first trial was done: nothing is known yet"
+        known = f"all results so far are in {folder}, and the same command resumes there"
+        nothing = "stopped before the end of the first trial: no results yet"
         raise terminal.StoppedError(f"stopped; {known}" if (folder / JOURNAL).exists() else nothing) from None
     if as_json:
         print_json({"scenario": name, "tracker": tried.label, "folder": str(folder), **_row(found)})
-    elif isinstance(found, Nearest):
+    elif isinstance(found, NoFailure):
         print(
-            f"{tried.label} breaks nothing in {counted(found.runs, 'run')}; the least margin is {found.margin:.3g}, at"
+            f"{tried.label} breaks no rule in {counted(found.runs, 'run')}; the least margin is {found.margin:.3g}, at"
         )
         for key, value in found.point.items():
             print(f"  {key}={short(value)}")
         for rule in found.untried:
-            print(f"no run puts {rule} to the test: nothing that it speaks of happens in these scenes")
+            print(f"no run tests {rule}: its condition never occurs in these scenes")
     else:
-        print(f"failure: {folder / 'report.md'}")
-    if not isinstance(found, Nearest):
+        print(f"failure: {folder / REPORT}")
+    if not isinstance(found, NoFailure):
         raise typer.Exit(1)
 
 
-def _row(found: Failure | Nearest) -> dict[str, Any]:
-    """Plain values for JSON."""
-    from irtrack.falsify import Nearest
+def _row(found: Failure | NoFailure) -> dict[str, Any]:
+    """Return plain values for JSON."""
+    from irtrack.falsify import NoFailure
 
-    if isinstance(found, Nearest):
+    if isinstance(found, NoFailure):
         return {"failure": None, **asdict(found)}
-    lucks = {"found": found.luck, "minimal": found.least_luck}
+    sensitivities = {"found": found.sensitivity, "minimal": found.least_sensitivity}
     return {
         "failure": {
             "rule": found.rule,
@@ -127,9 +127,9 @@ def _row(found: Failure | Nearest) -> dict[str, Any]:
             "without": list(found.least.without),
             "frames": found.least.frames,
             "fresh_seeds": {
-                when: {"broken": luck.broken, "seeds": luck.seeds, "structural": luck.is_structural}
-                for when, luck in lucks.items()
-                if luck is not None
+                when: {"broken": each.broken, "seeds": each.seeds, "structural": each.is_structural}
+                for when, each in sensitivities.items()
+                if each is not None
             },
         }
     }

@@ -1,4 +1,4 @@
-"""Options that several commands have, and what their words mean: a start box, which KEY=VALUE belongs to whom."""
+"""Options of several commands; parsing of start boxes and of KEY=VALUE settings."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ TRACKERS = "[LABEL=]NAME[:KEY=VALUE...],..."
 TRACKERS_HELP = "Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500"
 
 FRAME_LIMIT_S = 10.0
-"""What a tracker may take for a frame unless said: hundreds of times what the slowest shipped one takes."""
+"""Default limit for a frame, s: hundreds of times the time of the slowest shipped tracker."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Jobs = Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")]
 FrameLimit = Annotated[
-    float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
+    float, typer.Option(metavar="S", min=0.01, help="Limit for a frame; a tracker that exceeds it hangs.")
 ]
 FilledResults = Annotated[
-    Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.", parser=given_path)
+    Path, typer.Argument(metavar="DB", help="Results file of `irtrack bench`.", parser=given_path)
 ]
 GrowingResults = Annotated[
-    Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.", parser=given_path)
+    Path, typer.Option(metavar="DB", help="Results file; finished runs in it are not repeated.", parser=given_path)
 ]
 InputName = Annotated[
     str,
-    typer.Option("--input", metavar="display|counts", help="What trackers look at: the 8-bit picture or the counts."),
+    typer.Option("--input", metavar="display|counts", help="Input of the trackers: the 8-bit picture or the counts."),
 ]
 
 
 def command_line() -> str:
-    """The command that was given."""
+    """Return the command line."""
     return shlex.join(["irtrack", *sys.argv[1:]])
 
 
 def input_name(word: str) -> Input:
-    """What --input says; InputError for anything else than is allowed."""
+    """Return the value of --input; InputError for an unknown one."""
     if word == "display":
         return "display"
     if word == "counts":
@@ -57,15 +57,15 @@ def input_name(word: str) -> Input:
 
 
 def names(option: str, text: str | None) -> list[str] | None:
-    """The names after an option, with commas between; None where it is not given, InputError where one is empty."""
+    """Split the comma-separated names of an option; None without the option, InputError for an empty name."""
     found = None if text is None else [name.strip() for name in text.split(",")]
     if found is not None and not all(found):
-        raise InputError(f"{option} '{text}': a name is empty; allowed: names with commas between, or no {option}")
+        raise InputError(f"{option} '{text}': a name is empty; allowed: names separated by commas, or no {option}")
     return found
 
 
 def start_box(text: str) -> tuple[Box, int]:
-    """'X,Y,W,H[@FRAME]' as label files write boxes: (box, frame); frame 0 where not given."""
+    """Parse 'X,Y,W,H[@FRAME]', a box as in label files; return (box, frame), frame 0 by default."""
     from irsim.types import Box
 
     numbers, at, frame = text.partition("@")
@@ -84,7 +84,7 @@ def start_box(text: str) -> tuple[Box, int]:
 
 @dataclass(frozen=True)
 class Settings:
-    """KEY=VALUE words by whom they are for: the tracker's, read as YAML; the scenario's, as they are."""
+    """KEY=VALUE settings: those of the tracker, parsed as YAML, and the scenario's overrides as text."""
 
     tracker: dict[str, Any]
     scenario: tuple[str, ...]
@@ -93,11 +93,11 @@ class Settings:
 def split_settings(
     words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str], given: Mapping[str, Any] | None = None
 ) -> Settings:
-    """Whom each KEY=VALUE is for; `given` are parameters of the tracker that stand behind its name.
+    """Divide KEY=VALUE settings between tracker and scenario; `given`: parameters after the tracker's name.
 
-    A parameter of the tracker is the tracker's. Else a key of the scenario's top level (a recording
-    has none), or a key with a dot, is the scenario's. Anything else is an InputError, unless the
-    tracker takes any key; so is a parameter of the tracker given twice.
+    A parameter of the tracker goes to the tracker. Else a top-level key of the scenario (a recording has none), or a
+    key with a dot, goes to the scenario. InputError for any other key, unless the tracker takes any key, and for a
+    parameter given twice.
     """
     from irsim import scalar
     from irsim.config.base import suggestion
@@ -128,10 +128,10 @@ def split_settings(
 
 
 def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
-    """(names of a tracker class's parameters, does it take others as well?)."""
+    """Return (names of a tracker class's parameters, whether it accepts others)."""
     try:
         given = inspect.signature(tracker).parameters.values()
-    except (TypeError, ValueError):  # a class of an extension module may hide what it takes
+    except (TypeError, ValueError):  # a class of an extension module may hide its parameters
         return [], True
     named = [each.name for each in given if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     return named, any(each.kind is each.VAR_KEYWORD for each in given)

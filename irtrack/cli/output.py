@@ -1,4 +1,4 @@
-"""A track as CSV or as one JSON document."""
+"""Output of the commands: tracks as CSV, JSON or recordings; tables and scores on standard output."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from irsim.recording.output import atomic_text
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
-"""Centre, size and velocity in px and px a frame; what a tracker does not say is blank."""
+"""Centre, size and velocity in px and px a frame; blank where the tracker gives none."""
 
 
 def track_to_csv(track: Track, path: str | Path) -> Path:
-    """Write one row a frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
+    """Write one row for each frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
     path = path_of(path)
     with atomic_text(path) as file:
         writer = csv.writer(file)
@@ -35,7 +35,7 @@ def track_to_csv(track: Track, path: str | Path) -> Path:
 
 
 def track_as_dict(track: Track) -> dict[str, Any]:
-    """The whole track as plain values for JSON: who, on what, and a row a frame."""
+    """Return the track as plain values for JSON: tracker, source, and a row for each frame."""
     box = track.start_box
     return {
         "source": track.source,
@@ -79,7 +79,7 @@ def _number(value: float | None) -> float | None:
 
 
 def record_track(track: Track, rate_hz: float, path: str | Path) -> Path:
-    """Write the track and return its path; rate_hz of the source. irsim's InputError where it cannot be written."""
+    """Write the track and return its path; rate_hz: of the source. irsim's InputError where it cannot be written."""
     header = TrackHeader(
         tracker=track.tracker,
         source=track.source,
@@ -120,8 +120,10 @@ _STDOUT, _STDERR = 1, 2
 
 
 def keep_output() -> None:
-    """Standard output is the command's alone: what native code of a tracker writes there (printf, std::cout) goes to
-    standard error, from worker processes, too. What Python prints there, `irtrack.replay.replay` redirects."""
+    """Redirect output of native code of trackers (printf, std::cout) from standard output to standard error.
+
+    Worker processes inherit this. `irtrack.replay.replay` redirects the output of Python code.
+    """
     try:
         if sys.stdout.fileno() != _STDOUT:
             return
@@ -134,8 +136,8 @@ def keep_output() -> None:
     sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115 - open as long as the program runs
 
 
-def tell_unheeded(sources: Iterable[str], changes: Sequence[str]) -> None:
-    """Warn on standard error of each change of scenarios, given by file or name, that counts for nothing; once."""
+def warn_unused(sources: Iterable[str], changes: Sequence[str]) -> None:
+    """Warn on standard error, once, of each override without an effect on the scenarios."""
     from irsim import unheeded
 
     if not changes:
@@ -145,13 +147,13 @@ def tell_unheeded(sources: Iterable[str], changes: Sequence[str]) -> None:
 
 
 def print_json(value: Any) -> None:
-    """One JSON document on standard output."""
+    """Print one JSON document."""
     json.dump(value, sys.stdout, indent=1, allow_nan=False)
     sys.stdout.write("\n")
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> None:
-    """Columns as wide as what is in them; the first `left` of them are flush left, the others right."""
+    """Print a table; the first `left` columns are flush left, the others right."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     for row in (head, *rows):
         cells = [
@@ -162,7 +164,7 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 
 
 
 def print_run(track: Track, score: Score, has_truth: bool) -> None:
-    """Who followed whom over what, and the scores, or why there are none; has_truth: of the source."""
+    """Print tracker, source, target and scores, or the reason why there are none; has_truth: of the source."""
     indices = track.indices
     followed = track.target or "a given box"
     print(
@@ -173,7 +175,7 @@ def print_run(track: Track, score: Score, has_truth: bool) -> None:
         print(f"no scores: {_why_unscored(track, has_truth)}")
         counts = [(status, track.statuses.count(status)) for status in ("tracking", "occluded", "lost")]
         own = ", ".join(f"{status} in {counted(count, 'frame')}" for status, count in counts if count)
-        print(f"it says of itself: {own}")
+        print(f"own status: {own}")
         print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
         return
     after = len(track.indices) - 1
@@ -194,14 +196,14 @@ def _why_unscored(track: Track, has_truth: bool) -> str:
     if not has_truth:
         return "the source has no truth"
     if track.target is None:
-        return "a box was given, and truth does not know whose; --target ID says whose, and scores it"
+        return "a box was given without a target; --target ID names it for the scores"
     if len(track.indices) == 1:
-        return "there is no frame after the start, and the start is given"
+        return "there is no frame after the start"
     return f"'{track.target}' is in none of the frames after the start"
 
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:
-    """The ranked table of each source; errors are those before the loss."""
+    """Print the ranked table of each source; errors before the loss."""
     from irtrack.bench.summary import MARKS, RULES
 
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
@@ -233,9 +235,10 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
 def _runs(row: SummaryRow) -> str:
     notes = [f"{row.failed} failed"] if row.failed else []
     notes += [f"{row.compared} ranked"] if row.compared != row.runs else []
-    notes += [f"+{row.repeats} the same"] if row.repeats else []
+    notes += [f"+{row.repeats} identical"] if row.repeats else []
     return str(row.runs) + (f" ({', '.join(notes)})" if notes else "")
 
 
 def number(value: float | None, form: str = ".2f") -> str:
+    """Return a formatted number, or a dash for None."""
     return NOTHING if value is None else format(value, form)

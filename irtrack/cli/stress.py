@@ -1,4 +1,4 @@
-"""`irtrack stress`: where trackers break, cause by cause."""
+"""`irtrack stress`: breaking points of trackers for each cause of failure."""
 
 from __future__ import annotations
 
@@ -20,30 +20,24 @@ if TYPE_CHECKING:
 
 def stress(
     trackers: Annotated[str, typer.Argument(metavar=TRACKERS, help=TRACKERS_HELP)],
-    seeds: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
-    ] = 30,
-    only: Annotated[
-        str | None, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")
-    ] = None,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1, of scene and tracker.")] = 30,
+    only: Annotated[str | None, typer.Option(metavar="CAUSE,...", help="Only these causes; default: all.")] = None,
     suite: Annotated[
         str | None,
-        typer.Option(metavar="SUITE", help="The sources of this suite, at its severities, in place of the causes."),
+        typer.Option(metavar="SUITE", help="Sources of this suite, at its severities, instead of the causes."),
     ] = None,
     jobs: Jobs = 1,
     results: GrowingResults = Path("stress.db"),
     as_json: AsJson = False,
 ) -> None:
-    """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
+    """Run trackers over nine causes of failure at severities 0 to 5; print the lost runs and breaking points."""
     from irtrack.bench import parse_trackers
-    from irtrack.bench.suite import STRESS_SUITE, stress_suite
+    from irtrack.bench.stress import SUITE, stress_suite
     from irtrack.report import severity_figures, severity_values
 
     check_results(results)
-    asked = stress_suite(
-        parse_trackers(trackers), seeds, names("--only", only) or (), STRESS_SUITE if suite is None else suite
-    )
-    cells = sweep(asked, results, jobs)
+    chosen = names("--only", only) or ()
+    cells = sweep(stress_suite(parse_trackers(trackers), seeds, chosen, suite or SUITE), results, jobs)
     figures = severity_figures(cells)
     if as_json:
         print_json({"results": str(results), "causes": [severity_values(each) for each in figures]})
@@ -54,7 +48,7 @@ def stress(
 
 
 def _print(figures: Sequence[SeverityFigures]) -> None:
-    """A row a cause and tracker: the share of lost runs at each severity, and the breaking point."""
+    """Print a row for each cause and tracker: share of lost runs at each severity, and breaking point."""
     severities = sorted({s for each in figures for point in each.breaking.values() for s in point.severities.tolist()})
     rows = []
     for each in figures:

@@ -1,7 +1,7 @@
-"""Search of a scenario's ranges for a scene in which a tracker breaks a rule; what is found is made small and kept."""
+"""Search of a scenario's ranges for a scene in which a tracker breaks a rule; shrinking; kept failures."""
 
-from irtrack.falsify.falsification import Failure, Luck, Nearest, find_failure
-from irtrack.falsify.regressions import KEPT, Kept, Revisited, kept_failures, revisit
+from irtrack.falsify.falsification import Failure, NoFailure, SeedSensitivity, find_failure
+from irtrack.falsify.regressions import KEPT, Kept, Regressions, check_kept, kept_failures
 from irtrack.falsify.search import SEARCHES
 
 __all__ = [
@@ -9,10 +9,10 @@ __all__ = [
     "SEARCHES",
     "Failure",
     "Kept",
-    "Luck",
-    "Nearest",
-    "Revisited",
+    "NoFailure",
+    "Regressions",
+    "SeedSensitivity",
+    "check_kept",
     "find_failure",
     "kept_failures",
-    "revisit",
 ]

@@ -1,4 +1,4 @@
-"""A case: one point of a scenario's space, less some of its parts and of its frames; and how to make it smaller."""
+"""Candidates for a counterexample, points of a scenario's space with parts and frames removed; their shrinking."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from irtrack.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
-    """What a trial is of.
+class Candidate:
+    """Scene of one trial.
 
-    point     value of each key that is searched
-    without   parts that are switched off besides those that the scenario has off
-    frames    how many; the scenario's own where None
+    point     value of each searched key
+    without   names of parts that are switched off in addition to those of the scenario
+    frames    number of frames; None: the scenario's own
     """
 
     point: Mapping[str, Any]
@@ -24,7 +24,7 @@ class Case:
     frames: int | None = None
 
     def scenario(self, space: irsim.Variations, seed: int | None = None) -> irsim.Scenario | None:
-        """The scene, its nuisances by the seed; None where there can be none."""
+        """Return the scene, its nuisances drawn by the seed; None where the values are no valid scenario."""
         try:
             scene = space.concrete(self.point, seed)
             changes: dict[str, Any] = {}
@@ -37,56 +37,62 @@ class Case:
             return None
 
 
-Move = Callable[[Case], list[Case]]
-"""Cases that are simpler than the given one, the simplest first; none where it is as simple as it gets."""
+Move = Callable[[Candidate], list[Candidate]]
+"""Returns simpler candidates, the simplest first; none where the given one is the simplest."""
 
 
-def shrink(case: Case, moves: Sequence[Move], breaks: Callable[[Sequence[Case]], Iterator[bool]]) -> Iterator[Case]:
-    """Ever simpler cases that still break the rule; of the last one no move gives another.
+def shrink(
+    candidate: Candidate, moves: Sequence[Move], breaks: Callable[[Sequence[Candidate]], Iterator[bool]]
+) -> Iterator[Candidate]:
+    """Yield ever simpler candidates that break the rule, until no move simplifies the last one.
 
-    breaks   of cases, whether each breaks it, in their order
+    breaks   returns for candidates, in order, whether each breaks the rule
     """
     while True:
-        before = case
+        before = candidate
         for move in moves:
-            simpler = move(case)
-            case = next((each for each, broken in zip(simpler, breaks(simpler), strict=False) if broken), case)
-            if case in simpler:
-                yield case
-        if case == before:
+            simpler = move(candidate)
+            broken = (each for each, is_broken in zip(simpler, breaks(simpler), strict=False) if is_broken)
+            candidate = next(broken, candidate)
+            if candidate in simpler:
+                yield candidate
+        if candidate == before:
             return
 
 
-def moves(space: irsim.Variations, droppable: Sequence[str]) -> list[Move]:
-    """All parts off, each part off, each key at a lower severity."""
-    off = [_dropping(droppable), *(_dropping([name]) for name in droppable)] if droppable else []
-    return [*off, *map(_lowering, space.knobs)]
+def all_moves(space: irsim.Variations, names: Sequence[str]) -> list[Move]:
+    """Return the moves: all named parts off, each part off, each key at a lower severity."""
+    off = [_switch_off(names), *(_switch_off([name]) for name in names)] if names else []
+    return [*off, *map(_lower_severity, space.knobs)]
 
 
-def droppable(scenario: irsim.Scenario, needed: Collection[str | None]) -> list[str]:
-    """Names of the parts that can be switched off; `needed` are those of targets that rules are about. What is set
-    within parts stays: without gain control, blur or texture a scene is another one, not a simpler one."""
+def removable_parts(scenario: irsim.Scenario, needed: Collection[str | None]) -> list[str]:
+    """Return names of the parts that can be switched off; `needed`: targets of the rules.
+
+    Settings within parts stay: gain control, blur and texture change a scene rather than simplify it.
+    """
     kept = {*needed, *(name for name, _ in scenario.settings())}
     return [name for name, _ in scenario.names() if scenario.is_on(name) and name not in kept]
 
 
-def _dropping(names: Sequence[str]) -> Move:
-    def move(case: Case) -> list[Case]:
-        more = [name for name in names if name not in case.without]
-        return [replace(case, without=(*case.without, *more))] if more else []
+def _switch_off(names: Sequence[str]) -> Move:
+    def move(candidate: Candidate) -> list[Candidate]:
+        more = [name for name in names if name not in candidate.without]
+        return [replace(candidate, without=(*candidate.without, *more))] if more else []
 
     return move
 
 
-def _lowering(knob: Any) -> Move:
-    def move(case: Case) -> list[Case]:
-        return [replace(case, point={**case.point, knob.key: value}) for value in nearer(knob, case.point[knob.key])]
+def _lower_severity(knob: Any) -> Move:
+    def move(candidate: Candidate) -> list[Candidate]:
+        values = lower_values(knob, candidate.point[knob.key])
+        return [replace(candidate, point={**candidate.point, knob.key: value}) for value in values]
 
     return move
 
 
-def nearer(knob: Any, value: Any) -> list[Any]:
-    """Values of the knob's whole severities that are nearer to its benign one than `value` is, the nearest first."""
+def lower_values(knob: Any, value: Any) -> list[Any]:
+    """Return the key's values at whole severities that are nearer to the benign value than `value`, nearest first."""
     rising = sorted(knob.severities, key=lambda severity: (abs(severity), -severity))
     values = [knob.variation.at_severity(severity, knob.benign) for severity in rising]
     if value in values:

@@ -1,4 +1,4 @@
-"""Failures that are kept: a small scene, its recording, and whether the tracker that broke on it still does."""
+"""Kept failures: a small scene, its recording, and a note of the tracker that fails on it."""
 
 from __future__ import annotations
 
@@ -18,32 +18,30 @@ from irsim.recording.output import atomic_file, atomic_text, make_folder
 from irsim.types import Input
 from irtrack.errors import InputError, IrtrackError, whole_number
 from irtrack.falsify.outputs import MINIMAL, file_stem
-from irtrack.falsify.rules import NOTED, in_words, rules_of
+from irtrack.falsify.rules import FAILURES, rule_text, rules_of
 from irtrack.falsify.trial import HERE, NO_LIMIT_S, Subject, Verdict, examine, frame_limit
 from irtrack.registry.identity import changed_parameters, tracker_config
 from irtrack.runner.pool import Pool, Runner, start_runner
 from irtrack.runner.watchdog import Heartbeat, Limit
 
 KEPT = Path("scenarios") / "regressions"
-"""Where failures are kept unless another folder is named."""
+"""Default folder of kept failures."""
 
 ROUNDING = 1
-"""Counts by which a frame may be rendered otherwise than it was recorded: machines round differently."""
+"""Counts by which a rendered frame may differ from the recorded one: machines round differently."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A kept failure.
+    """Kept failure.
 
-    path                 its scene; the recording lies beside it
-    label                who broke there;  tracker, parameters  made of these
-    input                what the tracker looks at
-    broken               was what the scene expects broken when this was last noted?
-    how                  it was broken then: `RULE`, `RAISES` or `ENDS`; None: not, or an older note does not say
-    limit_s              what it might take for a frame then, s: it runs in a process of its own, and hangs where it
-                         takes longer; None: there was no limit, and it runs in this one
-    fault                what is wrong with its note, or that its scene or frames are missing: it cannot be tried, and
-                         all but `path` says nothing; None: nothing
+    path                 scene file; the recording lies beside it
+    label                label of the tracker;  tracker, parameters  its name and its changed parameters
+    input                input of the tracker
+    broken               whether a rule of the scene was broken at the last update
+    how                  kind of failure then: `RULE`, `RAISES` or `ENDS`; None: no failure, or an older note
+    limit_s              limit for a frame, s: the tracker runs in a worker process; None: no limit, in this process
+    fault                error in the note, or a missing file: only `path` is valid; None: no error
     """
 
     path: Path
@@ -68,18 +66,18 @@ class Kept:
         return self.path.with_suffix(".json")
 
     def verdict(self, scene: irsim.Scenario, runner: Runner = HERE, limit: Limit | None = None) -> Verdict:
-        """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
+        """Judge the present tracker on the recorded frames by the rules of the scene."""
         from irtrack.registry.table import make
 
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
         return examine(subject, irsim.open_recording(self.recording), scene.seed, runner, limit)[0]
 
     def changes(self, runner: Runner | None = None, limit_s: float | None = None) -> list[str]:
-        """What is otherwise than it was noted, a line each; none where all is as it was.
+        """Return the differences from the note, a line each.
 
-        runner, limit_s   where it is tried, and its limit for a frame, s; by `limit_s` of the note by default
+        runner, limit_s   runner, and limit for a frame, s; by default as noted
 
-        InputError, with its file, where it cannot be judged.
+        InputError, with the file, where the failure cannot be judged.
         """
         with self._errors_with_file():
             if runner is not None:
@@ -90,26 +88,22 @@ class Kept:
     def _changes(self, runner: Runner, limit_s: float | None) -> list[str]:
         found = []
         scene = irsim.load(self.path)
-        if (frame := runner.call(_rendered_otherwise, scene, self.recording)) is not None:
-            found.append(f"{self.path}: renders frame {frame} otherwise than {self.recording.name} has it")
+        if (frame := runner.call(_first_changed_frame, scene, self.recording)) is not None:
+            found.append(f"{self.path}: frame {frame} differs from {self.recording.name}")
         verdict = self.verdict(scene, runner, frame_limit(limit_s))
-        rules = ", ".join(map(in_words, rules_of(scene)))
+        rules = ", ".join(map(rule_text, rules_of(scene)))
         if verdict.broken is None and self.broken:
-            found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
+            found.append(f"{self.path}: {self.label} no longer breaks {rules}, margin {verdict.margin:.3g}")
         why = verdict.raised or f"margin {verdict.margin:.3g}"
         if verdict.broken is not None and not self.broken:
             found.append(f"{self.path}: {self.label} breaks {rules} again, {why}")
         elif verdict.how is not None and self.how not in (verdict.how, None):
-            was, now = NOTED[self.how][0].format(rules=rules), NOTED[verdict.how][1].format(rules=rules)
+            was, now = FAILURES[self.how][0].format(rules=rules), FAILURES[verdict.how][1].format(rules=rules)
             found.append(f"{self.path}: {self.label} {was}, now it {now}: {why}")
         return found
 
     def update(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
-        """Note what is so now: record the frames that the scene renders, and whether and how they break the tracker.
-        InputError as of `changes`.
-
-        runner, limit_s   where it is tried, and its limit for a frame, s; by `limit_s` of the note unless said
-        """
+        """Record the frames anew where they differ, and note the verdict. Arguments and errors as of `changes`."""
         with self._errors_with_file():
             if runner is not None:
                 return self._update(runner, limit_s)
@@ -118,7 +112,7 @@ class Kept:
 
     def _update(self, runner: Runner, limit_s: float | None) -> Kept:
         scene = irsim.load(self.path)
-        if runner.call(_rendered_otherwise, scene, self.recording) is not None:
+        if runner.call(_first_changed_frame, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
         verdict = self.verdict(scene, runner, frame_limit(limit_s))
         now = replace(self, broken=verdict.broken is not None, how=verdict.how, limit_s=limit_s)
@@ -137,12 +131,12 @@ class Kept:
 
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
-    """The failures kept in a folder, by name; those that cannot be tried too, so that each is told (`Kept.fault`)."""
+    """Return the failures kept in a folder, by name, including those with a `fault`."""
     return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
 
 
-def _rendered_otherwise(_: Heartbeat, scene: irsim.Scenario, recording: Path) -> int | None:
-    """The first frame that the scene renders otherwise than it was recorded."""
+def _first_changed_frame(_: Heartbeat, scene: irsim.Scenario, recording: Path) -> int | None:
+    """Return the first frame at which the rendered scene differs from the recording; None where they agree."""
     drawn, kept = irsim.Rendering(scene), irsim.open_recording(recording)
     for one, other in zip(drawn.frames(), kept.frames(), strict=False):
         if np.abs(one.image.astype(np.int32) - other.image).max() > ROUNDING:
@@ -151,34 +145,36 @@ def _rendered_otherwise(_: Heartbeat, scene: irsim.Scenario, recording: Path) ->
 
 
 @dataclass(frozen=True, slots=True)
-class Revisited:
-    """What came of kept failures: `changes`, what is otherwise than it was noted, a line each; `faults`, why some could
-    not be judged, each with its file."""
+class Regressions:
+    """Result of kept failures: `changes`, the differences from the notes, and `faults`, the reasons why some could not
+    be judged; a line each."""
 
     changes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
 
 
-def revisit(kept: Sequence[Kept], jobs: int = 1, update: bool = False, frame_limit_s: float = NO_LIMIT_S) -> Revisited:
-    """Try all of them, by `jobs` worker processes; with `update`, what is so now is noted then.
+def check_kept(
+    kept: Sequence[Kept], jobs: int = 1, update: bool = False, frame_limit_s: float = NO_LIMIT_S
+) -> Regressions:
+    """Judge kept failures in `jobs` worker processes; with `update`, note the present verdicts.
 
-    frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
+    frame_limit_s   limit for a frame, s, of failures without a limit of their own
     """
     whole_number("jobs", jobs, 1)
     with Pool(jobs) as pool:
 
-        def tried(each: Kept) -> Revisited:
+        def check(each: Kept) -> Regressions:
             limit_s = frame_limit_s if each.limit_s is None else each.limit_s
             try:
                 changes = each.changes(pool, limit_s)
                 if update:
                     each.update(pool, limit_s)
-                return Revisited(changes)
+                return Regressions(changes)
             except InputError as error:
-                return Revisited(faults=[str(error)])
+                return Regressions(faults=[str(error)])
 
-        found = list(pool.ordered(tried, kept))
-    return Revisited(
+        found = list(pool.ordered(check, kept))
+    return Regressions(
         [line for each in found for line in each.changes], [line for each in found for line in each.faults]
     )
 
@@ -186,8 +182,10 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, update: bool = False, frame_lim
 def keep(
     found: Path, subject: Subject, name: str, how: str | None, folder: Path = KEPT, limit_s: float | None = None
 ) -> Kept:
-    """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found. `how` and
-    `limit_s` as of `Kept`."""
+    """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; the same scene is kept once.
+
+    how, limit_s   as of `Kept`
+    """
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")
     config = tracker_config(subject.tracker)
@@ -196,7 +194,7 @@ def keep(
     number = 2
     while path.exists() and not _holds(path, scene):
         path, number = folder / f"{stem}-{number}.yaml", number + 1
-    # Not the defaults: what is tried later is the tracker as it will be.
+    # Only the changed parameters: later the tracker runs with its present defaults.
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:
@@ -213,7 +211,7 @@ def keep(
 
 
 def _holds(path: Path, scene: irsim.Scenario) -> bool:
-    """Does the file say the same scene, with the same rules? Not one that cannot be read: what it names has changed."""
+    """Return whether the file holds the same scene and rules; False where it cannot be read."""
     try:
         kept = irsim.load(path)
     except InputError:
@@ -222,7 +220,7 @@ def _holds(path: Path, scene: irsim.Scenario) -> bool:
 
 
 def _head(path: Path) -> str:
-    """The comments that a scene's file begins with."""
+    """Return the comment lines at the head of a scene's file."""
     with path.open(encoding="utf-8") as lines:
         return "".join(takewhile(lambda line: line.startswith("#"), lines))
 
@@ -237,13 +235,13 @@ def _read(note: Path) -> Kept:
     path = note.with_suffix(".yaml")
     try:
         kept = Kept(path, **json.loads(note.read_text(encoding="utf-8")))
-        if kept.how not in (None, *NOTED):
-            raise ValueError(f"how '{kept.how}': allowed: {', '.join(NOTED)}")
+        if kept.how not in (None, *FAILURES):
+            raise ValueError(f"how '{kept.how}': allowed: {', '.join(FAILURES)}")
     except (OSError, ValueError, TypeError) as error:
         return _unreadable(path, f"{note}: is no note of a kept failure: {error}")
     for needed in (kept.path, kept.recording):
         if not needed.is_file():
-            return _unreadable(path, f"{needed}: is missing; {note.name} speaks of it")
+            return _unreadable(path, f"{needed}: is missing; {note.name} names it")
     return kept
 
 

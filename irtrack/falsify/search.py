@@ -1,4 +1,4 @@
-"""Searches of a unit cube for a point whose margin is below 0: by chance, evenly, or down the slope."""
+"""Searches of the unit cube for a point with a margin below 0: random, Sobol points, CMA-ES."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from irsim.rng import stream
 from irsim.types import Floats
 
 BATCH = 16
-"""Points asked for at a time by searches that learn nothing from them; a power of two, as Sobol's points need."""
+"""Points a batch of the searches that do not adapt; a power of two, as Sobol points need."""
 
 STEP = 0.25
-"""Standard deviation at which CMA-ES begins, in a cube of side 1. A quarter of the range: chosen here."""
+"""Initial standard deviation of CMA-ES: a quarter of the range."""
 
 Searcher = Generator[Floats, Floats, None]
-"""Gives batches of points (n, dimension) of the unit cube, and is sent their margins (n,)."""
+"""Yields batches of points (n, dimension) of the unit cube; is sent their margins (n,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tried:
-    """The run-th point that a search asked for (from 1), and its margin."""
+class SearchPoint:
+    """Point of a search with its run, from 1, and its margin."""
 
     run: int
     shares: Floats
@@ -33,11 +33,11 @@ class Tried:
 
 def search(
     kind: str, dimension: int, seed: int, budget: int, margins: Callable[[Floats], Iterator[float]]
-) -> Iterator[Tried]:
-    """The points that a search tries, at most `budget`, in an order that depends on the margins alone.
+) -> Iterator[SearchPoint]:
+    """Yield the points of a search, at most `budget`, in an order that depends on the margins alone.
 
     kind      one of `SEARCHES`
-    margins   of a batch of points (n, dimension), in their order; they may be worked out side by side
+    margins   returns the margins of a batch of points (n, dimension), in order
     """
     searcher = SEARCHES[kind](dimension, seed)
     batch, run = next(searcher), 0
@@ -45,7 +45,7 @@ def search(
         found = []
         for shares, margin in zip(batch[: budget - run], margins(batch[: budget - run]), strict=True):
             found.append(margin)
-            yield Tried(run + len(found), shares, margin)
+            yield SearchPoint(run + len(found), shares, margin)
         run += len(found)
         if run == budget:
             return
@@ -53,13 +53,13 @@ def search(
 
 
 def random_search(dimension: int, seed: int) -> Searcher:
-    """Points drawn by chance, each as likely: the yardstick."""
+    """Yield uniform random points: the baseline."""
     for batch in count():
         yield stream(seed, "falsify/random", batch).random((BATCH, dimension))
 
 
 def sobol_search(dimension: int, seed: int) -> Searcher:
-    """Points spread evenly: a scrambled Sobol sequence (Owen, J. Complexity 14 (1998) 466), by scipy."""
+    """Yield a scrambled Sobol sequence (Owen, J. Complexity 14 (1998) 466), by scipy."""
     from scipy.stats.qmc import Sobol
 
     sequence = Sobol(dimension, scramble=True, seed=stream(seed, "falsify/sobol", 0))
@@ -68,16 +68,16 @@ def sobol_search(dimension: int, seed: int) -> Searcher:
 
 
 def cma_search(dimension: int, seed: int) -> Searcher:
-    """CMA-ES (Hansen, arXiv:1604.00772), by the package cmaes, from the best of some even points.
+    """Run CMA-ES (Hansen, arXiv:1604.00772), by the package cmaes, from the best of a batch of Sobol points.
 
-    When it has converged, or sees no slope, it begins again from the best of the next even points: margins have
-    plateaus, such as severities that a tracker does not notice, and minima that are not below 0.
+    When it has converged, or all margins are equal, it restarts from the best of the next batch: margins have
+    plateaus, such as severities without an effect on the tracker, and local minima above 0.
     """
     from cmaes import CMA
 
-    even = sobol_search(dimension, seed)
+    sobol = sobol_search(dimension, seed)
     for begin in count():
-        batch = next(even)
+        batch = next(sobol)
         margins = yield batch
         strategy = CMA(
             _padded(batch[np.argmin(margins)]),
@@ -87,16 +87,16 @@ def cma_search(dimension: int, seed: int) -> Searcher:
         )
         level = False
         while not (level or strategy.should_stop()):
-            asked = np.array([strategy.ask() for _ in range(strategy.population_size)])
-            margins = yield asked[:, :dimension]
+            points = np.array([strategy.ask() for _ in range(strategy.population_size)])
+            margins = yield points[:, :dimension]
             level = bool(np.ptp(margins) == 0)
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)  # of margins that are all but the same
-                strategy.tell(list(zip(asked, margins.tolist(), strict=True)))
+                warnings.simplefilter("ignore", RuntimeWarning)  # nearly equal margins
+                strategy.tell(list(zip(points, margins.tolist(), strict=True)))
 
 
 def _padded(point: Floats) -> Floats:
-    """The point with a second axis that nobody looks at where it has one: CMA-ES turns axes into each other."""
+    """Return the point with at least two axes, as CMA-ES needs; the second axis is ignored."""
     return point if len(point) > 1 else np.array([point[0], 0.5])
 
 
@@ -105,4 +105,4 @@ SEARCHES: dict[str, Callable[[int, int], Searcher]] = {
     "sobol": sobol_search,
     "random": random_search,
 }
-"""Searches by name; each takes the dimension and a seed."""
+"""Searches by name, each a function of dimension and seed."""

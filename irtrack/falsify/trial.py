@@ -1,4 +1,4 @@
-"""One trial: a tracker over one concrete scene, judged by the scene's rules."""
+"""Trials: a tracker runs over one concrete scene and is judged by the scene's rules; a journal keeps the verdicts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import irsim
 from irsim.recording.output import atomic_text
 from irsim.types import Frame, Input, Source
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTRIED, margin
+from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTESTED, margin
 from irtrack.metrics import Reference, Trace
 from irtrack.registry.identity import code_hash, module_code_hash, tracker_config, tracker_name
 from irtrack.replay.replay import Player, replay
@@ -24,14 +24,14 @@ from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
 from irtrack.types import Tracker
 
 NO_LIMIT_S = 1e9
-"""Thirty years: a number that JSON can hold."""
+"""No limit for a frame, as a number that JSON can hold: thirty years."""
 
 HERE = InProcess()
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Who is tried: a tracker under its label, what it looks at, and the rules that it is held to."""
+    """Tracker under test with its label, its input, and the rules it must keep."""
 
     label: str
     tracker: Tracker
@@ -41,11 +41,11 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a trial.
+    """Result of a trial.
 
-    margins    of each rule, below 0 where it is broken
-    raised     what the tracker raised, or how its process ended, one line; None where nothing of that happened
-    limit_s    what it might take for a frame where its process died, or was ended for it took longer, s; else None
+    margins    margin of each rule, below 0 where it is broken
+    raised     exception of the tracker, or end of its process, in one line; None without either
+    limit_s    limit for a frame, s, where the process died or hung; else None
     """
 
     margins: tuple[float, ...]
@@ -54,23 +54,23 @@ class Verdict:
 
     @property
     def margin(self) -> float:
-        """Of the rule nearest to being broken, or broken worst."""
+        """Least margin of all rules; -1 where the tracker raised or ended."""
         return -1.0 if self.raised is not None else min(self.margins)
 
     @property
     def broken(self) -> int | str | None:
-        """Number of the rule that is broken worst, `RAISES` or `ENDS`; None where none is."""
+        """Number of the rule with the least margin, `RAISES` or `ENDS`; None where no rule is broken."""
         if self.raised is not None:
             return RAISES if self.limit_s is None else ENDS
         return self.margins.index(self.margin) if self.margin < 0 else None
 
     @property
     def how(self) -> str | None:
-        """How something is broken: `RULE`, `RAISES` or `ENDS`; None where nothing is."""
+        """Kind of failure: `RULE`, `RAISES` or `ENDS`; None without a failure."""
         return RULE if isinstance(self.broken, int) else self.broken
 
     def breaks(self, rule: int | str) -> bool:
-        """Is that rule broken, whatever the others are?"""
+        """Return whether that rule is broken."""
         return self.broken == rule if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
 
 
@@ -80,7 +80,7 @@ def frame_limit(limit_s: float | None) -> Limit:
 
 
 def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenario | None) -> Verdict:
-    """The verdict on a scene; nothing is broken where there is none, or where it shows no target to start on."""
+    """Return the verdict on a scene; no rule is broken without a scene, or without a target to start on."""
     if scenario is None:
         return _untried(subject)
     return examine(subject, irsim.Rendering(scenario), scenario.seed, runner, limit)[0]
@@ -89,14 +89,16 @@ def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenar
 def examine(
     subject: Subject, source: Source, seed: int, runner: Runner = HERE, limit: Limit | None = None
 ) -> tuple[Verdict, tuple[Trace, ...]]:
-    """The verdict on a source, `seed` being the tracker's, and each rule's trace; no traces where the tracker
-    raised, was lost with its process or could not start."""
+    """Return the verdict on a source and the trace of each rule; `seed` is the tracker's.
+
+    There are no traces where the tracker raised, its process died or hung, or it could not start.
+    """
     limit = limit or frame_limit(None)
     try:
         return runner.call(_examined, subject, source, seed, limit=limit)
     except TrackerLostError as lost:
         if not lost.blame.at_work:
-            runner.call(_drawn, source, subject.input)  # raises where the source ends processes by itself
+            runner.call(_drawn, source, subject.input)  # raises where the source itself ends the process
         return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", limit.seconds), ()
 
 
@@ -120,16 +122,16 @@ def _examined(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int)
 
 
 def _drawn(_: Heartbeat, source: Source, input: Input) -> None:
-    """The source's frames, shown to nobody."""
+    """Draw the source's frames without a tracker."""
     replay(source, [], input, 0)
 
 
 def _untried(subject: Subject) -> Verdict:
-    return Verdict((UNTRIED,) * len(subject.rules))
+    return Verdict((UNTESTED,) * len(subject.rules))
 
 
 def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
-    """Return the function that shows the player a frame and notes it on the heartbeat."""
+    """Return the function that passes a frame to the player and marks it on the heartbeat."""
 
     def see(frame: Frame) -> None:
         with heartbeat.frame(frame.index):
@@ -139,9 +141,13 @@ def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
 
 
 class Trials:
-    """A subject's trials. A journal, one JSON line a trial, holds those of earlier calls, so that a search that was
-    stopped goes on where it was: it asks for the same scenes again. What other code judged is not among them, nor what
-    died or hung within another time limit for a frame than `limit_s`."""
+    """Trials of a subject, with a journal of one JSON line a trial, from which an interrupted search resumes.
+
+    Entries of the journal count only where they were made by the same code, and where a process died or hung, with the
+    same limit for a frame.
+
+    run   number of trials that the journal did not have
+    """
 
     def __init__(self, subject: Subject, journal: Path, runner: Runner = HERE, limit_s: float | None = None) -> None:
         self.runner, self.limit = runner, frame_limit(limit_s)
@@ -162,28 +168,27 @@ class Trials:
             key: verdict for key, verdict in _read(journal).items() if verdict.limit_s in (None, self.limit.seconds)
         }
         self.run = 0
-        """Trials that were not known before."""
 
     def verdicts(self, scenarios: Sequence[irsim.Scenario | None]) -> Iterator[Verdict]:
-        """Of each scene, in order; no more is run than is asked for, but for what has begun beside it."""
+        """Yield the verdict on each scene, in order; scenes run when needed, or ahead in other jobs."""
         keys = [self._key(each) for each in scenarios]
         new = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
         outcomes = self.runner.ordered(self._judge, list(new.values()))
         waiting = iter(new)
         for key in keys:
             while key not in self._known:
-                self._note(next(waiting), next(outcomes))
+                self._add(next(waiting), next(outcomes))
             yield self._known[key]
 
     def examine(self, scenario: irsim.Scenario) -> tuple[Verdict, tuple[Trace, ...]]:
-        """The verdict on a scene, and each rule's trace: run anew, and not noted."""
+        """Run a scene anew, without the journal; return the verdict and the trace of each rule."""
         return examine(self._subject, irsim.Rendering(scenario), scenario.seed, self.runner, self.limit)
 
     def _key(self, scenario: irsim.Scenario | None) -> str:
         text = json.dumps([self._digest, None if scenario is None else scenario.hash])
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
-    def _note(self, key: str, verdict: Verdict) -> None:
+    def _add(self, key: str, verdict: Verdict) -> None:
         self._known[key] = verdict
         self.run += 1
         row: dict[str, Any] = {"trial": key, "margins": verdict.margins, "raised": verdict.raised}
@@ -198,7 +203,7 @@ class Trials:
 
 
 def _read(journal: Path) -> dict[str, Verdict]:
-    """What a journal holds; a last line that was cut off is taken away, so that others can follow."""
+    """Return the entries of a journal; an incomplete last line is removed."""
     try:
         text = journal.read_text(encoding="utf-8")
         whole = text[: text.rfind("\n") + 1]

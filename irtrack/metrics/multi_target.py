@@ -111,7 +111,7 @@ def hota(scenes: Sequence[Scene]) -> Hota:
     """Return HOTA: Luiten, Osep, Dendorfer, Torr, Geiger, Leal-Taixe, Leibe, "HOTA", IJCV 129 (2021), eqs. 3 to 16."""
     targets, tracks = _identities(scenes)
     shape = (len(targets), len(tracks))
-    alike, seen, told = np.zeros(shape), np.zeros(len(targets)), np.zeros(len(tracks))
+    alike, seen, reported = np.zeros(shape), np.zeros(len(targets)), np.zeros(len(tracks))
     for scene in scenes:
         place = _places(scene, targets, tracks)
         # A pair's share of a frame: its similarity against all others of its target and of its track.
@@ -119,10 +119,10 @@ def hota(scenes: Sequence[Scene]) -> Hota:
         rivals = rivals - scene.similarity
         alike[place] += np.divide(scene.similarity, rivals, out=np.zeros_like(rivals), where=rivals > 0)
         seen[place[0].ravel()] += 1
-        told[place[1].ravel()] += 1
-    if not seen.sum() + told.sum():
+        reported[place[1].ravel()] += 1
+    if not seen.sum() + reported.sum():
         return Hota(np.nan, np.nan, np.nan)
-    either = seen[:, None] + told[None, :] - alike
+    either = seen[:, None] + reported[None, :] - alike
     alignment = np.divide(alike, either, out=np.zeros(shape), where=either > 0)
     counts = np.zeros((len(HOTA_ALPHAS), *shape))
     for scene in scenes:
@@ -131,9 +131,9 @@ def hota(scenes: Sequence[Scene]) -> Hota:
             reached = scene.similarity[i, j] >= HOTA_ALPHAS - np.finfo(np.float64).eps
             counts[reached, targets[scene.targets[i]], tracks[scene.tracks[j]]] += 1
     hits = counts.sum(axis=(1, 2))
-    union = np.maximum(seen[:, None] + told[None, :] - counts, 1)
+    union = np.maximum(seen[:, None] + reported[None, :] - counts, 1)
     association = (counts * counts / union).sum(axis=(1, 2)) / np.maximum(hits, 1)
-    detection = hits / (seen.sum() + told.sum() - hits)
+    detection = hits / (seen.sum() + reported.sum() - hits)
     return Hota(float(np.sqrt(detection * association).mean()), float(detection.mean()), float(association.mean()))
 
 

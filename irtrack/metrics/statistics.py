@@ -128,8 +128,8 @@ class Breaking:
         high = f"{self.at_high:g}" if math.isfinite(self.at_high) else f"> {last}"
         if math.isfinite(self.at):
             return f"{self.at:.2g} ({low} to {high})"
-        where, told = (high, low == last) if self.at > 0 else (low, high == first)
-        return where if told else f"{where} ({low} to {high})"
+        where, bounded = (high, low == last) if self.at > 0 else (low, high == first)
+        return where if bounded else f"{where} ({low} to {high})"
 
 
 def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray) -> Breaking | None:

@@ -97,9 +97,9 @@ def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
     totals, counts = np.zeros(high), np.zeros(high)
     lengths = np.arange(1, high)
     for run in runs:
-        told = run.held[1:]
-        sums = np.concatenate([np.cumsum(told)[: high - 1], np.full(max(high - 1 - len(told), 0), told.sum())])
-        within = lengths <= len(told)
+        held = run.held[1:]
+        sums = np.concatenate([np.cumsum(held)[: high - 1], np.full(max(high - 1 - len(held), 0), held.sum())])
+        within = lengths <= len(held)
         # Beyond the run's end the toolkit divides by one frame less.
         means = sums / np.where(within, lengths, np.maximum(lengths - 1, 1))
         counted = within | (run.progress < len(run.overlap))

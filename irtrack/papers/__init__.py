@@ -1,5 +1,5 @@
-"""The experiments of the papers, repeated: their figures and claims beside what comes out here."""
+"""Experiments of the papers, repeated: printed figures and claims beside the results of irtrack."""
 
-from irtrack.papers.page import write_sources
+from irtrack.papers.page import write_papers
 
-__all__ = ["write_sources"]
+__all__ = ["write_papers"]

@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from irtrack.papers.experiment import (
+    Choice,
+    Claim,
+    Experiment,
+    Paper,
+    Printed,
+    Rival,
+    Scene,
+    Switch,
+    Untested,
+    claims,
+)
 from irtrack.papers.rules import cpu, error_over, holds, less, loses, nearly, off_share
-from irtrack.papers.values import Choice, Claim, Experiment, Paper, Printed, Rival, Scene, Switch, Untested
 
 SKY, GROUND = Scene.of("cheng-sky"), Scene.of("cheng-ground")
 HALF_HIDDEN = Scene(
@@ -37,56 +48,41 @@ BASELINES = {
 }
 KALMANS = ("kalman centroid", "kalman ncc", "kalman mean shift")
 FIXED = Choice((SKY, GROUND), tuple(f"grey_pf:noise=fixed:r0={r}" for r in (0.5, 1, 2, 3, 4, 5, 7, 10)))
-"""The best fixed noise, one for both scenes as the adaptive one is."""
+"""Best fixed noise, one for both scenes, as the adaptive noise is."""
 
 first_50 = error_over(1, 50)
 
 
-def less_off(label: str, other: str, scene: Scene, text: str, place: str) -> Claim:
-    return Claim(text, place, scene.name, less(off_share, "share of frames off", label, other))
-
-
 def on_both(scene: Scene) -> tuple[Claim, ...]:
-    """What the paper says of its filter, without a scene."""
-    return (
-        *(
-            Claim(
-                f"Quantisation to {words} hardly matters.",
-                "section 3",
-                scene.name,
-                nearly(off_share, "share of frames off", own, other, 0.05),
-            )
-            for words, own, other in (
-                ("32 levels in place of 256", "grey_pf", "256 bins"),
-                ("16 levels in place of 32", "16 bins", "grey_pf"),
-            )
+    """Return the claims that the paper makes of its filter without naming a scene."""
+    rivals = {"template": "template matching", "optical_flow": "optical flow"}
+    rivals |= dict.fromkeys(KALMANS, "the Kalman filter") | {"ekf": "the extended Kalman filter"}
+    return claims(
+        scene,
+        ("32 levels do as well as 256.", "section 3", nearly(off_share, "grey_pf", "256 bins", 0.05)),
+        ("16 levels do as well as 32.", "section 3", nearly(off_share, "16 bins", "grey_pf", 0.05)),
+        ("Fewer levels save time.", "section 3", less(cpu, "grey_pf", "256 bins")),
+        ("More particles make it more robust (400 for 100).", "section 3", less(off_share, "N = 400", "grey_pf")),
+        ("Fewer particles make it less robust (25 for 100).", "section 3", less(off_share, "grey_pf", "N = 25")),
+        ("More particles take more time.", "section 3", less(cpu, "grey_pf", "N = 400")),
+        ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by KLD", "grey_pf")),
+        ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by Neff", "grey_pf")),
+        ("Small noise fails in manoeuvres.", "section 2.4", less(off_share, "fixed R = 4", "fixed R = 1")),
+        (
+            "Large noise needs more particles.",
+            "section 2.4",
+            less(off_share, "fixed R = 12, N = 400", "fixed R = 12"),
         ),
-        Claim("It saves time.", "section 3", scene.name, less(cpu, "CPU time", "grey_pf", "256 bins")),
-        less_off("N = 400", "grey_pf", scene, "More particles make it more robust (400 for 100).", "section 3"),
-        less_off("grey_pf", "N = 25", scene, "Fewer particles make it less robust (25 for 100).", "section 3"),
-        Claim("More particles take more time.", "section 3", scene.name, less(cpu, "CPU time", "grey_pf", "N = 400")),
-        *(
-            less_off(label, "grey_pf", scene, "Choosing N in each frame helps.", "sections 3, 4")
-            for label in ("N by KLD", "N by Neff")
-        ),
-        less_off("fixed R = 4", "fixed R = 1", scene, "Small noise bears manoeuvres less well.", "section 2.4"),
-        less_off("fixed R = 12, N = 400", "fixed R = 12", scene, "Large noise needs more particles.", "section 2.4"),
-        less_off("grey_pf", "fixed R = 4", scene, "Adaptive noise is more robust than fixed noise.", "section 2.4"),
-        less_off("grey_pf", "no update", scene, "Updating the reference makes it more robust.", "section 2.4"),
-        Claim(
-            "It does not hang too much on the motion model (displacements damped by .7 do about as well).",
+        ("Adaptive noise is more robust than fixed noise.", "section 2.4", less(off_share, "grey_pf", "fixed R = 4")),
+        ("Updating the reference makes it more robust.", "section 2.4", less(off_share, "grey_pf", "no update")),
+        (
+            "It depends little on the motion model (displacements damped by .7 do about as well).",
             "section 2.1",
-            scene.name,
-            nearly(off_share, "share of frames off", "damped", "grey_pf", 0.05),
+            nearly(off_share, "damped", "grey_pf", 0.05),
         ),
         *(
-            less_off("grey_pf", label, scene, f"It is better than {words}.", "sections 3, 4")
-            for label, words in (
-                ("template", "template matching"),
-                ("optical_flow", "optical flow"),
-                *((label, "the Kalman filter") for label in KALMANS),
-                ("ekf", "the extended Kalman filter"),
-            )
+            (f"It is better than {words}.", "sections 3, 4", less(off_share, "grey_pf", label))
+            for label, words in rivals.items()
         ),
     )
 
@@ -96,28 +92,25 @@ CHENG = Paper(
     title="Cheng, Zhou, Cai, Yang 2006: infrared object tracking based on particle filters",
     remark=(
         "The paper does not say what its Kalman filter measures, and that decides the comparison: three measurements "
-        "are reported, the centroid of what is bright in a gate, correlation in a window, and mean shift. Two scenes "
+        "are reported, the centroid of bright pixels in a gate, correlation in a window, and mean shift. Two scenes "
         "are not the paper's: a car half hidden for 21 frames, and a jet that yaws by 120 degrees a second; the "
-        "paper names both as what grey levels bear."
+        "paper claims both for grey levels."
     ),
     experiments=(
-        Experiment(
-            SKY,
-            "First experiment: an aircraft before the sky",
-            FILTERS | BASELINES,
-            {"grey_pf": Printed(ms=1000 / 8)},
-            "The chart is the paper's figure 3 (a), over all frames.",
-            SKY.siblings,
-            charted=("grey_pf", *BASELINES),
-        ),
-        Experiment(
-            GROUND,
-            "Second experiment: a tank in ground clutter",
-            FILTERS | BASELINES,
-            {"grey_pf": Printed(ms=1000 / 3)},
-            "The chart is the paper's figure 3 (b), over all frames.",
-            GROUND.siblings,
-            charted=("grey_pf", *BASELINES),
+        *(
+            Experiment(
+                scene,
+                title,
+                FILTERS | BASELINES,
+                {"grey_pf": Printed(ms=1000 / hz)},
+                f"The chart is the paper's figure 3 ({letter}), over all frames.",
+                scene.siblings,
+                charted=("grey_pf", *BASELINES),
+            )
+            for scene, title, hz, letter in (
+                (SKY, "First experiment: an aircraft before the sky", 8, "a"),
+                (GROUND, "Second experiment: a tank in ground clutter", 3, "b"),
+            )
         ),
         *(
             Experiment(scene, title, {"grey_pf": "grey_pf", "template": "template"})
@@ -125,47 +118,41 @@ CHENG = Paper(
         ),
     ),
     claims=(
-        Claim(
-            "The particle filter follows the manoeuvring, deforming aircraft.", "section 3", SKY.name, holds("grey_pf")
+        *claims(SKY, ("The filter follows the manoeuvring, deforming aircraft.", "section 3", holds("grey_pf"))),
+        *claims(GROUND, ("It follows the tank in strong clutter.", "section 3", holds("grey_pf"))),
+        *claims(HALF_HIDDEN, ("Grey levels tolerate partial occlusion.", "section 2.2", holds("grey_pf"))),
+        *claims(TURNING, ("Grey levels tolerate rotation and deformation.", "section 2.2", holds("grey_pf"))),
+        *claims(SKY, ("Template matching loses the aircraft.", "section 3", loses("template"))),
+        *claims(
+            GROUND,
+            ("Template matching follows the tank.", "section 3", holds("template")),
+            ("It is slower than the particle filter there.", "section 3", less(cpu, "grey_pf", "template")),
         ),
-        Claim("It follows the tank in strong clutter.", "section 3", GROUND.name, holds("grey_pf")),
-        Claim("Grey levels bear partial occlusion.", "section 2.2", HALF_HIDDEN.name, holds("grey_pf")),
-        Claim("Grey levels bear rotation and deformation.", "section 2.2", TURNING.name, holds("grey_pf")),
-        Claim("Template matching can hardly follow the aircraft.", "section 3", SKY.name, loses("template")),
-        Claim("Template matching follows the tank.", "section 3", GROUND.name, holds("template")),
-        Claim(
-            "It is slower than the particle filter there.",
-            "section 3",
-            GROUND.name,
-            less(cpu, "CPU time", "grey_pf", "template"),
-        ),
-        Claim("Optical flow follows the aircraft.", "section 3", SKY.name, holds("optical_flow")),
-        Claim("Optical flow cannot follow the tank in clutter.", "section 3", GROUND.name, loses("optical_flow")),
+        *claims(SKY, ("Optical flow follows the aircraft.", "section 3", holds("optical_flow"))),
+        *claims(GROUND, ("Optical flow cannot follow the tank in clutter.", "section 3", loses("optical_flow"))),
+        *claims(SKY, *(("The Kalman filter fails in manoeuvres.", "section 3", loses(label)) for label in KALMANS)),
         *(
-            Claim("The Kalman filter can hardly follow irregular manoeuvres.", "section 3", SKY.name, loses(label))
-            for label in KALMANS
-        ),
-        *(
-            Claim(
-                "The particle filter's error is below the Kalman filter's over the first 50 frames.",
-                "figure 3",
-                scene.name,
-                less(first_50, "error of frames 1 to 50", "grey_pf", label),
-            )
+            claim
             for scene in (SKY, GROUND)
             for label in KALMANS
+            for claim in claims(
+                scene,
+                (
+                    "The particle filter's error is below the Kalman filter's over the first 50 frames.",
+                    "figure 3",
+                    less(first_50, "grey_pf", label),
+                ),
+            )
         ),
         *on_both(SKY),
         *on_both(GROUND),
     ),
     untested=(
-        Untested(
-            "Motion models that were learned adapt poorly.", "section 2.1", "no tracker here learns a motion model"
-        ),
+        Untested("Learned motion models adapt poorly.", "section 2.1", "no tracker here learns a motion model"),
         Untested(
             "Other sampling strategies would improve it.",
             "section 4",
-            "the paper names none; the ways of drawing that grey_pf knows are switches below",
+            "the paper names none; the sampling methods of grey_pf are switches below",
         ),
     ),
     switches=tuple(

@@ -1,4 +1,4 @@
-"""The page: one HTML file with every experiment, claim and switch."""
+"""Page of the papers: one HTML file with every experiment, claim, goal and switch."""
 
 from __future__ import annotations
 
@@ -17,21 +17,46 @@ from irsim.recording.output import atomic_text, make_folder
 from irtrack.errors import InputError, whole_number
 from irtrack.external import PEERS
 from irtrack.metrics.lost import LOSS_RULE
+from irtrack.papers.an_cui import AN, CAMSHIFT, CUI
 from irtrack.papers.cheng import CHENG
 from irtrack.papers.cost import COST
-from irtrack.papers.digests import AN, CAMSHIFT, CUI
-from irtrack.papers.figures import growth_charts, over_frames, scores_over_frames, swept
-from irtrack.papers.goals import Reached, reached
+from irtrack.papers.experiment import CONTEXT, HARD, OURS, THEIRS, Experiment, Paper
 from irtrack.papers.growth import RUNS_A_SEED, GrowthResult, growth_result
-from irtrack.papers.hard import HARD, Duel, duels, wanted_hard
 from irtrack.papers.li import LI
-from irtrack.papers.ours import CONTEXT, OURS, THEIRS
-from irtrack.papers.picks import settled, wanted_choices
-from irtrack.papers.real import RealRow, real_rows
-from irtrack.papers.runs import DEVELOPMENT, FIRST_SEED, Outcome, Progress, outcomes, wanted
-from irtrack.papers.tables import Row, Speed, rows, speeds
-from irtrack.papers.values import Experiment, Paper
-from irtrack.papers.verdicts import RULE, Effect, Verdict, effect, verdict
+from irtrack.papers.runs import (
+    DEVELOPMENT,
+    FIRST_SEED,
+    Progress,
+    RealRow,
+    SceneRuns,
+    plan_choices,
+    plan_hard,
+    plan_papers,
+    run_plan,
+    run_real,
+    settle_rivals,
+)
+from irtrack.papers.tables import (
+    Row,
+    Speed,
+    error_over_frames,
+    growth_charts,
+    rows,
+    scores_over_frames,
+    speeds,
+    sweep_chart,
+)
+from irtrack.papers.verdicts import (
+    RULE,
+    Effect,
+    GoalResult,
+    PeerComparison,
+    Verdict,
+    compare_peers,
+    effect,
+    judge_goal,
+    verdict,
+)
 from irtrack.papers.xue import XUE
 from irtrack.report.plots import LineStyle, styles
 
@@ -43,15 +68,32 @@ PAGE = "sources.html"
 
 @dataclass(frozen=True)
 class ExperimentPart:
+    """Table and charts of an experiment, with the figures that the scenario's head states."""
+
     experiment: Experiment
     head: tuple[str, ...]
     styles: Mapping[str, LineStyle]
     rows: list[Row]
     charts: list[str]
 
+    @classmethod
+    def of(cls, experiment: Experiment, every: Mapping[str, SceneRuns], charted: bool = True) -> ExperimentPart:
+        """Return the part; `every`: the runs by scene; charted: with charts over frames."""
+        found = every[experiment.scene.name]
+        style = styles(experiment.charted or experiment.trackers)
+        charts = [error_over_frames(experiment, found, style)] if charted else []
+        if charted and "fusion_wspf" in experiment.trackers:
+            charts.append(scores_over_frames("fusion_wspf", found, style["fusion_wspf"]))
+        lines = irsim.find(experiment.scene.path).read_text().splitlines()
+        stated = tuple(line.removeprefix("#:").strip() for line in lines if line.startswith("#:"))
+        head = experiment.scene.overrides + stated
+        return cls(experiment, head, style, rows(experiment, every), [chart for chart in charts if chart])
+
 
 @dataclass(frozen=True)
 class SweepPart:
+    """Charts of a sweep."""
+
     title: str
     styles: Mapping[str, LineStyle]
     charts: list[str]
@@ -59,21 +101,43 @@ class SweepPart:
 
 @dataclass(frozen=True)
 class PaperPart:
+    """All results of a paper."""
+
     paper: Paper
     experiments: list[ExperimentPart]
     verdicts: list[Verdict]
-    goals: list[Reached]
+    goals: list[GoalResult]
     sweeps: list[SweepPart]
     effects: list[Effect]
+    speeds: list[Speed]
+
+    @classmethod
+    def of(cls, paper: Paper, found: Mapping[str, SceneRuns]) -> PaperPart:
+        sweeps = []
+        for sweep in paper.sweeps:
+            style = styles(sweep.labels)
+            charts = [sweep_chart(sweep, words, figure, found, style) for words, figure in sweep.figures.items()]
+            sweeps.append(SweepPart(sweep.title, style, [chart for chart in charts if chart]))
+        return cls(
+            paper,
+            [ExperimentPart.of(experiment, found) for experiment in paper.experiments],
+            [verdict(claim, found) for claim in paper.claims],
+            [judge_goal(goal, found) for goal in paper.goals],
+            sweeps,
+            [effect(switch, found[switch.scene.name]) for switch in paper.switches],
+            speeds(paper, found),
+        )
 
 
 @dataclass(frozen=True)
 class HardPart:
+    """Tables of the hard scenes, and the comparisons with the peers."""
+
     experiments: list[ExperimentPart]
-    duels: list[Duel]
+    comparisons: list[PeerComparison]
 
 
-def write_sources(
+def write_papers(
     folder: Path,
     seeds: int = 50,
     first: int = FIRST_SEED,
@@ -84,12 +148,12 @@ def write_sources(
     progress: Progress | None = None,
     papers: Sequence[Paper] = PAPERS,
 ) -> Path:
-    """Run the experiments and write FOLDER/sources.html; its path.
+    """Run the experiments and write FOLDER/sources.html; return its path.
 
-    folder   made where it is not there; FOLDER/sources.db keeps every run, which is then not run again
-    seeds    how many, from `first` on
-    only     parts of PARTS; all where none is named
-    real     a folder of labelled sequences for the table of real recordings
+    folder   created if missing; FOLDER/sources.db keeps every run, which is then not repeated
+    seeds    number of seeds, from `first` on
+    only     parts of PARTS; empty: all
+    real     folder of labelled sequences for the table of real recordings
 
     InputError for an unknown part and a folder that cannot be written.
     """
@@ -104,67 +168,30 @@ def write_sources(
     taken = range(first, first + seeds)
     development = DEVELOPMENT[:seeds]
     shown = [paper for paper in papers if paper.key in chosen]
-    picked_by = outcomes(wanted_choices(shown), results, development, jobs, progress)
+    choice_runs = run_plan(plan_choices(shown), results, development, jobs, progress)
     parts = []
-    for paper in (settled(paper, picked_by) for paper in shown):
-        found = outcomes(wanted([paper]), results, taken[: paper.seeds_at_most], jobs, progress)
-        parts.append((paper_part(paper, found), speeds(paper, found)))
+    for paper in (settle_rivals(paper, choice_runs) for paper in shown):
+        found = run_plan(plan_papers([paper]), results, taken[: paper.seeds_at_most], jobs, progress)
+        parts.append(PaperPart.of(paper, found))
     growth = growth_result(RUNS_A_SEED * seeds, first) if "growth" in chosen else None
     hard = None
     if "hard" in chosen:
-        made_on = outcomes(wanted_hard(OURS), results, development, jobs, progress)
-        fought = outcomes(wanted_hard(OURS | THEIRS), results, taken, jobs, progress)
-        hard = HardPart([experiment_part(experiment, fought) for experiment in HARD], duels(fought, made_on))
+        picked_on = run_plan(plan_hard(OURS), results, development, jobs, progress)
+        found = run_plan(plan_hard(OURS | THEIRS), results, taken, jobs, progress)
+        tables = [ExperimentPart.of(experiment, found, charted=False) for experiment in HARD]
+        hard = HardPart(tables, compare_peers(found, picked_on))
     real_table: list[RealRow] = []
     if real is not None:
         with TemporaryDirectory() as work:
-            real_table = real_rows(real, Path(work), results, jobs, progress=progress)
-    then_and_now = [speed for _, speeds in parts for speed in speeds]
-    text = render([part for part, _ in parts], then_and_now, growth, hard, real_table, taken, development, command)
+            real_table = run_real(real, Path(work), results, jobs, progress=progress)
     path = folder / PAGE
     with atomic_text(path) as file:
-        file.write(text)
+        file.write(_render(parts, growth, hard, real_table, taken, development, command))
     return path
 
 
-def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
-    """All that the page says of a paper."""
-    sweeps = []
-    for sweep in paper.sweeps:
-        style = styles(sweep.labels)
-        charts = [swept(sweep, name, of, found, style) for name, of in sweep.figures.items()]
-        sweeps.append(SweepPart(sweep.title, style, [chart for chart in charts if chart]))
-    return PaperPart(
-        paper,
-        [experiment_part(experiment, found) for experiment in paper.experiments],
-        [verdict(claim, found) for claim in paper.claims],
-        [reached(goal, found) for goal in paper.goals],
-        sweeps,
-        [effect(switch, found[switch.scene.name]) for switch in paper.switches],
-    )
-
-
-def experiment_part(experiment: Experiment, every: Mapping[str, Outcome]) -> ExperimentPart:
-    """The table and the charts of an experiment; `every`: the outcomes by scene."""
-    found = every[experiment.scene.name]
-    style = styles(experiment.charted or experiment.trackers)
-    charts = [] if experiment in HARD else [over_frames(experiment, found, style)]  # too many lines to tell apart
-    if "fusion_wspf" in experiment.trackers and experiment not in HARD:
-        charts.append(scores_over_frames("fusion_wspf", found, style["fusion_wspf"]))
-    head = scene_head(experiment)
-    return ExperimentPart(experiment, head, style, rows(experiment, every), [chart for chart in charts if chart])
-
-
-def scene_head(experiment: Experiment) -> tuple[str, ...]:
-    """The measured figures that a scenario's head states, and what is changed of it."""
-    lines = irsim.find(experiment.scene.path).read_text().splitlines()
-    measured = tuple(line.removeprefix("#:").strip() for line in lines if line.startswith("#:"))
-    return experiment.scene.overrides + measured
-
-
-def render(
+def _render(
     parts: Sequence[PaperPart],
-    speed: Sequence[Speed],
     growth: GrowthResult | None,
     hard: HardPart | None,
     real: Sequence[RealRow],
@@ -172,10 +199,11 @@ def render(
     development: range,
     command: str,
 ) -> str:
-    """The page as HTML text."""
+    """Return the page as HTML text."""
     growth_verdicts = growth.verdicts() if growth else []
     every = [each for part in parts for each in part.verdicts] + growth_verdicts
     goals = [each for part in parts for each in part.goals]
+    comparisons = hard.comparisons if hard else []
     environment = Environment(
         loader=ChoiceLoader([PackageLoader("irtrack", "papers"), PackageLoader("irtrack", "report")]),
         autoescape=True,
@@ -183,16 +211,16 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"px": px, "percent": percent}
-    return environment.get_template("sources.html.j2").render(
+    environment.filters |= {"px": _px, "percent": _percent}
+    return environment.get_template("papers.html.j2").render(
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         parts=parts,
         counts=Counter(each.judgement.word for each in every),
         untested=sum(len(part.paper.untested) for part in parts),
         goals_found=goals,
         inf=math.inf,
-        goal_counts=Counter(each.word for each in goals) + Counter(each.word for each in (hard.duels if hard else [])),
-        speeds=speed,
+        goal_counts=Counter(each.word for each in goals) + Counter(each.word for each in comparisons),
+        speeds=[speed for part in parts for speed in part.speeds],
         growth=growth,
         growth_charts=growth_charts(growth) if growth else [],
         growth_verdicts=growth_verdicts,
@@ -211,10 +239,10 @@ def render(
     )
 
 
-def px(value: float | None) -> str:
-    """Pixels with two digits, or three figures where that is more."""
+def _px(value: float | None) -> str:
+    """Return pixels with two decimals, or with none from 100 on."""
     return "–" if value is None else f"{value:.2f}" if abs(value) < 100 else f"{value:.0f}"
 
 
-def percent(value: float | None) -> str:
+def _percent(value: float | None) -> str:
     return "–" if value is None else f"{100 * value:.0f} %"

@@ -1,18 +1,22 @@
-"""What the page says of an experiment: a row for each tracker, the printed figures beside ours."""
+"""Rows and charts of the page: a row for each tracker, the printed figures beside ours."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from irtrack.metrics import CentreFigures, wilson
-from irtrack.papers.ours import is_peer
+from irsim.types import Floats
+from irtrack.external import PEERS
+from irtrack.metrics import CentreFigures, mean_interval, wilson
+from irtrack.papers.experiment import Experiment, Figure, Paper, Printed, Run, Sweep
+from irtrack.papers.growth import PARTICLES, FilterRuns, GrowthResult
 from irtrack.papers.rules import cpu, wall
-from irtrack.papers.runs import Outcome
-from irtrack.papers.values import Experiment, Paper, Printed, Run
+from irtrack.papers.runs import SceneRuns
+from irtrack.report.plots import Axis, Line, LineStyle, error_chart, line_chart, styles
 
+SMALL = (450, 280)
 UNPRINTED = Printed()
 
 
@@ -20,12 +24,11 @@ UNPRINTED = Printed()
 class Row:
     """One tracker on one scene.
 
-    lost of told runs, low .. high the interval of that share
-    held, all     centre errors of the frames before the loss, and of all scored frames, all runs together
-    kept          the same of all frames of those runs that are not lost
-    ms            median CPU time of a step; of a peer, which is another process, wall time
-    siblings      (lost, told) on each of the experiment's siblings
-    absent        why there is nothing, where there is nothing
+    lost, decided   runs with track loss, of the runs in which loss is defined; low .. high the interval of the share
+    kept, all       centre errors of all frames of the runs without loss, and of all runs
+    ms              median CPU time of a step; of an external tracker, wall time
+    siblings        (lost, decided) on each of the experiment's siblings
+    absent          reason where the tracker has no runs
     """
 
     label: str
@@ -33,7 +36,7 @@ class Row:
     runs: int = 0
     failed: int = 0
     lost: int = 0
-    told: int = 0
+    decided: int = 0
     low: float = 0.0
     high: float = 1.0
     kept: CentreFigures | None = None
@@ -48,63 +51,56 @@ class Row:
 
     @property
     def share(self) -> float | None:
-        return self.lost / self.told if self.told else None
+        return self.lost / self.decided if self.decided else None
 
 
-def rows(experiment: Experiment, every: Mapping[str, Outcome]) -> list[Row]:
-    """A row for each tracker, in the experiment's order; `every`: the outcomes by scene."""
+def rows(experiment: Experiment, every: Mapping[str, SceneRuns]) -> list[Row]:
+    """Return a row for each tracker, in the experiment's order; `every`: the runs by scene."""
+    return [_row(experiment, label, spec, every) for label, spec in experiment.trackers.items()]
+
+
+def _row(experiment: Experiment, label: str, spec: str, every: Mapping[str, SceneRuns]) -> Row:
     found = every[experiment.scene.name]
-    siblings = [every[scene.name] for scene in experiment.siblings]
-    printed = experiment.printed
-    return [
-        replace(
-            row(label, spec, printed.get(label, UNPRINTED), found),
-            siblings=tuple(losses(label, sibling) for sibling in siblings),
-        )
-        for label, spec in experiment.trackers.items()
-    ]
-
-
-def losses(label: str, found: Outcome) -> tuple[int, int]:
-    """(lost, told) of a tracker's runs."""
-    told = [run.score.lost for run in found.of(label).values() if run.score.lost is not None]
-    return sum(told), len(told)
-
-
-def row(label: str, spec: str, printed: Printed, found: Outcome) -> Row:
-    """What came out of a tracker on a scene."""
+    siblings = tuple(_losses(label, every[scene.name]) for scene in experiment.siblings)
+    printed = experiment.printed.get(label, UNPRINTED)
     if label not in found.runs:
-        return Row(label, spec, printed=printed, absent=found.absent.get(label, "was not run"))
+        return Row(label, spec, siblings=siblings, printed=printed, absent=found.reason(label))
     runs = list(found.of(label).values())
-    lost, told = losses(label, found)
-    kept = [run for run in runs if not run.score.lost]
-    low, high = wilson(lost, told)
-    of = wall if is_peer(spec) else cpu
-    steps = [took for run in runs if (took := of(run)) is not None]
+    lost, decided = _losses(label, found)
+    low, high = wilson(lost, decided)
+    duration = wall if spec.partition(":")[0] in PEERS else cpu
+    steps = [took for run in runs if (took := duration(run)) is not None]
     off = [run.score.off_share for run in runs if run.score.off_share is not None]
-    kept_figures, kept_frames = errors(kept)
-    all_figures, all_frames = errors(runs)
+    kept, kept_frames = _errors([run for run in runs if not run.score.lost])
+    all_, all_frames = _errors(runs)
     return Row(
         label,
         spec,
         runs=len(runs) + found.failed(label),
         failed=found.failed(label),
         lost=lost,
-        told=told,
+        decided=decided,
         low=low,
         high=high,
-        kept=kept_figures,
+        kept=kept,
         kept_frames=kept_frames,
-        all=all_figures,
+        all=all_,
         all_frames=all_frames,
         off=float(np.mean(off)) if off else None,
         ms=float(np.median(steps)) if steps else None,
+        siblings=siblings,
         printed=printed,
     )
 
 
-def errors(runs: Sequence[Run]) -> tuple[CentreFigures | None, int]:
-    """The centre errors of all scored frames of the runs taken together, and how many frames these are."""
+def _losses(label: str, found: SceneRuns) -> tuple[int, int]:
+    """Return (lost, decided) of a tracker's runs."""
+    decided = [run.score.lost for run in found.of(label).values() if run.score.lost is not None]
+    return sum(decided), len(decided)
+
+
+def _errors(runs: Sequence[Run]) -> tuple[CentreFigures | None, int]:
+    """Return the centre errors of all scored frames of the runs together, and the number of these frames."""
     if not runs:
         return None, 0
     offsets = np.concatenate([run.trace.offsets[run.trace.scored] for run in runs])
@@ -122,12 +118,87 @@ class Speed:
     now: float | None
 
 
-def speeds(paper: Paper, outcomes: Mapping[str, Outcome]) -> list[Speed]:
-    """Of every tracker whose time the paper prints."""
-    found = []
-    for experiment in paper.experiments:
-        for each in rows(experiment, outcomes):
-            if each.printed.ms is not None:
-                now = None if each.ms is None else 1000 / each.ms
-                found.append(Speed(paper.title, experiment.scene.name, each.label, 1000 / each.printed.ms, now))
-    return found
+def speeds(paper: Paper, every: Mapping[str, SceneRuns]) -> list[Speed]:
+    """Return the speed of each tracker whose time the paper prints."""
+    return [
+        Speed(paper.title, part.scene.name, row.label, 1000 / row.printed.ms, row.ms and 1000 / row.ms)
+        for part in paper.experiments
+        for row in rows(part, every)
+        if row.printed.ms is not None
+    ]
+
+
+def error_over_frames(experiment: Experiment, found: SceneRuns, style: Mapping[str, LineStyle]) -> str:
+    """Draw the centre error over frames, median and quartiles over the seeds; '' without runs."""
+    charted = experiment.charted or experiment.trackers
+    traces = {label: [run.trace for run in found.of(label).values()] for label in charted}
+    shown = {label: seeds for label, seeds in traces.items() if seeds}
+    every = [trace for seeds in shown.values() for trace in seeds]
+    return error_chart(shown, every, style, experiment.scene.name) if every else ""
+
+
+def scores_over_frames(label: str, found: SceneRuns, style: LineStyle) -> str:
+    """Draw the tracker's own score over frames, median and quartiles over the seeds; '' where it has none."""
+    runs = list(found.of(label).values())
+    if not runs or not all(np.isfinite(run.trace.scores[1:]).all() for run in runs):
+        return ""
+    table = np.array([run.trace.scores[1:] for run in runs])
+    low, middle, high = np.percentile(table, (25, 50, 75), axis=0)
+    name = f"{found.source.name}: matching coefficient of {label}"
+    line = Line(style, runs[0].trace.indices[1:], middle, low, high)
+    return line_chart([line], Axis("frame"), Axis("matching coefficient", (0, 1)), size=(900, 220), name=name)
+
+
+def sweep_chart(
+    sweep: Sweep, words: str, figure: Figure, every: Mapping[str, SceneRuns], style: Mapping[str, LineStyle]
+) -> str:
+    """Draw a figure's mean over the seeds against the setting, with its 95 % interval; '' without runs."""
+    lines = []
+    for label in sweep.labels:
+        points = []
+        for x, (scene, trackers) in sweep.points.items():
+            runs = every[scene.name].of(trackers[label]).values()
+            values = [value for run in runs if (value := figure(run)) is not None]
+            if values:
+                points.append((x, *interval(values)))
+        if points:
+            lines.append(Line(style[label], *np.array(points).T))
+    if not lines:
+        return ""
+    limits = (-0.02, 1.02) if "share" in words else None
+    across = Axis(sweep.x, log=sweep.log, ticks=tuple(sweep.points) if sweep.log else ())
+    return line_chart(lines, across, Axis(words, limits, sweep.log), size=SMALL, name=f"{sweep.title}: {words}")
+
+
+def interval(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return (mean, low, high) over the seeds: Wilson's interval for yes and no, Student's t for numbers.
+
+    A single number has no interval.
+    """
+    if all(isinstance(value, bool) for value in values):
+        yes = int(sum(values))
+        return (yes / len(values), *wilson(yes, len(values)))
+    if len(values) == 1:
+        return values[0], values[0], values[0]
+    mean, low, high = map(float, mean_interval(np.array(values)))
+    return mean, low, high
+
+
+def growth_charts(result: GrowthResult) -> list[str]:
+    """Draw RMSE and Neff against N, and RMSE against Np / N."""
+    style = styles(result.by_particles)
+    n = np.array(PARTICLES, dtype=np.float64)
+
+    def line(label: str, figure: Callable[[FilterRuns, int], Floats]) -> Line:
+        every = result.by_particles[label].items()
+        return Line(style[label], n, *np.array([mean_interval(figure(each, count)) for count, each in every]).T)
+
+    rmse = [line(label, lambda each, count: each.rmse) for label in result.by_particles]
+    neff = [line(label, lambda each, count: each.neff / count) for label in result.by_particles]
+    shares = np.array([mean_interval(each.rmse) for each in result.by_share.values()]).T
+    share = Line(style["WSPF"], np.array(list(result.by_share)), *shares)
+    return [
+        line_chart(rmse, Axis("N"), Axis("RMSE"), size=SMALL, name="growth model: RMSE against N"),
+        line_chart(neff, Axis("N"), Axis("Neff / N", (0, 1)), size=SMALL, name="growth model: Neff against N"),
+        line_chart([share], Axis("Np / N, at N = 100"), Axis("RMSE"), size=SMALL, name="growth model: RMSE against Np"),
+    ]

@@ -1,4 +1,4 @@
-"""What becomes of a claim: the share of seeds that bear it out, its interval, and the verdict."""
+"""Verdicts on claims and goals with their intervals; effects of switches; the best of ours against each peer."""
 
 from __future__ import annotations
 
@@ -8,27 +8,28 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Literal, NamedTuple
 
-from irtrack.metrics import FIGURES, Difference, Score, paired_difference, wilson
-from irtrack.papers.runs import Outcome
-from irtrack.papers.values import Claim, Switch
+import numpy as np
+
+from irtrack.metrics import FIGURES, Difference, Score, mean_interval, paired_difference, wilson
+from irtrack.papers.experiment import HARD, OURS, THEIRS, Claim, Goal, Rule, Switch
+from irtrack.papers.runs import SceneRuns, fewest_off
 
 Word = Literal["held", "not held", "not decidable"]
 
 LEVEL = 0.95
 RULE = (
-    "A claim is held where the Wilson 95 % interval of the share of seeds that bear it out lies above one half, not "
-    "held where it lies below, and not decidable where it reaches over one half or no seed tells. A failed run "
-    "tells nothing, and neither does a seed in which two trackers that are compared come to the very same (as in a "
-    "sign test). A goal has a share of its own in place of one half, or a limit that the 95 % interval of a mean lies "
-    "below (Student's t)."
+    "A claim is held where the Wilson 95 % interval of the share of seeds that support it lies above one half. It is "
+    "not held where the interval lies below one half, and not decidable otherwise or without seeds. A failed run does "
+    "not count, and neither does a seed in which two compared trackers have equal figures (as in a sign test). A goal "
+    "has a share of its own in place of one half, or a limit for the 95 % interval of a mean (Student's t)."
 )
 
 
 class Judgement(NamedTuple):
-    """`yes` of `told` seeds say yes; low .. high the interval of that share; why where it is not decidable."""
+    """`yes` of `decided` seeds support a claim; interval of that share; the reason where it is not decidable."""
 
     yes: int
-    told: int
+    decided: int
     low: float
     high: float
     word: Word
@@ -36,12 +37,12 @@ class Judgement(NamedTuple):
 
     @property
     def share(self) -> float:
-        return self.yes / self.told if self.told else math.nan
+        return self.yes / self.decided if self.decided else math.nan
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim, where it stands, the scene it was tried on, what bears it out in a seed, and what came of it."""
+    """Claim, its place in the paper, the scene's name, the rule in words, and the judgement."""
 
     text: str
     place: str
@@ -50,22 +51,22 @@ class Verdict:
     judgement: Judgement
 
 
-def judged(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
-    """Whether more than the share `wanted` of all seeds say yes; None: the seed tells nothing."""
-    told = [answer for answer in answers if answer is not None]
-    yes, count = sum(told), len(told)
+def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
+    """Return whether more than the share `wanted` of all seeds say yes; None: the seed does not decide."""
+    decided = [answer for answer in answers if answer is not None]
+    yes, count = sum(decided), len(decided)
     low, high = wilson(yes, count, LEVEL)
-    if not told:
-        return Judgement(0, 0, low, high, "not decidable", "no seed tells")
+    if not decided:
+        return Judgement(0, 0, low, high, "not decidable", "no seed decides")
     if low > wanted:
         return Judgement(yes, count, low, high, "held")
     if high < wanted:
         return Judgement(yes, count, low, high, "not held")
-    return Judgement(yes, count, low, high, "not decidable", needed(seeds_to_decide(yes / count, wanted)))
+    return Judgement(yes, count, low, high, "not decidable", _needed(seeds_to_decide(yes / count, wanted)))
 
 
 def seeds_to_decide(share: float, wanted: float) -> int | None:
-    """From how many seeds on the Wilson interval of a share leaves `wanted` out; None where they are the same.
+    """Return the least number of seeds at which the Wilson interval of a share excludes `wanted`; None where equal.
 
     The interval holds all p with |share - p| <= z sqrt(p (1 - p) / n) (Wilson 1927).
     """
@@ -75,29 +76,65 @@ def seeds_to_decide(share: float, wanted: float) -> int | None:
     return math.floor(z * z * wanted * (1 - wanted) / (share - wanted) ** 2) + 1
 
 
-def needed(seeds: int | None) -> str:
-    """What would decide, were things to go on as they did."""
-    return "more of the like would not decide" if seeds is None else f"some {seeds:,} seeds of the like would decide"
+def _needed(seeds: int | None) -> str:
+    return "more seeds would not decide" if seeds is None else f"about {seeds:,} seeds would decide"
 
 
-def verdict(claim: Claim, outcomes: Mapping[str, Outcome]) -> Verdict:
-    """The verdict on a claim; not decidable where one of its trackers is not here."""
-    found = outcomes[claim.scene]
-    labels = claim.rule.labels
+def verdict(claim: Claim, every: Mapping[str, SceneRuns]) -> Verdict:
+    """Return the verdict on a claim; not decidable where one of its trackers has no runs."""
+    found, labels = every[claim.scene.name], claim.rule.labels
     missing = [label for label in labels if label not in found.runs]
     if missing:
-        why = "; ".join(found.absent.get(label, f"{label} was not run") for label in missing)
-        told = Judgement(0, 0, 0.0, 1.0, "not decidable", why)
+        why = "; ".join(found.reason(label) for label in missing)
+        judgement = Judgement(0, 0, 0.0, 1.0, "not decidable", why)
     else:
         together = set.intersection(*(set(found.of(label)) for label in labels))
-        answers = [claim.rule.of({label: found.of(label)[seed] for label in labels}) for seed in sorted(together)]
-        told = judged(answers)
-    return Verdict(claim.text, claim.place, claim.scene, claim.rule.words, told)
+        judgement = judge([claim.rule.of({label: found.of(label)[seed] for label in labels}) for seed in together])
+    return Verdict(claim.text, claim.place, claim.scene.name, claim.rule.words, judgement)
+
+
+@dataclass(frozen=True)
+class GoalResult:
+    """Goal, the value with its 95 % interval, the number of seeds, and the verdict; nan without runs."""
+
+    goal: Goal
+    value: float
+    low: float
+    high: float
+    seeds: int
+    word: Word
+    why: str = ""
+
+    @property
+    def is_share(self) -> bool:
+        return isinstance(self.goal.reach, Rule)
+
+
+def judge_goal(goal: Goal, every: Mapping[str, SceneRuns]) -> GoalResult:
+    """Return the result of a goal over all runs of its tracker that did not fail."""
+    found = every[goal.scene.name]
+    if goal.label not in found.runs:
+        return GoalResult(goal, math.nan, -math.inf, math.inf, 0, "not decidable", found.reason(goal.label))
+    runs = found.of(goal.label).values()
+    if isinstance(goal.reach, Rule):
+        share = judge([goal.reach.of({goal.label: run}) for run in runs], goal.wanted)
+        return GoalResult(goal, share.share, share.low, share.high, share.decided, share.word, share.why)
+    values = [value for run in runs if (value := goal.reach(run)) is not None]
+    count = len(values)
+    if count < 2:
+        mean = values[0] if values else math.nan
+        return GoalResult(goal, mean, -math.inf, math.inf, count, "not decidable", "fewer than two seeds decide")
+    mean, low, high = map(float, mean_interval(np.array(values), LEVEL))
+    if not low <= goal.wanted < high:
+        return GoalResult(goal, mean, low, high, count, "held" if high <= goal.wanted else "not held")
+    apart = abs(mean - goal.wanted)
+    seeds = math.ceil(count * ((high - mean) / apart) ** 2) if apart else None
+    return GoalResult(goal, mean, low, high, count, "not decidable", _needed(seeds))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What a switch does, with it less without it: share of frames off, and error before the loss, px."""
+    """Effect of a switch, with it minus without it: share of frames off, and error before the loss, px."""
 
     switch: Switch
     off: Difference | None
@@ -108,29 +145,63 @@ class Effect:
     why: str = ""
 
 
-def effect(switch: Switch, found: Outcome) -> Effect:
-    """The paired differences over the seeds that both have."""
+def effect(switch: Switch, found: SceneRuns) -> Effect:
+    """Return the paired differences over the seeds of both sides."""
     missing = [spec for spec in (switch.with_it, switch.without) if spec not in found.runs]
     if missing:
-        return Effect(switch, None, None, 0, 0, 0, found.absent.get(missing[0], "was not run"))
+        return Effect(switch, None, None, 0, 0, 0, found.reason(missing[0]))
     own, other = found.of(switch.with_it), found.of(switch.without)
     seeds = sorted(own.keys() & other.keys())
-    scenes = [str(seed) for seed in seeds]
 
-    def difference(figure: str) -> Difference | None:
-        pairs = [(_figure(own[seed].score, figure), _figure(other[seed].score, figure)) for seed in seeds]
-        return paired_difference([a for a, _ in pairs], [b for _, b in pairs], scenes, most=FIGURES[figure].most)
+    def difference(name: str) -> Difference | None:
+        a, b = ([_figure(runs[seed].score, name) for seed in seeds] for runs in (own, other))
+        return paired_difference(a, b, [str(seed) for seed in seeds], most=FIGURES[name].most)
 
-    return Effect(
-        switch,
-        difference("off_share"),
-        difference("error_held"),
-        sum(own[seed].score.lost is True for seed in seeds),
-        sum(other[seed].score.lost is True for seed in seeds),
-        len(seeds),
-    )
+    lost_with, lost_without = (sum(runs[seed].score.lost is True for seed in seeds) for runs in (own, other))
+    return Effect(switch, difference("off_share"), difference("error_held"), lost_with, lost_without, len(seeds))
 
 
 def _figure(score: Score, name: str) -> float:
     value = score.figure(name)
-    return float("nan") if value is None else float(value)
+    return math.nan if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class PeerComparison:
+    """Share of frames off of the best of ours, of a peer, and their difference on the same seeds."""
+
+    scene: str
+    best: str
+    peer: str
+    own: float
+    other: float
+    difference: Difference
+
+    @property
+    def word(self) -> Word:
+        """Whether the best of ours is off in fewer frames."""
+        if self.difference.high < 0:
+            return "held"
+        return "not held" if self.difference.low > 0 else "not decidable"
+
+
+def compare_peers(every: Mapping[str, SceneRuns], development: Mapping[str, SceneRuns]) -> list[PeerComparison]:
+    """Compare the best of ours with each peer on each hard scene; a failed run counts as off throughout.
+
+    The best has the fewest frames off on all hard scenes on the development seeds.
+    """
+    names = [experiment.scene.name for experiment in HARD]
+    best = fewest_off(OURS, [development[name] for name in names])
+    found: list[PeerComparison] = []
+    if best is None:
+        return found
+    for name in names:
+        for peer in THEIRS:
+            ours, theirs = (every[name].off_shares(label) for label in (best, peer))
+            common = sorted(ours.keys() & theirs.keys())
+            own, other = ([shares[seed] for seed in common] for shares in (ours, theirs))
+            difference = paired_difference(own, other, [str(seed) for seed in common], most=FIGURES["off_share"].most)
+            if difference is not None:
+                mine, its = sum(own) / len(own), sum(other) / len(other)
+                found.append(PeerComparison(name, best, peer, mine, its, difference))
+    return found

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from irtrack.papers.ours import BETTER
+from irtrack.papers.experiment import (
+    BETTER,
+    Claim,
+    Experiment,
+    Goal,
+    Paper,
+    Printed,
+    Scene,
+    Switch,
+    Untested,
+    claims,
+)
 from irtrack.papers.rules import (
     abs_x,
     abs_y,
@@ -21,32 +32,39 @@ from irtrack.papers.rules import (
     variance_x,
     variance_y,
 )
-from irtrack.papers.values import Claim, Experiment, Goal, Paper, Printed, Scene, Switch, Untested
 
 SKY, GROUND = Scene.of("xue-sky"), Scene.of("xue-ground")
 SIZES = {SKY: (30, 15), GROUND: (40, 20)}
+"""Particles of the two layers."""
+MEANS = {SKY: ((0.83, 0.86), (0.43, 0.38)), GROUND: ((1.07, 1.39), (1.25, 1.42))}
 PRINTED = {
-    SKY: (Printed((0.83, 0.86), (0.43, 0.38), 14.28), Printed((34.3, 2265.87), (3.88, 30.30), 15.69)),
-    GROUND: (Printed((1.07, 1.39), (1.25, 1.42), 21.85), Printed((39.59, 1895.42), (8.9, 41.61), 25.35)),
+    SKY: (Printed(*MEANS[SKY], 14.28), Printed((34.3, 2265.87), (3.88, 30.30), 15.69)),
+    GROUND: (Printed(*MEANS[GROUND], 21.85), Printed((39.59, 1895.42), (8.9, 41.61), 25.35)),
 }
 """Tables 1 and 2: the cascade's row, and that of the paper's reference 8."""
 GIVEN = " (runs not lost)"
 FOLLOWED = 0.95
-"""Share of seeds in which a target is to be followed to the end."""
+"""Share of seeds in which a target must be followed to the end."""
+
+
+def specs(scene: Scene) -> tuple[str, str, str]:
+    """Return the specs of the cascade, the product and mean shift with a particle filter, N = N1 + N2."""
+    n1, n2 = SIZES[scene]
+    n = n1 + n2
+    return f"cascade_pf:n1={n1}:n2={n2}", f"product_pf:particles={n}", f"mean_shift_pf:particles={n}"
 
 
 def experiment(scene: Scene, title: str) -> Experiment:
-    n1, n2 = SIZES[scene]
-    cascade = f"cascade_pf:n1={n1}:n2={n2}"
+    cascade, product, shift = specs(scene)
     own, other = PRINTED[scene]
     return Experiment(
         scene,
         title,
         {
             "cascade_pf": cascade,
-            "product_pf": f"product_pf:particles={n1 + n2}",
-            "mean_shift_pf": f"mean_shift_pf:particles={n1 + n2}",
-            "mean_shift_pf high-pass": f"mean_shift_pf:particles={n1 + n2}:high_pass=ring",
+            "product_pf": product,
+            "mean_shift_pf": shift,
+            "mean_shift_pf high-pass": f"{shift}:high_pass=ring",
             "no high-pass": f"{cascade}:high_pass=none",
             "full high-pass": f"{cascade}:high_pass=full",
             "no velocity": f"{cascade}:cues=grey",
@@ -55,116 +73,63 @@ def experiment(scene: Scene, title: str) -> Experiment:
             **BETTER,
         },
         {"cascade_pf": own, "mean_shift_pf": other},
-        "What stands after the paper's ± must be a variance: 2265 px cannot be a deviation in a frame of 320 px.",
+        "The number after the paper's ± must be a variance: 2265 px is no standard deviation in a frame of 320 px.",
         scene.siblings,
         charted=("cascade_pf", "product_pf", "mean_shift_pf", "mean_shift_pf high-pass", *BETTER),
     )
 
 
-def claims(scene: Scene) -> tuple[Claim, ...]:
-    own, _ = PRINTED[scene]
-    assert own.abs_x is not None
-    assert own.abs_y is not None
-    table = "table 1" if scene is SKY else "table 2"
-    return (
-        Claim("The cascade follows the target stably.", "section 4", scene.name, holds("cascade_pf")),
-        Claim("Mean shift with a particle filter loses it.", "section 4", scene.name, loses("mean_shift_pf")),
+def paper_claims(scene: Scene) -> tuple[Claim, ...]:
+    (mean_x, var_x), (mean_y, var_y) = MEANS[scene]
+    table, chart = ("table 1", "figure 7") if scene is SKY else ("table 2", "figure 9")
+    limits = ((abs_x, mean_x), (variance_x, var_x), (abs_y, mean_y), (variance_y, var_y))
+    product = "The cascade takes as long as the product of both likelihoods at N = N1 + N2."
+    return claims(
+        scene,
+        ("The cascade follows the target stably.", "section 4", holds("cascade_pf")),
+        ("Mean shift with a particle filter loses it.", "section 4", loses("mean_shift_pf")),
         *(
-            Claim(
-                f"The cascade's {words} is the printed one.",
+            (
+                f"The cascade's {figure.words} is the printed one.",
                 table,
-                scene.name,
-                at_most(unless_lost(figure), words, "cascade_pf", limit, GIVEN),
+                at_most(unless_lost(figure), "cascade_pf", limit, GIVEN),
             )
-            for words, figure, limit in (
-                ("mean |error| in X", abs_x, own.abs_x[0]),
-                ("variance in X", variance_x, own.abs_x[1]),
-                ("mean |error| in Y", abs_y, own.abs_y[0]),
-                ("variance in Y", variance_y, own.abs_y[1]),
-            )
+            for figure, limit in limits
         ),
-        Claim(
-            "The cascade's error is below that of mean shift with a particle filter.",
-            table,
-            scene.name,
-            less(error_all, "mean error", "cascade_pf", "mean_shift_pf"),
-        ),
-        Claim(
-            "In most frames its error is the smaller one.",
-            "figure 7" if scene is SKY else "figure 9",
-            scene.name,
-            mostly_nearer("cascade_pf", "mean_shift_pf"),
-        ),
-        Claim(
-            "The cascade is faster than mean shift with a particle filter.",
-            table,
-            scene.name,
-            less(cpu, "CPU time", "cascade_pf", "mean_shift_pf"),
-        ),
-        Claim(
-            "The ring neighbourhood makes the high-pass fast: the tracker with it is faster than with the full one.",
-            "section 1.1",
-            scene.name,
-            less(cpu, "CPU time", "cascade_pf", "full high-pass"),
-        ),
-        Claim(
-            "The high-pass lessens what noise and clouds do.",
-            "section 1",
-            scene.name,
-            less(off_share, "share of frames off", "cascade_pf", "no high-pass"),
-        ),
-        Claim(
-            "The velocity cue makes it more robust.",
-            "sections 0, 5",
-            scene.name,
-            less(off_share, "share of frames off", "cascade_pf", "no velocity"),
-        ),
-        Claim(
-            "The cascade takes as long as the product of both likelihoods at N = N1 + N2.",
-            "section 3.2",
-            scene.name,
-            as_long("cascade_pf", "product_pf", 0.1),
-        ),
-        Claim(
-            "The cascade is more robust than that product.",
-            "section 3.2",
-            scene.name,
-            less(error_all, "mean error", "cascade_pf", "product_pf"),
-        ),
+        ("Its error is below that of mean shift with PF.", table, less(error_all, "cascade_pf", "mean_shift_pf")),
+        ("In most frames its error is the smaller one.", chart, mostly_nearer("cascade_pf", "mean_shift_pf")),
+        ("It is faster than mean shift with PF.", table, less(cpu, "cascade_pf", "mean_shift_pf")),
+        ("The ring makes the high-pass fast.", "section 1.1", less(cpu, "cascade_pf", "full high-pass")),
+        ("The high-pass reduces noise and clouds.", "section 1", less(off_share, "cascade_pf", "no high-pass")),
+        ("The velocity cue helps.", "sections 0, 5", less(off_share, "cascade_pf", "no velocity")),
+        (product, "section 3.2", as_long("cascade_pf", "product_pf", 0.1)),
+        ("It is more robust than that product.", "section 3.2", less(error_all, "cascade_pf", "product_pf")),
     )
 
 
-AT_FRAMES = (
-    Claim(
-        "Mean shift with a particle filter goes wrong at the like-grey neighbour of frame 83.",
-        "section 4.2",
-        GROUND.name,
-        loses_about("mean_shift_pf", 83, 10),
-    ),
-    Claim("The cascade passes that neighbour.", "section 4.2", GROUND.name, on_target("cascade_pf", 84, 128)),
-    Claim("It passes the crossing of frame 129.", "section 4.2", GROUND.name, on_target("cascade_pf", 135, 199)),
+AT_FRAMES = claims(
+    GROUND,
+    ("Mean shift with PF fails at the neighbour of frame 83.", "section 4.2", loses_about("mean_shift_pf", 83, 10)),
+    ("The cascade passes that neighbour.", "section 4.2", on_target("cascade_pf", 84, 128)),
+    ("It passes the crossing of frame 129.", "section 4.2", on_target("cascade_pf", 135, 199)),
 )
 
 
 def goals(scene: Scene) -> tuple[Goal, ...]:
-    own, _ = PRINTED[scene]
-    assert own.abs_x is not None
-    assert own.abs_y is not None
+    (mean_x, _), (mean_y, _) = MEANS[scene]
     return tuple(
         goal
         for label in ("cascade_pf", *BETTER)
         for goal in (
             Goal("not lost", scene, label, holds(label), FOLLOWED),
-            Goal("mean |error| in X of runs not lost", scene, label, unless_lost(abs_x), own.abs_x[0]),
-            Goal("mean |error| in Y of runs not lost", scene, label, unless_lost(abs_y), own.abs_y[0]),
+            Goal("mean |error| in X of runs not lost", scene, label, unless_lost(abs_x), mean_x),
+            Goal("mean |error| in Y of runs not lost", scene, label, unless_lost(abs_y), mean_y),
         )
     )
 
 
 def switches(scene: Scene) -> tuple[Switch, ...]:
-    n1, n2 = SIZES[scene]
-    cascade, product = f"cascade_pf:n1={n1}:n2={n2}", f"product_pf:particles={n1 + n2}"
-    shift = f"mean_shift_pf:particles={n1 + n2}"
+    cascade, product, shift = specs(scene)
     return tuple(
         Switch(mechanism, scene, with_it, without)
         for mechanism, with_it, without in (
@@ -181,7 +146,7 @@ def switches(scene: Scene) -> tuple[Switch, ...]:
             ("cascade against product, equal N and, see the claim above, equal time", cascade, product),
             ("mean shift", shift, f"{cascade}:high_pass=none:cues=grey"),
             ("mean shift on high-pass", f"{shift}:high_pass=ring", shift),
-            ("moved particles corrected for the move", f"{shift}:corrected=true", shift),
+            ("importance correction of moved particles", f"{shift}:corrected=true", shift),
         )
     )
 
@@ -192,25 +157,21 @@ XUE = Paper(
     remark=(
         "The comparison with mean shift and a particle filter is confounded with the high-pass, which only the "
         "cascade had: that tracker is shown on the high-pass image as well. Cascade and product take about the same "
-        "time at N = N1 + N2, for the high-pass is most of it: equal N is equal time as well."
+        "time at N = N1 + N2, for the high-pass takes most of it: equal N is equal time as well."
     ),
     experiments=(
         experiment(SKY, "First experiment: an aircraft among clouds of like grey"),
         experiment(GROUND, "Second experiment: a vehicle, a neighbour of like grey, a crossing"),
     ),
-    claims=claims(SKY) + claims(GROUND) + AT_FRAMES,
+    claims=paper_claims(SKY) + paper_claims(GROUND) + AT_FRAMES,
     untested=(
         Untested(
             "Mean shift with a particle filter drifts at frame 133 of the sky.",
             "section 4.1",
-            "what is there in that frame of the paper's film is not told; whether it is lost at all is judged above",
+            "the paper does not describe that frame; the loss itself is judged above",
         ),
-        Untested(
-            "High-passes by frequency are slow.", "section 1", "no tracker here has one; the full neighbourhood has"
-        ),
-        Untested(
-            "The target's speed can say how many particles it takes.", "section 5", "named as work to come, without how"
-        ),
+        Untested("High-passes by frequency are slow.", "section 1", "no tracker here has one"),
+        Untested("The target's speed can set the number of particles.", "section 5", "future work, without a method"),
     ),
     goals=goals(SKY) + goals(GROUND),
     switches=switches(SKY) + switches(GROUND),

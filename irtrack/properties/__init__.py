@@ -1,4 +1,4 @@
-"""Properties of any tracker, and the check that tries them: `irtrack check`."""
+"""Properties that every tracker should have, and their check: `irtrack check`."""
 
 from __future__ import annotations
 

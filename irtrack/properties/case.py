@@ -1,4 +1,4 @@
-"""Clips: short rendered scenes held in memory, and what can be done to their pictures."""
+"""Cases of a property: clips, short rendered scenes in memory; walks, runs over them; comparisons."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from irtrack.types import Estimate, Estimates, Tracker, fault
 
 SIZE, FRAMES = (128, 96), 30
 BACKGROUND_GREY, TARGET_GREY = 51, 176
-"""Of the flat sky of 285 K and the patch of 305 K, by the AGC of `CAMERA`: pictures can be made brighter, stretched
-and turned to their negative without running into black or white."""
+"""Greys of the uniform sky of 285 K and the patch of 305 K, by the AGC of `CAMERA`. Changes of brightness and contrast
+and the negative do not saturate."""
 CAMERA: Mapping[str, Any] = {"agc": {"kind": "fixed", "low": 0, "high": 9000}}
 
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """Frames, where the target is in each, and the box in which it starts.
+    """Frames, positions of the target, and the start box.
 
     images    (n, rows, cols), read-only;  times (n,) s;  bits of the images
-    centers   (n, 2) px of the target;  visible (n,) share of it that is seen, 0 where it is absent
+    centers   (n, 2) px of the target;  visible (n,) visible fraction, 0 where it is absent
     text      the scenario as YAML
     first     index of the first frame
     """
@@ -53,17 +53,17 @@ class Clip:
         """(columns, rows)."""
         return self.images.shape[2], self.images.shape[1]
 
-    def pictured(self, change: Callable[[Image], Image], bits: int = 8) -> Clip:
-        """The clip with other pictures; `change` takes all of them at once."""
+    def with_images(self, change: Callable[[Image], Image], bits: int = 8) -> Clip:
+        """Return the clip with changed pictures; `change` takes all of them at once."""
         return replace(self, images=_frozen(np.ascontiguousarray(change(self.images))), bits=bits)
 
-    def placed(self, move: Callable[[Floats], Floats], turned: bool = False) -> Clip:
-        """The clip with the places of its target moved; turned: width and height change places."""
+    def with_centers(self, move: Callable[[Floats], Floats], turned: bool = False) -> Clip:
+        """Return the clip with moved positions of its target; turned: width and height are exchanged."""
         (cx, cy), (w, h) = move(np.array([[self.box.cx, self.box.cy]]))[0], (self.box.w, self.box.h)
         return replace(self, centers=move(self.centers), box=Box(cx, cy, *((h, w) if turned else (w, h))))
 
-    def chosen(self, indices: list[int]) -> Clip:
-        """The clip of some of its frames, in an order of one's own, at their times."""
+    def select(self, indices: list[int]) -> Clip:
+        """Return the clip of the frames of these indices, in this order, at their times."""
         kept = {name: getattr(self, name)[indices] for name in ("times", "centers", "visible")}
         return replace(self, images=_frozen(self.images[indices]), **kept)
 
@@ -75,7 +75,7 @@ def _frozen(images: Any) -> Image:
 
 
 def scene(seed: int, noise: int = 2, speed: int = 3, heading: int = 0, **changes: Any) -> dict[str, Any]:
-    """A scene as `Case.clip` draws them, by severities: a patch of 14 x 10 px on its straight way."""
+    """Return a scene as `Case.clip` draws them, by severities: a patch of 14 x 10 px on a straight path."""
     path = strategies.scenes.straight(strategies.scenes.SPEEDS[speed], 45.0 * heading, SIZE, FRAMES)
     camera = {"size": list(SIZE), "ifov_mrad": 0.5, "range_k": [270.0, 330.0], "noise": [{"kind": "white"}]}
     return {
@@ -89,7 +89,7 @@ def scene(seed: int, noise: int = 2, speed: int = 3, heading: int = 0, **changes
 
 
 def rendered(document: Mapping[str, Any]) -> Clip:
-    """The clip of a scenario as YAML has it; the same for the same one, so that it is rendered once."""
+    """Return the clip of a scenario; equal scenarios are rendered once."""
     return _rendered(irsim.dumps(irsim.build(irsim.Scenario, document, "scene"), short=True))
 
 
@@ -111,36 +111,35 @@ def _rendered(text: str) -> Clip:
 
 
 SIGMAS = 4.0
-"""How many standard errors beyond what is allowed a mean has to be before it counts.
+"""Standard errors by which a mean must exceed the tolerance before the property is broken.
 
-Of a tracker that is off by just what is allowed, chance takes a mean further, to either side, once in 193 with the
-8 seeds of a ci check and once in 2,700 with the 32 of a nightly one; less is rarer. The errors come from those seeds
-themselves, so this is Student's t: 2 * scipy.stats.t.sf(4, 7) = .00519, 2 * scipy.stats.t.sf(4, 31) = .00037.
+A tracker at the tolerance fails by chance with probability 1/193 for the 8 seeds of a ci check, and 1/2,700 for the 32
+of a nightly one, by Student's t: 2 * scipy.stats.t.sf(4, 7) = .00519, 2 * scipy.stats.t.sf(4, 31) = .00037.
 """
 
 
 class Broken(Exception):  # noqa: N818 - a finding, not an error of the program
-    """The property does not hold; the text says what was seen and what was allowed."""
+    """The property does not hold; the text has the result and the tolerance."""
 
 
 class NotAsked(Exception):  # noqa: N818 - an answer, not an error of the program
-    """The property says nothing of this tracker; the text says why."""
+    """The property does not apply to this tracker; the text has the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walk(Estimates):
-    """What a tracker said of the n frames after the first."""
+    """Estimates of the n frames after the first."""
 
     estimates: tuple[Estimate, ...]
 
     @property
     def tracking(self) -> np.ndarray:
-        """(n,) whether it says that it sees the target."""
+        """(n,) whether the status is `tracking`."""
         return np.array([status == "tracking" for status in self.statuses])
 
 
 def walk(tracker: Tracker, clip: Clip, seed: int = 0) -> Walk:
-    """The tracker over a clip; Broken for what is no legal estimate. The generator of frame k is that of (seed, k)."""
+    """Run the tracker over a clip, the random generator of frame k by (seed, k); Broken for an invalid estimate."""
     state = tracker.init(clip.frame(0), clip.box, stream(seed, "check", 0))
     estimates = []
     for k in range(1, len(clip)):
@@ -153,11 +152,11 @@ def walk(tracker: Tracker, clip: Clip, seed: int = 0) -> Walk:
 
 
 class Case:
-    """One example of one property: draws, by name, and walks.
+    """Example of one property: values drawn by name, and runs of the tracker.
 
-    seeds   how many seeds of the tracker, or of the scene, a mean is taken over
-    drawn   name -> what was drawn
-    clips   the clips that were drawn
+    seeds   number of seeds, of the tracker or of the scene, of a mean
+    drawn   drawn values by name
+    clips   drawn clips
     """
 
     def __init__(self, tracker: Tracker, draw: Callable[[Any], Any], seeds: int) -> None:
@@ -172,9 +171,10 @@ class Case:
         return self.drawn[name]
 
     def clip(self, speed: tuple[int, int] = (2, 4), **changes: Any) -> Clip:
-        """A patch that moves straight before an even sky, with little noise; changes go to `strategies.documents`.
+        """Draw a clip of a patch on a straight path before a uniform sky, with little noise.
 
-        speed: the least and the highest severity of its speed.
+        speed     least and highest severity of its speed
+        changes   arguments of `strategies.documents`
         """
         nothing: st.SearchStrategy[list[Any]] = st.just([])
         easy: dict[str, Any] = {
@@ -193,19 +193,19 @@ class Case:
         return clip
 
     def walks(self, clip: Clip) -> list[Walk]:
-        """With several seeds; one alone where the seed changes nothing."""
+        """Run with several seeds, or with one where the seed has no effect."""
         first, second = (walk(self.tracker, clip, seed) for seed in (0, 1))
         if same(first, second):
             return [first]
         return [first, second, *(walk(self.tracker, clip, seed) for seed in range(2, self.seeds))]
 
     def centers(self, clip: Clip) -> Floats:
-        """(seeds, n, 2) px."""
+        """Return the estimated centres (seeds, n, 2), px."""
         return np.stack([each.centers for each in self.walks(clip)])
 
 
 def numbers(estimate: Estimate) -> list[Any]:
-    """An estimate as plain values, which compare exactly."""
+    """Return an estimate as plain values, which compare exactly."""
     fields = (getattr(estimate, name) for name in Estimate.__slots__)
     return [np.asarray(field).tolist() if isinstance(field, np.ndarray | tuple) else field for field in fields]
 
@@ -215,17 +215,17 @@ def same(one: Walk, other: Walk) -> bool:
 
 
 def expect_same(one: Walk, other: Walk, how: str) -> None:
-    """Broken where two walks differ in any bit."""
+    """Raise Broken where two walks differ in any bit."""
     for k, pair in enumerate(zip(one.estimates, other.estimates, strict=True), 1):
         if numbers(pair[0]) != numbers(pair[1]):
             raise Broken(f"{how}: frame {k} differs: {_at(pair[0].center)}, not {_at(pair[1].center)} px")
 
 
 def expect_near(found: Floats, wanted: Floats, tolerance: float, how: str) -> None:
-    """Broken where places (seeds, n, 2) are not what is wanted (the same, or (n, 2)).
+    """Raise Broken where centres (seeds, n, 2) differ from the wanted ones (the same shape, or (n, 2)).
 
-    Of a tracker whose seed changes nothing each frame must lie within the tolerance. Of others the mean
-    over frames must, less `SIGMAS` standard errors over the seeds, which see the same noise both times.
+    Without random numbers each frame must lie within the tolerance. Otherwise the mean over frames must, less `SIGMAS`
+    standard errors over the seeds.
     """
     off = found[:, : wanted.shape[-2]] - wanted if len(found) == len(wanted) or wanted.ndim == 2 else None
     if off is None:
@@ -244,12 +244,12 @@ def expect_near(found: Floats, wanted: Floats, tolerance: float, how: str) -> No
         raise Broken(f"{how}: off by ({seen}) px in the mean of {len(means)} seeds; allowed: {tolerance:g}")
 
 
-def expect_above(values: Floats, least: float, what: str) -> None:
-    """Broken where the mean of independent values is surely below the least that is allowed."""
+def expect_above(values: Floats, least: float, name: str) -> None:
+    """Raise Broken where the mean of independent values is below the least value by `SIGMAS` standard errors."""
     mean = float(np.mean(values))
     error = float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
     if mean + SIGMAS * error < least:
-        raise Broken(f"{what}: {mean:.3g} ± {error:.2g} over {len(values)}; allowed: {least:g} or more")
+        raise Broken(f"{name}: {mean:.3g} ± {error:.2g} over {len(values)}; allowed: {least:g} or more")
 
 
 def _at(place: tuple[float, float]) -> str:

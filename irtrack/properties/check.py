@@ -1,4 +1,4 @@
-"""One property of one tracker: tried over what is drawn for it, shrunk to the least that breaks it."""
+"""Check of a tracker: each property is tested on drawn examples; a failing one is shrunk."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ Profile = Literal["ci", "nightly"]
 Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
 
 NIGHTLY = 10
-"""How many times as many examples, and four times as many seeds, a nightly check takes."""
+"""Factor of the number of examples of a nightly check."""
 SEEDS: Mapping[Profile, int] = {"ci": 8, "nightly": 32}
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one property.
+    """Result of one property.
 
-    verdict   'excused' is broken by a tracker that is known to; 'not asked' says nothing of this one; 'not judged'
-              needs a property that is broken
-    why       what was seen and what was allowed, or the reason
-    drawn     the least example that breaks it: what was drawn, by name
-    scenario  its scene as YAML, where it has one
+    verdict   'excused': broken, with a known reason; 'not asked': does not apply to this tracker; 'not judged': needs a
+              property that is broken
+    why       result and tolerance, or the reason
+    drawn     least failing example: drawn values by name
+    scenario  its scene as YAML, if it has one
     """
 
     property: Property
@@ -56,17 +56,17 @@ class Outcome:
 
 @dataclass
 class _Found:
-    """What the last failing example was; Hypothesis ends on the least."""
+    """Last failing example; Hypothesis ends with the least."""
 
     case: Case | None = None
     why: str = ""
 
 
 def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
-    """What comes of a property; the same at each call."""
+    """Return the outcome of a property; the same at each call."""
     found, silent = _Found(), set[str]()
 
-    @seed(crc32(prop.name.encode()))  # and not derandomize, which draws anew whenever a line of this changes
+    @seed(crc32(prop.name.encode()))  # derandomize would depend on the source text of this function
     @settings(
         max_examples=max(prop.examples * (NIGHTLY if profile == "nightly" else 1), 1),
         database=None,
@@ -84,7 +84,7 @@ def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
                 prop.check(case)
         except NotAsked as reason:
             silent.add(str(reason))
-        except Exception as error:  # whatever a tracker raises breaks what is asked of it
+        except Exception as error:  # any exception of the tracker breaks the property
             found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {told(error)}"
             raise
 
@@ -107,23 +107,23 @@ def check(
     frame_limit_s: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
-    """An outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
+    """Return an outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
 
-    What those of `only` need is tried too, and has an outcome where it is broken: nothing is judged without it.
+    Properties that those of `only` need are tested too, and have an outcome where they are broken.
 
-    tracker        as `irtrack.run` takes it
-    profile        how much is tried: ci in seconds, nightly in minutes
-    frame_limit_s  where given, the tracker works in a process of its own: one that takes longer for a frame, s, or
-                   that dies, breaks the property at hand and no more
+    tracker        as in `irtrack.run`
+    profile        effort: ci takes seconds, nightly minutes
+    frame_limit_s  run the tracker in a worker process: one that takes longer for a frame, s, or that dies, breaks only
+                   the present property
     progress       called with (properties done, properties to do)
 
-    What is drawn is the same at each call. InputError for an unknown name of a tracker or property.
+    The examples are the same at each call. InputError for an unknown name of a tracker or property.
     """
     from irtrack.replay.replay import named
 
     chosen = named(tracker)
-    asked = set(PROPERTIES) if only is None else {_known(name) for name in only}
-    needed = with_needs(asked)
+    wanted = set(PROPERTIES) if only is None else {_known(name) for name in only}
+    needed = with_needs(wanted)
     names = [name for name in PROPERTIES if name in needed]
     excuses = EXCEPTIONS.get(tracker_name(chosen), {})
     outcomes: dict[str, Outcome] = {}
@@ -137,11 +137,11 @@ def check(
                 outcomes[name] = _excused(examine(prop), excuses)
             if progress is not None:
                 progress(done, len(names))
-    return [each for name, each in outcomes.items() if name in asked or each.verdict == "broken"]
+    return [each for name, each in outcomes.items() if name in wanted or each.verdict == "broken"]
 
 
 def with_needs(names: Iterable[str]) -> set[str]:
-    """Names of properties, with all that they need, and that those need."""
+    """Return names of properties, with all that they need directly or indirectly."""
     found = set[str]()
     waiting = list(names)
     while waiting:
@@ -163,7 +163,7 @@ def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iter
 
         def examined_apart(prop: Property) -> Outcome:
             try:
-                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit)
+                return pool.call(_examined_in_worker, prop.name, tracker, profile, limit=limit, name=prop.name)
             except TrackerLostError as lost:
                 return Outcome(prop, "broken", str(lost))
 
@@ -219,9 +219,9 @@ def check_tracker(
     only: Iterable[str] | None = None,
     excused: Mapping[str, str] | None = None,
 ) -> None:
-    """AssertionError, with the least examples, where a tracker breaks a property: the one line of your own tests.
+    """Raise AssertionError, with the least examples, where a tracker breaks a property; for your own tests.
 
-    excused    property -> reason, for what the tracker is known to break;  the rest as of `check`
+    excused    property -> reason, for known failures;  the rest as of `check`
     """
     excuses = excused or {}
     for name in excuses:

@@ -1,4 +1,4 @@
-"""Properties of the interface: what lets a run be repeated, resumed, split and shared."""
+"""Properties of the interface, by which a run can be repeated, resumed, divided and shared."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from irtrack.types import resumable
 KINDS = ("noise", "even", "saturated", "one hot pixel", "halves")
 
 
-def legal(case: Case) -> None:
-    """Estimates are finite and well formed whatever the pictures show and wherever the box lies."""
+def valid_output(case: Case) -> None:
+    """Estimates are finite and well formed for any picture and any start box."""
     rows, columns = case.draw("rows", st.integers(8, 48)), case.draw("columns", st.integers(8, 48))
     dtype = np.dtype(case.draw("dtype", st.sampled_from(["uint8", "uint16"])))
     kinds = case.draw("pictures", st.lists(st.sampled_from(KINDS), min_size=2, max_size=8))
@@ -32,14 +32,14 @@ def legal(case: Case) -> None:
     images = np.stack([_picture(kind, (rows, columns), dtype, rng) for kind in kinds])
     images.setflags(write=False)
     count = len(kinds)
-    nowhere = np.full((count, 2), np.nan)
+    no_center = np.full((count, 2), np.nan)
     bits = 8 * dtype.itemsize
-    clip = Clip(images, np.arange(count) / 30, nowhere, np.zeros(count), Box(cx, cy, w, h), "", bits)
+    clip = Clip(images, np.arange(count) / 30, no_center, np.zeros(count), Box(cx, cy, w, h), "", bits)
     walk(case.tracker, clip)
 
 
 def _picture(kind: str, shape: tuple[int, int], dtype: np.dtype[np.generic], rng: np.random.Generator) -> np.ndarray:
-    top = int(np.iinfo(dtype).max)  # type: ignore[type-var]  # whole numbers only come here
+    top = int(np.iinfo(dtype).max)  # type: ignore[type-var]  # integers only
     image = np.full(shape, top // 3, dtype)
     if kind == "noise":
         image = rng.integers(0, top, shape, np.uint16, endpoint=True).astype(dtype)
@@ -53,16 +53,16 @@ def _picture(kind: str, shape: tuple[int, int], dtype: np.dtype[np.generic], rng
 
 
 def deterministic(case: Case) -> None:
-    """The same frames and generators give the same answers."""
+    """The same frames and random generators give the same estimates."""
     clip = case.clip()
     expect_same(walk(case.tracker, clip), walk(case.tracker, clip), "run again")
 
 
-def elsewhere(case: Case) -> None:
-    """They do so in another process, where hashes have another seed."""
+def cross_process(case: Case) -> None:
+    """They give the same estimates in another process, with another hash seed."""
     clip = case.clip()
     if type(case.tracker).__module__ == "__main__":
-        raise NotAsked("its class stands in the main program, which other processes do not have")
+        raise NotAsked("its class is defined in the main program, which other processes do not have")
     seed = "1" if os.environ.get("PYTHONHASHSEED") != "1" else "2"
     try:
         answer: Walk = call_in_new_interpreter(walk, case.tracker, clip, PYTHONHASHSEED=seed)
@@ -74,33 +74,33 @@ def elsewhere(case: Case) -> None:
 
 
 def causal(case: Case) -> None:
-    """What is said of a frame does not depend on later frames."""
+    """The estimate of a frame does not depend on later frames."""
     clip = case.clip()
     cut = case.draw("cut", st.integers(2, len(clip) - 2))
     images = clip.images.copy()
     images[cut:] = images[cut:, ::-1]
-    other = clip.pictured(lambda _: images)
+    other = clip.with_images(lambda _: images)
     before = walk(case.tracker, clip).estimates[: cut - 1]
     expect_same(Walk(walk(case.tracker, other).estimates[: cut - 1]), Walk(before), f"with other frames from {cut} on")
 
 
-def final(case: Case) -> None:
-    """What was said is not changed by later steps."""
+def immutable_output(case: Case) -> None:
+    """Later steps do not change earlier estimates."""
     clip = case.clip()
     state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
-    said, copies = [], []
+    estimates, copies = [], []
     for k in range(1, len(clip)):
         state, estimate = case.tracker.step(state, clip.frame(k), stream(0, "check", k))
-        said.append(estimate)
+        estimates.append(estimate)
         copies.append(numbers(estimate))
-    for k, (estimate, copy) in enumerate(zip(said, copies, strict=True), 1):
+    for k, (estimate, copy) in enumerate(zip(estimates, copies, strict=True), 1):
         if numbers(estimate) != copy:
             raise Broken(f"the estimate of frame {k} was changed by a later step")
 
 
 def pure(case: Case) -> None:
-    """A step leaves its state as it was: done twice it gives the same."""
-    _ask_resumable(case)
+    """A step does not change its input state: repeated, it gives the same estimate."""
+    _require_resumable(case)
     clip = case.clip()
     state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
     for k in range(1, len(clip)):
@@ -111,33 +111,33 @@ def pure(case: Case) -> None:
 
 
 def resumes(case: Case) -> None:
-    """A state that was pickled goes on bit for bit."""
-    _ask_resumable(case)
+    """A run resumed from a pickled state is the same bit for bit."""
+    _require_resumable(case)
     clip = case.clip()
     cut = case.draw("cut", st.integers(1, len(clip) - 2))
     state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
-    said = []
+    estimates = []
     for k in range(1, len(clip)):
         if k == cut:
             state = pickle.loads(pickle.dumps(state))
         state, estimate = case.tracker.step(state, clip.frame(k), stream(0, "check", k))
-        said.append(estimate)
-    expect_same(Walk(tuple(said)), walk(case.tracker, clip), f"pickled before frame {cut}")
+        estimates.append(estimate)
+    expect_same(Walk(tuple(estimates)), walk(case.tracker, clip), f"pickled before frame {cut}")
 
 
 def alone(case: Case) -> None:
-    """Two runs on one tracker, step by step in turns, do not disturb each other."""
+    """Two interleaved runs of one tracker do not affect each other."""
     clip = case.clip()
-    other = replace(clip.pictured(lambda images: images[:, ::-1, ::-1]), box=_turned(clip))
+    other = replace(clip.with_images(lambda images: images[:, ::-1, ::-1]), box=_turned(clip))
     own = [walk(case.tracker, each) for each in (clip, other)]
     states = [case.tracker.init(each.frame(0), each.box, stream(0, "check", 0)) for each in (clip, other)]
-    said: list[list[object]] = [[], []]
+    found: list[list[object]] = [[], []]
     for k in range(1, len(clip)):
         for run, each in enumerate((clip, other)):
             states[run], estimate = case.tracker.step(states[run], each.frame(k), stream(0, "check", k))
-            said[run].append(estimate)
+            found[run].append(estimate)
     for run in range(2):
-        expect_same(Walk(tuple(said[run])), own[run], "beside another run")  # type: ignore[arg-type]  # what is no Estimate is not the same, either
+        expect_same(Walk(tuple(found[run])), own[run], "beside another run")  # type: ignore[arg-type]  # a wrong type compares unequal
 
 
 def _turned(clip: Clip) -> Box:
@@ -145,8 +145,8 @@ def _turned(clip: Clip) -> Box:
     return Box(columns - 1 - clip.box.cx, rows - 1 - clip.box.cy, clip.box.w, clip.box.h)
 
 
-def gentle(case: Case) -> None:
-    """Frames are looked at and not written on."""
+def readonly_input(case: Case) -> None:
+    """Frames are read and not changed."""
     clip = case.clip()
     writable = replace(clip, images=clip.images.copy())
     walk(case.tracker, writable)
@@ -154,11 +154,11 @@ def gentle(case: Case) -> None:
     if len(changed):
         k, row, column = changed[0]
         many = f"{counted(len(changed), 'pixel')} {'was' if len(changed) == 1 else 'were'}"
-        raise Broken(f"{many} written on, the first at ({column}, {row}) of frame {k}")
+        raise Broken(f"{many} changed, the first at ({column}, {row}) of frame {k}")
 
 
-def layout(case: Case) -> None:
-    """How a picture lies in memory changes nothing: parts of larger arrays, columns first."""
+def memory_layout(case: Case) -> None:
+    """The memory layout of a picture has no effect: parts of larger arrays, columns first."""
     clip = case.clip()
     wide: Any = np.zeros((*clip.images.shape[:2], 2 * clip.images.shape[2]), clip.images.dtype)
     wide[:, :, ::2] = clip.images
@@ -170,22 +170,22 @@ def layout(case: Case) -> None:
         _expect_rounding(walk(case.tracker, replace(clip, images=images)), walk(case.tracker, clip), how)
 
 
-def timeless(case: Case) -> None:
-    """The same pictures an hour later, under other frame numbers, give the same answers."""
+def time_invariant(case: Case) -> None:
+    """The same pictures an hour later, with other frame numbers, give the same estimates."""
     clip = case.clip()
     later = replace(clip, times=clip.times + 4096.0, first=100_000)  # exact: a power of two
     _expect_rounding(walk(case.tracker, later), walk(case.tracker, clip), "an hour later")
 
 
 def _expect_rounding(one: Walk, other: Walk, how: str) -> None:
-    """Sums in another order and differences of large times round otherwise: a thousandth of a pixel is the same."""
+    """Raise Broken where centres differ by more than 0.001 px, the rounding of reordered sums and large times."""
     off = np.hypot(*(one.centers - other.centers).T)
     if off.max() > 1e-3:
         raise Broken(f"{how}: off by {off.max():.3g} px at frame {int(off.argmax()) + 1}; allowed: 0.001")
 
 
 def bounded(case: Case) -> None:
-    """The state does not grow with the frames seen."""
+    """The state does not grow with the number of frames."""
     clip = case.clip(speed=(0, 0))
     state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
     sizes = []
@@ -201,6 +201,6 @@ def bounded(case: Case) -> None:
         raise Broken(f"pickled, the state has {sizes[0]} bytes after 60 frames and {sizes[1]} after 180")
 
 
-def _ask_resumable(case: Case) -> None:
+def _require_resumable(case: Case) -> None:
     if not resumable(case.tracker):
-        raise NotAsked("it does not say resumable = True")
+        raise NotAsked("it does not declare resumable = True")

@@ -1,4 +1,4 @@
-"""Properties of following: an easy target is held, and small troubles pass."""
+"""Properties of tracking: an easy target is held, also after small disturbances."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from irsim.types import Box
 from irtrack.properties.case import Broken, Case, Clip, NotAsked, expect_near
 
 HELD_PX = 2.0
-"""How near an easy target is held: a fifth of its height."""
+"""Largest distance from an easy target: a fifth of its height."""
 NEAR_PX = 5.0
-"""How near it is held through a trouble: half of its height."""
+"""Largest distance after a disturbance: half of its height."""
 SETTLED = 20
-"""The frame from which on a trouble of the first frames ought to be over."""
+"""First frame after which a disturbance must have no effect."""
 
 
 def follows(case: Case) -> None:
-    """A target that moves straight before an even sky is held."""
+    """The tracker follows a target on a straight path before a uniform sky."""
     clip = case.clip()
     expect_near(case.centers(clip), clip.centers[1:], HELD_PX, "from the target")
 
 
 def rests(case: Case) -> None:
-    """A target that stands still is held: nothing drifts."""
+    """The tracker does not drift off a stationary target."""
     clip = case.clip(speed=(0, 0))
     expect_near(case.centers(clip), clip.centers[1:], HELD_PX, "from the target")
 
 
 def size(case: Case) -> None:
-    """The size of a target that keeps its size is kept, within a factor of 1.5."""
+    """The estimated size of a target of constant size stays constant, within a factor of 1.5."""
     clip = case.clip()
     sizes = np.stack([each.sizes for each in case.walks(clip)])[:, -1]
     ratio = np.median(sizes / np.array([clip.box.w, clip.box.h]), axis=0)
@@ -42,7 +42,7 @@ def size(case: Case) -> None:
 
 
 def start_place(case: Case) -> None:
-    """A start box some pixels off does no harm beyond that."""
+    """A start box displaced by two pixels does not cause track loss."""
     clip = case.clip()
     right, down = case.draw("right", st.integers(-2, 2)), case.draw("down", st.integers(-2, 2))
     box = Box(clip.box.cx + right, clip.box.cy + down, clip.box.w, clip.box.h)
@@ -50,7 +50,7 @@ def start_place(case: Case) -> None:
 
 
 def start_size(case: Case) -> None:
-    """A start box a quarter too large or a fifth too small does no harm."""
+    """A start box a quarter too large or a fifth too small does not cause track loss."""
     clip = case.clip()
     factor = case.draw("factor", st.sampled_from([1.0, 1.25, 0.8]))
     box = Box(clip.box.cx, clip.box.cy, clip.box.w * factor, clip.box.h * factor)
@@ -58,41 +58,41 @@ def start_size(case: Case) -> None:
 
 
 def duplicates(case: Case) -> None:
-    """Frames that arrive twice, at the same time, do no harm."""
+    """Duplicated frames with equal times do not cause track loss."""
     clip = case.clip()
     twice = case.draw("frames", st.lists(st.integers(3, 15), min_size=1, max_size=4, unique=True))
-    _expect_held(case, clip.chosen(sorted([*range(len(clip)), *twice])), NEAR_PX, "with doubled frames")
+    _expect_held(case, clip.select(sorted([*range(len(clip)), *twice])), NEAR_PX, "with doubled frames")
 
 
 def drops(case: Case) -> None:
-    """Single frames that do not arrive do no harm."""
+    """Single dropped frames do not cause track loss."""
     clip = case.clip(speed=(2, 3))
     lost = case.draw("frames", st.lists(st.sampled_from([3, 6, 9, 12]), min_size=1, max_size=4, unique=True))
     kept = [k for k in range(len(clip)) if k not in lost]
-    _expect_held(case, clip.chosen(kept), NEAR_PX, "with frames lost")
+    _expect_held(case, clip.select(kept), NEAR_PX, "with frames lost")
 
 
 def reacquires(case: Case) -> None:
-    """A target hidden for four frames is held again afterwards."""
-    clip = hidden(case.clip(speed=(2, 2)), 8, 12)
-    _expect_held(case, clip, NEAR_PX, "after four frames of hiding")
+    """The tracker reacquires a target after an occlusion of four frames."""
+    clip = occluded(case.clip(speed=(2, 2)), 8, 12)
+    _expect_held(case, clip, NEAR_PX, "after an occlusion of four frames")
 
 
 def velocity(case: Case) -> None:
-    """The velocity that is said is the target's, within 0.75 px a frame on the average."""
+    """The estimated velocity is that of the target, within 0.75 px a frame on average."""
     clip = case.clip(speed=(3, 4))
     walks = case.walks(clip)
     if walks[0].estimates[-1].velocity is None:
-        raise NotAsked("it says no velocity")
-    said = np.array([[each.velocity for each in walk.estimates[SETTLED:]] for walk in walks], dtype=np.float64)
+        raise NotAsked("it gives no velocity")
+    estimated = np.array([[each.velocity for each in walk.estimates[SETTLED:]] for walk in walks], dtype=np.float64)
     true = np.diff(clip.centers, axis=0)[SETTLED:]
-    off = float(np.hypot(*(said - true).mean(axis=(0, 1))))
+    off = float(np.hypot(*(estimated - true).mean(axis=(0, 1))))
     if off > 0.75:
-        raise Broken(f"{off:.2f} px a frame from the target's velocity on the average; allowed: 0.75")
+        raise Broken(f"{off:.2f} px a frame from the target's velocity on average; allowed: 0.75")
 
 
-def hidden(clip: Clip, first: int, stop: int) -> Clip:
-    """The clip with its target painted over in frames first .. stop-1 by sky of the same clip: noise and all."""
+def occluded(clip: Clip, first: int, stop: int) -> Clip:
+    """Return the clip with its target covered in frames first .. stop-1 by sky of the same frame, noise included."""
     images = clip.images.copy()
     box, margin = clip.box, 4
     rows, columns = round(box.h) + 2 * margin, round(box.w) + 2 * margin
@@ -100,13 +100,13 @@ def hidden(clip: Clip, first: int, stop: int) -> Clip:
         top, left = (
             round(float(c) - s / 2) - margin for c, s in ((clip.centers[k, 1], box.h), (clip.centers[k, 0], box.w))
         )
-        sky = clip.images[k, :rows, :columns]  # a corner: scenes keep the target to the middle
+        sky = clip.images[k, :rows, :columns]  # the target stays away from the corner
         images[k, top : top + rows, left : left + columns] = sky
     visible = clip.visible.copy()
     visible[first:stop] = 0.0
-    return replace(clip.pictured(lambda _: images), visible=visible)
+    return replace(clip.with_images(lambda _: images), visible=visible)
 
 
 def _expect_held(case: Case, clip: Clip, tolerance: float, how: str) -> None:
-    """From `SETTLED` on."""
+    """Raise Broken where the track is not near the target from `SETTLED` on."""
     expect_near(case.centers(clip)[:, SETTLED:], clip.centers[SETTLED + 1 :], tolerance, how)

@@ -1,4 +1,4 @@
-"""Properties of the picture: what a change of all pixels does to the answers (metamorphic relations)."""
+"""Metamorphic relations: effect on the estimates of a change of all pixels."""
 
 from __future__ import annotations
 
@@ -11,23 +11,22 @@ from irsim.types import Floats, Image
 from irtrack.properties.case import BACKGROUND_GREY, Case, Clip, expect_near
 
 SAME_PX = 0.5
-"""Tolerance of places that ought to be the same: greys are rounded."""
+"""Tolerance of equal positions, px: greys are rounded."""
 MIRRORED_PX = 1.1
-"""The same where the picture is turned round: a window of whole pixels may lie half a pixel to one side of the target,
-and then as far to the other."""
+"""Tolerance of mirrored positions, px: a window of whole pixels may lie half a pixel to either side of the target."""
 
 
 def shift(case: Case) -> None:
-    """A picture moved by whole pixels moves the answers with it."""
+    """A shift of the picture by whole pixels shifts the estimates with it."""
     clip = case.clip()
     right, down = case.draw("right", st.integers(-12, 12)), case.draw("down", st.integers(-10, 10))
-    moved = clip.pictured(lambda images: np.roll(images, (down, right), (1, 2)))
-    moved = moved.placed(lambda places: places + np.array([right, down]))
+    moved = clip.with_images(lambda images: np.roll(images, (down, right), (1, 2)))
+    moved = moved.with_centers(lambda places: places + np.array([right, down]))
     _compare(case, clip, moved, lambda places: places - np.array([right, down]), SAME_PX, f"moved by ({right}, {down})")
 
 
 def flip(case: Case) -> None:
-    """A mirrored picture mirrors the answers."""
+    """A mirrored picture mirrors the estimates."""
     clip = case.clip()
     axis = case.draw("axis", st.sampled_from([0, 1]))
     edge = clip.size[axis] - 1
@@ -37,29 +36,29 @@ def flip(case: Case) -> None:
         mirrored[..., axis] = edge - mirrored[..., axis]
         return mirrored
 
-    mirrored = clip.pictured(lambda images: np.flip(images, 2 - axis)).placed(mirror)
+    mirrored = clip.with_images(lambda images: np.flip(images, 2 - axis)).with_centers(mirror)
     _compare(case, clip, mirrored, mirror, MIRRORED_PX, f"mirrored in {'xy'[axis]}")
 
 
 def transpose(case: Case) -> None:
-    """A picture with rows for columns gives the answers with x for y."""
+    """A transposed picture exchanges x and y of the estimates."""
     clip = case.clip()
 
     def turn(places: Floats) -> Floats:
         return places[..., ::-1].copy()
 
-    turned = clip.pictured(lambda images: images.transpose(0, 2, 1)).placed(turn, turned=True)
+    turned = clip.with_images(lambda images: images.transpose(0, 2, 1)).with_centers(turn, turned=True)
     _compare(case, clip, turned, turn, MIRRORED_PX, "transposed")
 
 
 def offset(case: Case) -> None:
-    """A picture brighter or darker as a whole gives the same answers."""
+    """A uniform change of brightness does not change the estimates."""
     by = case.draw("by", st.integers(-20, 40))
     _regrey(case, lambda images: np.clip(images.astype(np.int16) + by, 0, 255).astype(np.uint8), f"{by:+} grey")
 
 
 def gain(case: Case) -> None:
-    """A picture of more or less contrast gives the same answers."""
+    """A change of contrast does not change the estimates."""
     by = case.draw("quarters", st.integers(2, 6)) / 4
 
     def stretch(images: Image) -> Image:
@@ -71,19 +70,19 @@ def gain(case: Case) -> None:
 
 
 def polarity(case: Case) -> None:
-    """The negative gives the same answers: a cold target is as good as a hot one."""
+    """The negative picture gives the same estimates: hot and cold targets are equal."""
     _regrey(case, lambda images: 255 - images, "negative")
 
 
 def depth(case: Case) -> None:
-    """Counts of 14 bits that say the same as 8 give the same answers."""
+    """Counts of 14 bits with the same content as 8 bits give the same estimates."""
     clip = case.clip()
-    deep = clip.pictured(lambda images: images.astype(np.uint16) * 64, bits=14)
+    deep = clip.with_images(lambda images: images.astype(np.uint16) * 64, bits=14)
     _compare(case, clip, deep, lambda places: places, SAME_PX, "as 14 bits")
 
 
 def distractor(case: Case) -> None:
-    """The target's like, in a far corner of the picture, changes nothing."""
+    """A copy of the target in a far corner of the picture has no effect."""
     clip = case.clip(speed=(1, 2))
     right, down = case.draw("side", st.sampled_from([(1, 1), (1, -1), (-1, 1), (-1, -1)]))
     shape = clip.images.shape[1:]
@@ -98,16 +97,16 @@ def distractor(case: Case) -> None:
         changed[:, row : row + patch.shape[0], column : column + patch.shape[1]] = patch
         return changed
 
-    _compare(case, clip, clip.pictured(beside), lambda places: places, SAME_PX, "a like in a corner")
+    _compare(case, clip, clip.with_images(beside), lambda places: places, SAME_PX, "a copy in a corner")
 
 
 def _regrey(case: Case, change: Callable[[Image], Image], how: str) -> None:
     clip = case.clip()
-    _compare(case, clip, clip.pictured(change), lambda places: places, SAME_PX, how)
+    _compare(case, clip, clip.with_images(change), lambda places: places, SAME_PX, how)
 
 
 def _compare(
     case: Case, clip: Clip, changed: Clip, back: Callable[[Floats], Floats], tolerance: float, how: str
 ) -> None:
-    """What is said of the changed clip, led back, is what is said of the clip."""
+    """Raise Broken where the estimates of the changed clip, transformed back, are not those of the clip."""
     expect_near(back(case.centers(changed)), case.centers(clip), tolerance, how)

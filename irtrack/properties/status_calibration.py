@@ -1,4 +1,4 @@
-"""Properties of what a tracker says of itself, and of how it fails: over many scenes, with an interval."""
+"""Properties of status, score and covariance, and of the error under harder conditions: over many scenes."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from irtrack.properties.case import (
     scene,
     walk,
 )
-from irtrack.properties.following import hidden
+from irtrack.properties.following import occluded
 
 HIDDEN = (12, 24)
-"""Frames of the long hiding: first, and past the last."""
+"""Frames of the long occlusion: first, and one past the last."""
 LATE = 4
-"""Frames in which a tracker may take note that the target went."""
+"""Frames allowed until the status changes."""
 
 
 def _scenes(case: Case, noise: int = 2, speed: int = 2) -> list[Clip]:
-    """As many scenes as there are seeds, in all directions; the tracker's seed is the scene's."""
+    """Return one scene for each seed, with all directions of motion."""
     clips = [rendered(scene(seed, noise, speed, seed % 8)) for seed in range(case.seeds)]
     case.clips = clips[:1]
     return clips
@@ -40,57 +40,57 @@ def _walks(case: Case, clips: list[Clip]) -> list[Walk]:
 
 
 def says_seen(case: Case) -> None:
-    """It says `tracking` while the target is plainly there: in four frames of five."""
+    """The status is `tracking` in at least four of five frames with a visible target."""
     shares = np.array([each.tracking.mean() for each in _walks(case, _scenes(case))])
-    expect_above(shares, 0.8, "share of frames called tracking while the target is there")
+    expect_above(shares, 0.8, "share of frames with status tracking and a visible target")
 
 
 def says_hidden(case: Case) -> None:
-    """It does not say `tracking` while the target is hidden: from the fifth frame on in half of them."""
+    """The status is not `tracking` in at least half of the occluded frames, from the fifth on."""
     first, stop = HIDDEN
-    clips = [hidden(clip, first, stop) for clip in _scenes(case)]
+    clips = [occluded(clip, first, stop) for clip in _scenes(case)]
     shares = np.array([1 - each.tracking[first + LATE - 1 : stop - 1].mean() for each in _walks(case, clips)])
-    expect_above(shares, 0.5, "share of hidden frames not called tracking")
+    expect_above(shares, 0.5, "share of occluded frames without status tracking")
 
 
 def says_gone(case: Case) -> None:
-    """A target that is gone for good is not tracked for ever: after 20 frames not in half of them."""
+    """The status is not `tracking` in at least half of the frames, from 20 after the target has disappeared."""
     clips = []
     for clip in _scenes(case):
-        gone = hidden(clip, 5, len(clip))
-        empty = gone.chosen([*range(len(clip)), *range(10, len(clip))])
+        gone = occluded(clip, 5, len(clip))
+        empty = gone.select([*range(len(clip)), *range(10, len(clip))])
         clips.append(replace(empty, times=np.arange(len(empty)) / 30))
     shares = np.array([1 - each.tracking[25:].mean() for each in _walks(case, clips)])
-    expect_above(shares, 0.5, "share of frames not called tracking after the target went")
+    expect_above(shares, 0.5, "share of frames without status tracking after the disappearance")
 
 
 def says_empty(case: Case) -> None:
-    """A picture of one grey shows no target."""
+    """The status is never `tracking` in frames of uniform grey."""
     (clip,) = _scenes(case)[:1]
     images = np.full_like(clip.images, BACKGROUND_GREY)
     images[0] = clip.images[0]
-    said = walk(case.tracker, clip.pictured(lambda _: images)).tracking[LATE:]
-    if said.any():
-        raise Broken(f"tracking is said in {said.sum()} of {len(said)} frames of one grey; allowed: none")
+    claims = walk(case.tracker, clip.with_images(lambda _: images)).tracking[LATE:]
+    if claims.any():
+        raise Broken(f"status tracking in {claims.sum()} of {len(claims)} frames of uniform grey; allowed: none")
 
 
 def score(case: Case) -> None:
-    """Its score is lower while the target is hidden than while it is seen."""
+    """The score is lower in occluded frames than in visible ones."""
     first, stop = HIDDEN
     differences = []
-    for each in _walks(case, [hidden(clip, first, stop) for clip in _scenes(case)]):
+    for each in _walks(case, [occluded(clip, first, stop) for clip in _scenes(case)]):
         scores = [estimate.score for estimate in each.estimates]
         seen = [value for value in scores[: first - 1] if value is not None]
         unseen = [value for value in scores[first + 1 : stop - 1] if value is not None]
         if seen and unseen:
             differences.append(np.mean(seen) - np.mean(unseen))
     if not differences:
-        raise NotAsked("it gives no score there")
-    expect_above(np.array(differences), 0.0, "score while seen less that while hidden")
+        raise NotAsked("it gives no score in these frames")
+    expect_above(np.array(differences), 0.0, "score in visible frames minus that in occluded ones")
 
 
 def nees(case: Case) -> None:
-    """Its covariance is not far too small: the mean squared error in its units (NEES) is 2, and 20 at most.
+    """The covariance is not much too small: the normalised squared error (NEES) has mean 2, and at most 20.
 
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
     """
@@ -109,26 +109,26 @@ def nees(case: Case) -> None:
 
 
 _ROUNDING: Floats = 1e-4 * np.eye(2)
-"""px^2: a hundredth of a pixel, which no one is held to."""
+"""Covariance of rounding, px²: a hundredth of a pixel on each axis."""
 
 
 def noise(case: Case) -> None:
-    """More noise makes it worse, or nothing: never better, over many scenes."""
+    """More noise does not reduce the mean error."""
     _expect_no_better(
         _errors(case, _scenes(case, noise=1), 0), _errors(case, _scenes(case, noise=4), 0), "with more noise"
     )
 
 
 def hiding(case: Case) -> None:
-    """A longer hiding makes it worse, or nothing: never better, over many scenes."""
+    """An occlusion does not reduce the mean error."""
     first, stop = HIDDEN
     clips = _scenes(case)
     seen = _errors(case, clips, stop)
-    _expect_no_better(seen, _errors(case, [hidden(clip, first, stop) for clip in clips], stop), "after a hiding")
+    _expect_no_better(seen, _errors(case, [occluded(clip, first, stop) for clip in clips], stop), "after an occlusion")
 
 
 def _errors(case: Case, clips: list[Clip], begin: int) -> Floats:
-    """Mean distance from the target of each scene from a frame on, px."""
+    """Return the mean distance from the target of each scene from a frame on, px."""
     return np.array(
         [
             np.hypot(*(each.centers[begin:] - clip.centers[begin + 1 :]).T).mean()
@@ -138,7 +138,7 @@ def _errors(case: Case, clips: list[Clip], begin: int) -> Floats:
 
 
 SLACK_PX = 0.25
-"""What may be better by rounding: noise dithers grey levels, and a track may lie more luckily."""
+"""Allowed reduction of the error, px: noise dithers grey levels and reduces rounding."""
 
 
 def _expect_no_better(mild: Floats, hard: Floats, how: str) -> None:

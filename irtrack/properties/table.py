@@ -1,27 +1,27 @@
-"""What shipped trackers are excused from, and why: tracker -> property -> reason."""
+"""Table of the properties, and the exceptions of shipped trackers: tracker -> property -> reason."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from irtrack.properties import contract, following, honesty, pictures
+from irtrack.properties import contract, following, image_relations, status_calibration
 from irtrack.properties.case import Case
 
 EXCEPTIONS: dict[str, dict[str, str]] = {
-    "template": {"distractor": "it searches the whole frame, where a perfect like is as good as the target"},
+    "template": {"distractor": "it searches the whole frame, in which a perfect copy matches as well as the target"},
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """Something that holds of any tracker, or that its author gives a reason for.
+    """Property of every tracker, with exceptions for a stated reason.
 
-    name      as `--only` takes it
-    check     raises Broken or NotAsked; the first sentence of its docstring says what holds
-    examples  how many are drawn in a check of profile ci; nightly draws `NIGHTLY` times as many. 0: nothing is drawn,
-              its scenes are stated, and the profile decides how many seeds they have
-    needs     properties without which it cannot be judged
+    name      name, as `--only` takes it
+    check     raises Broken or NotAsked; its docstring is the statement of the property
+    examples  examples of profile ci; nightly draws `NIGHTLY` times as many. 0: fixed scenes, with a number of seeds
+              that depends on the profile
+    needs     properties that must hold before it can be judged
     """
 
     name: str
@@ -35,31 +35,31 @@ class Property:
 
 
 EXACT = ("legal", "deterministic", "final")
-"""Without these no two runs can be compared bit for bit."""
+"""Properties needed to compare two runs bit for bit."""
 
 PROPERTIES: dict[str, Property] = {
     each.name: each
     for each in (
-        Property("legal", contract.legal, 40),
+        Property("legal", contract.valid_output, 40),
         Property("deterministic", contract.deterministic, 2, ("legal",)),
-        Property("final", contract.final, 1, ("legal", "deterministic")),
-        Property("elsewhere", contract.elsewhere, 1, EXACT),
+        Property("final", contract.immutable_output, 1, ("legal", "deterministic")),
+        Property("elsewhere", contract.cross_process, 1, EXACT),
         Property("causal", contract.causal, 2, EXACT),
         Property("pure", contract.pure, 2, EXACT),
         Property("resumes", contract.resumes, 3, EXACT),
         Property("alone", contract.alone, 2, EXACT),
-        Property("gentle", contract.gentle, 2),
-        Property("layout", contract.layout, 2, EXACT),
-        Property("timeless", contract.timeless, 2, EXACT),
+        Property("gentle", contract.readonly_input, 2),
+        Property("layout", contract.memory_layout, 2, EXACT),
+        Property("timeless", contract.time_invariant, 2, EXACT),
         Property("bounded", contract.bounded, 1),
-        Property("shift", pictures.shift, 6),
-        Property("flip", pictures.flip, 6),
-        Property("transpose", pictures.transpose, 6),
-        Property("offset", pictures.offset, 6),
-        Property("gain", pictures.gain, 6),
-        Property("polarity", pictures.polarity, 4),
-        Property("depth", pictures.depth, 4),
-        Property("distractor", pictures.distractor, 6),
+        Property("shift", image_relations.shift, 6),
+        Property("flip", image_relations.flip, 6),
+        Property("transpose", image_relations.transpose, 6),
+        Property("offset", image_relations.offset, 6),
+        Property("gain", image_relations.gain, 6),
+        Property("polarity", image_relations.polarity, 4),
+        Property("depth", image_relations.depth, 4),
+        Property("distractor", image_relations.distractor, 6),
         Property("follows", following.follows, 8),
         Property("rests", following.rests, 4),
         Property("size", following.size, 6),
@@ -69,13 +69,13 @@ PROPERTIES: dict[str, Property] = {
         Property("drops", following.drops, 6),
         Property("reacquires", following.reacquires, 4),
         Property("velocity", following.velocity, 4),
-        Property("says_seen", honesty.says_seen, 0),
-        Property("says_hidden", honesty.says_hidden, 0),
-        Property("says_gone", honesty.says_gone, 0),
-        Property("says_empty", honesty.says_empty, 0),
-        Property("score", honesty.score, 0),
-        Property("nees", honesty.nees, 0),
-        Property("noise", honesty.noise, 0),
-        Property("hiding", honesty.hiding, 0),
+        Property("says_seen", status_calibration.says_seen, 0),
+        Property("says_hidden", status_calibration.says_hidden, 0),
+        Property("says_gone", status_calibration.says_gone, 0),
+        Property("says_empty", status_calibration.says_empty, 0),
+        Property("score", status_calibration.score, 0),
+        Property("nees", status_calibration.nees, 0),
+        Property("noise", status_calibration.noise, 0),
+        Property("hiding", status_calibration.hiding, 0),
     )
 }

@@ -1,4 +1,4 @@
-"""The report of a bench: one offline HTML file, or the same figures as JSON, CSV or Markdown."""
+"""Report of a results file: one offline HTML page, or the same figures as JSON, CSV or Markdown."""
 
 from irtrack.report.figure_data import SeverityFigures, severity_figures
 from irtrack.report.formats import severity_values

@@ -1,4 +1,4 @@
-"""What the results file has of each source, read once for all formats."""
+"""Figures of a results file: of each source, over all sources, by severity; failures. All formats print these."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_po
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The cells of one source and the tracks of those that did not fail, by place in `cells`."""
+    """Run records of one source, and by their position the traces of those that did not fail."""
 
     cells: tuple[RunRecord, ...]
     tracks: Mapping[int, Trace]
@@ -25,7 +25,7 @@ class Measured:
 
     @cached_property
     def traces(self) -> dict[str, list[Trace]]:
-        """The traces of all runs by the tracker's label; a run that repeats another is left out."""
+        """Traces by the tracker's label, without runs that repeat another one."""
         once = {(cell.label, cell.key) for cell in distinct(self.cells)}
         found: dict[str, list[Trace]] = {}
         for place, trace in self.tracks.items():
@@ -36,7 +36,7 @@ class Measured:
 
     @cached_property
     def shown(self) -> tuple[int, ...]:
-        """Places of the cells that pictures are made of: one scene and seed, that in which most are lost."""
+        """Positions of the runs with pictures: those of the scene and seed with the most losses."""
         by_seed: defaultdict[tuple[int, str], list[int]] = defaultdict(list)
         for place, cell in enumerate(self.cells):
             by_seed[cell.key.tracker_seed, cell.key.source_hash].append(place)
@@ -47,17 +47,17 @@ class Measured:
         return sum(cell.score is not None and cell.score.lost is True for cell in map(self.cells.__getitem__, places))
 
     def row(self, cell: RunRecord) -> SourceRow:
-        """The source of one of the cells, its seed applied."""
+        """Return the source of a run, with its seed."""
         return self.rows[cell.source, cell.key.source_hash]
 
     @property
     def source(self) -> SourceRow:
-        """The source with the seed that is shown."""
+        """The source with the seed of the pictures."""
         return self.row(self.cells[self.shown[0]])
 
 
 def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]:
-    """Every source of the cells, in the order of their names; one is held in memory at a time."""
+    """Yield every source of the run records, by name; one is held in memory at a time."""
     by_name: defaultdict[str, list[RunRecord]] = defaultdict(list)
     for cell in cells:
         by_name[cell.source].append(cell)
@@ -69,12 +69,11 @@ def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]
 
 @dataclass(frozen=True, eq=False)
 class SourceFigures:
-    """One source.
+    """Figures of one source.
 
-    rows         the ranked table
+    rows         ranked table
     attributes   by label: figures of the frames of each attribute
-    survival     by label: the share of runs still held against frames after the start; no entry where
-                 no run has truth
+    survival     by label: share of runs without loss against frames after the start; no entry without truth
     """
 
     name: str
@@ -85,7 +84,7 @@ class SourceFigures:
 
 @dataclass(frozen=True, eq=False)
 class SeverityFigures:
-    """A scenario run at several severities: where each tracker breaks, by label."""
+    """Breaking point of each tracker, by label, of a scenario at several severities."""
 
     family: str
     breaking: Mapping[str, Breaking]
@@ -93,7 +92,7 @@ class SeverityFigures:
 
 @dataclass(frozen=True)
 class Failure:
-    """A failed cell: who, on what, and its error text; `more` other cells failed in the same words."""
+    """Failed run with its error text; `more`: number of other runs with the same error."""
 
     label: str
     source: str
@@ -103,13 +102,13 @@ class Failure:
 
     @property
     def brief(self) -> str:
-        """The last line: what was raised."""
+        """Last line of the error: the exception."""
         return self.error.strip().splitlines()[-1] if self.error.strip() else "no error text"
 
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """All of a results file; `overall` over all sources."""
+    """Figures of a results file; `overall`: over all sources."""
 
     results: str
     overall: tuple[SummaryRow, ...]
@@ -118,27 +117,38 @@ class Figures:
     failures: tuple[Failure, ...]
 
 
+def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
+    """Return all figures of the run records."""
+    return Figures(
+        results.path.name,
+        tuple(summary(cells, overall=True)),
+        tuple(source_figures(each) for each in measured(results, cells)),
+        severity_figures(cells),
+        failures(cells),
+    )
+
+
 def source_figures(measured: Measured) -> SourceFigures:
-    """The figures of one source."""
+    """Return the figures of one source."""
     traces = measured.traces
-    told = {label: [trace for trace in each if trace.scored.any()] for label, each in traces.items()}
+    with_truth = {label: [trace for trace in each if trace.scored.any()] for label, each in traces.items()}
     return SourceFigures(
         name=measured.name,
         rows=tuple(summary(measured.cells)),
-        attributes={label: tuple(by_attribute(each)) for label, each in told.items() if each},
-        survival={label: survival(each) for label, each in told.items() if each},
+        attributes={label: tuple(by_attribute(each)) for label, each in with_truth.items() if each},
+        survival={label: survival(each) for label, each in with_truth.items() if each},
     )
 
 
 def survival(traces: Sequence[Trace]) -> Survival:
-    """The share of tracks not yet lost against frames after the start."""
+    """Return the share of tracks without loss against frames after the start."""
     lost = [trace.lost_position for trace in traces]
     ended = [len(trace.indices) - 1 if at is None else at for trace, at in zip(traces, lost, strict=True)]
     return kaplan_meier(ended, [at is not None for at in lost])
 
 
 def severity_figures(cells: Sequence[RunRecord]) -> tuple[SeverityFigures, ...]:
-    """Of every scenario that was run at two severities or more; a failed run counts as lost."""
+    """Return the breaking points of every scenario run at two severities or more; a failed run counts as lost."""
     families: defaultdict[str, defaultdict[str, list[RunRecord]]] = defaultdict(lambda: defaultdict(list))
     for cell in distinct(cells):
         if cell.severity is not None and (cell.score is None or cell.score.lost is not None):
@@ -158,7 +168,7 @@ def _breaking(cells: Sequence[RunRecord]) -> Breaking | None:
 
 
 def failures(cells: Sequence[RunRecord]) -> tuple[Failure, ...]:
-    """The failed cells, one for each tracker, source and error."""
+    """Return the failed runs, one for each tracker, source and error."""
     alike: defaultdict[tuple[str, str, str], list[RunRecord]] = defaultdict(list)
     for cell in cells:
         if cell.status == "failed":
@@ -168,3 +178,63 @@ def failures(cells: Sequence[RunRecord]) -> tuple[Failure, ...]:
         Failure(label, source, members[0].key.tracker_seed, members[0].failure or "", len(members) - 1)
         for (label, source, _), members in alike.items()
     )
+
+
+@dataclass(frozen=True)
+class Losses:
+    """Number of runs in one cell of the table, and of those lost or failed."""
+
+    runs: int
+    lost: int
+
+    @property
+    def share(self) -> float:
+        return self.lost / self.runs
+
+
+@dataclass(frozen=True)
+class LossRow:
+    """One source: its runs at each severity, None where it has none; the breaking point in words."""
+
+    family: str
+    cells: tuple[Losses | None, ...]
+    breaks: str
+
+
+@dataclass(frozen=True)
+class LossTable:
+    """Lost runs of one tracker: rising severities, and a row for each source."""
+
+    label: str
+    severities: tuple[int, ...]
+    rows: tuple[LossRow, ...]
+
+
+def loss_tables(families: Sequence[SeverityFigures]) -> tuple[LossTable, ...]:
+    """Return a table for each tracker, by label; none for a single source, whose failure curve suffices.
+
+    Sources that differ in one more cause, as those of `suites/occlusion-suite`, make a table of two causes.
+    """
+    if len(families) < 2:
+        return ()
+    points = [point for each in families for point in each.breaking.values()]
+    severities = sorted({int(severity) for point in points for severity in point.severities})
+    labels = sorted({label for each in families for label in each.breaking})
+    return tuple(
+        LossTable(
+            label,
+            tuple(severities),
+            tuple(
+                _loss_row(each.family, each.breaking[label], severities) for each in families if label in each.breaking
+            ),
+        )
+        for label in labels
+    )
+
+
+def _loss_row(family: str, point: Breaking, severities: Sequence[int]) -> LossRow:
+    found = {
+        int(severity): Losses(int(runs), int(lost))
+        for severity, runs, lost in zip(point.severities, point.runs, point.lost, strict=True)
+    }
+    return LossRow(family, tuple(map(found.get, severities)), point.in_words())

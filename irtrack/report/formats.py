@@ -1,4 +1,4 @@
-"""The figures of a report as JSON, as CSV and as Markdown."""
+"""Figures of a report as text, JSON, CSV and Markdown."""
 
 from __future__ import annotations
 
@@ -12,17 +12,54 @@ from typing import Any
 
 import numpy as np
 
+from irsim.errors import counted
 from irtrack.bench import Run, SummaryRow
 from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.lost import LOSS_RULE
-from irtrack.report.by_severity import LossTable, loss_tables
-from irtrack.report.figure_data import Figures, SeverityFigures, SourceFigures
-from irtrack.report.write import NOTHING, lead, ms, percent, px, share
+from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, SourceFigures, loss_tables
+
+NOTHING = "–"
+
+
+def px(value: float | None) -> str:
+    """Return a length in px with two decimals."""
+    return NOTHING if value is None else f"{value:.2f}"
+
+
+def share(value: float | None) -> str:
+    """Return a share or an area 0..1 with three decimals."""
+    return NOTHING if value is None else f"{value:.3f}"
+
+
+def percent(value: float | None) -> str:
+    """Return a share in whole percent."""
+    return NOTHING if value is None else f"{100 * value:.0f} %"
+
+
+def ms(value: float | None) -> str:
+    """Return a time in ms with three significant digits."""
+    return NOTHING if value is None else f"{value:.3g}"
+
+
+def lead(rows: Sequence[SummaryRow]) -> str:
+    """Return the result in one or two sentences; rows in the order of their rank."""
+    sentences = []
+    scored = [row for row in rows if row.scored]
+    if scored:
+        best, worst = scored[0], scored[-1]
+        sentence = f"{best.label} lost the target in {best.lost} of {counted(best.scored, 'run')}"
+        sentences.append(sentence if worst is best else f"{sentence}, {worst.label} in {worst.lost} of {worst.scored}")
+    else:
+        sentences.append("No run could be scored: there is no truth to compare with, or every run failed")
+    failed = sum(row.failed for row in rows)
+    if failed:
+        sentences.append(f"{counted(failed, 'run')} failed")
+    return ". ".join(sentences) + "."
 
 
 def as_json(figures: Figures, runs: Sequence[Run]) -> str:
-    """One JSON document; null where nothing tells a figure, or it is not finite."""
+    """Return one JSON document; null for an unknown or infinite figure."""
     document = {
         "results": figures.results,
         "lead": lead(figures.overall),
@@ -57,7 +94,7 @@ def _survival(held: Survival) -> dict[str, Any]:
 
 
 def severity_values(each: SeverityFigures) -> dict[str, Any]:
-    """Plain values for JSON; None for a breaking point that the severities do not bound."""
+    """Return plain values for JSON; None for a breaking point outside the severities."""
     values: dict[str, Any] = _finite(_severity(each))
     return values
 
@@ -80,9 +117,9 @@ def _finite(value: Any) -> Any:
 
 
 def as_csv(figures: Figures) -> str:
-    """One figure a line: part, source, tracker, at (of what in the part), figure, value.
+    """Return a table with one figure a line: part, source, tracker, at (within the part), figure, value.
 
-    So one table holds parts of different columns; pandas.pivot takes any of them out.
+    pandas.pivot extracts a part with its own columns.
     """
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -118,12 +155,12 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
 
 
 def _cell(value: Any) -> Any:
-    """True and false as 1 and 0; nothing where nothing tells."""
+    """Return true and false as 1 and 0, and an unknown value as nothing."""
     return "" if value is None else int(value) if isinstance(value, bool) else value
 
 
 def as_markdown(figures: Figures) -> str:
-    """Headings and tables, for a pull request or a notebook."""
+    """Return headings and tables, for a pull request or a notebook."""
     parts = [f"# {_escaped(figures.results)}", lead(figures.overall)]
     if len(figures.sources) > 1:
         parts += ["## All sources", _ranked(figures.overall)]
@@ -171,7 +208,7 @@ def _ranked(rows: Sequence[SummaryRow]) -> str:
 
 
 def _breaking_points(severities: Sequence[SeverityFigures]) -> str:
-    """The severity at which half of the runs are lost, with its 95 % interval."""
+    """Return the table of severities at which half of the runs are lost, with 95 % intervals."""
     labels = sorted({label for each in severities for label in each.breaking})
     rows = [
         (each.family, *(each.breaking[label].in_words() if label in each.breaking else "–" for label in labels))
@@ -181,14 +218,14 @@ def _breaking_points(severities: Sequence[SeverityFigures]) -> str:
 
 
 def _losses(losses: LossTable) -> str:
-    """The share of lost runs of each source at each severity."""
+    """Return the table of the share of lost runs of each source at each severity."""
     head = ("source", *map(str, losses.severities), "half lost at")
     shares = [[NOTHING if cell is None else percent(cell.share) for cell in row.cells] for row in losses.rows]
-    return _table(head, [(row.family, *told, row.breaks) for row, told in zip(losses.rows, shares, strict=True)])
+    return _table(head, [(row.family, *texts, row.breaks) for row, texts in zip(losses.rows, shares, strict=True)])
 
 
 def _attributes(source: SourceFigures) -> str:
-    """Who is off how often in the frames of each attribute that some frame has."""
+    """Return the table of the share of frames off, by attribute."""
     known = {row.attribute for rows in source.attributes.values() for row in rows if row.frames}
     by_label = {
         label: {row.attribute: row for row in rows if row.attribute in known}
@@ -209,7 +246,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Text as Markdown shows it: one line, no markup, no cell's end."""
+    """Return text for Markdown: one line, without markup or the end of a cell."""
     flat = " ".join(text.split())
     for mark in "\\`*_[]<>|#":
         flat = flat.replace(mark, f"\\{mark}")

@@ -1,4 +1,4 @@
-"""The filmstrip: a few telling frames with the true box and each tracker's, as inline SVG."""
+"""Pictures of frames with the true box and the trackers' boxes, as inline SVG: filmstrips and first losses."""
 
 from __future__ import annotations
 
@@ -15,25 +15,24 @@ from irsim.types import SHOWN, Box, Image, Source
 from irtrack.bench import Results, RunRecord, SourceRow
 from irtrack.metrics import Trace
 from irtrack.report.plots import LineStyle
-from irtrack.report.repeat import run_command
-from irtrack.report.write import opened
+from irtrack.report.repeat import reopen, run_command
 
 FRAMES = 6
-"""How many frames a strip has: one row on a wide page."""
+"""Frames of a filmstrip: one row on a wide page."""
 
 CROP_SIZES, CROP_LEAST = 5.0, 40
-"""Side of the enlarged part: so many times the target's larger side, and never under so many px."""
+"""Side of the crop: in units of the target's larger side, and at least, px."""
 
 CROP_MARGIN = 1.2
-"""And never under so many times what all boxes that must be in it take together."""
+"""Least side of the crop in units of the extent of all its boxes."""
 
 THUMB_WIDTH = 320
-"""The whole frame is shown no wider than this, px."""
+"""Largest width of the whole frame, px."""
 
 
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """One tracker's track in the strip; lost_at: index of the frame its loss is dated to."""
+    """Track of one tracker in the pictures; lost_at: frame index of its loss."""
 
     label: str
     style: LineStyle
@@ -41,7 +40,7 @@ class Follower:
     lost_at: int | None
 
     def row(self, index: int) -> int | None:
-        """The place of a frame in the trace."""
+        """Return the position of a frame in the trace; None where it is missing."""
         found = np.flatnonzero(self.trace.indices == index)
         return int(found[0]) if found.size else None
 
@@ -60,7 +59,7 @@ def _box(center: np.ndarray, size: np.ndarray) -> Box | None:
 
 @dataclass(frozen=True)
 class Note:
-    """What stands under a picture of one tracker: what it says of itself, its distance from the truth, px."""
+    """Caption of one tracker: its status, and its distance from the truth, px."""
 
     label: str
     status: str
@@ -69,7 +68,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Still:
-    """One frame of the strip: why it is here, and two pictures as SVG elements."""
+    """One frame: the reason why it is shown, and two pictures as SVG elements."""
 
     index: int
     why: str
@@ -79,7 +78,7 @@ class Still:
 
 
 def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str]:
-    """Which frames to show, in order, and why: start, around the first hiding, losses, end."""
+    """Return the frames to show, in order, with reasons: start, first occlusion, first loss, end."""
     followers = tuple(followers)
     trace = max((follower.trace for follower in followers), key=lambda trace: len(trace.indices))
     indices = trace.indices
@@ -97,7 +96,7 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
     if losses:
         at, label = losses[0]
         chosen[at] = f"{label} is lost"
-    # Fill what is free with frames spread evenly between, the furthest from any chosen one first.
+    # Then the frames farthest from all chosen ones.
     while len(chosen) < min(count, len(indices)):
         distance = np.min(np.abs(indices[:, None] - np.array(list(chosen))), axis=1)
         chosen[int(indices[int(np.argmax(distance))])] = ""
@@ -105,9 +104,9 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
 
 
 def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
-    """One frame's pictures; `image` is the display picture, (rows, cols) uint8.
+    """Draw the pictures of one frame; `image`: the display picture, (rows, cols) uint8.
 
-    both   the enlarged part holds the trackers' boxes too, not only the target's
+    both   the crop holds the trackers' boxes as well as the target
     """
     followers = tuple(followers)
     truth = next((box for follower in followers if (box := follower.truth(index))), None)
@@ -119,7 +118,7 @@ def still(image: Image, index: int, why: str, followers: Iterable[Follower], bot
     rows, cols = image.shape
     parts = {follower.label: (follower.style, box) for follower, box in boxes}
     crop = _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, parts, "crop")
-    # In the small picture of the whole frame a box is a mark: never too small to be seen.
+    # In the small picture of the whole frame boxes have a least size.
     least = max(rows, cols) / 25
     marks = {label: (style, box.at_least(least)) for label, (style, box) in parts.items()}
     whole = _svg(_jpeg(image), (0, 0, cols, rows), truth.at_least(least) if truth else None, marks, "whole")
@@ -136,7 +135,7 @@ def _note(follower: Follower, index: int) -> Note:
 
 
 def _crop_place(image: Image, boxes: Sequence[Box]) -> tuple[int, int, int]:
-    """(left, top, side) of a square around boxes, moved to lie inside the frame, px."""
+    """Return (left, top, side) of a square around boxes, moved into the frame, px."""
     rows, cols = image.shape
     left, right = min(box.left for box in boxes), max(box.right for box in boxes)
     top, bottom = min(box.top for box in boxes), max(box.bottom for box in boxes)
@@ -149,7 +148,7 @@ def _crop_place(image: Image, boxes: Sequence[Box]) -> tuple[int, int, int]:
 
 
 def _stretched(image: Image) -> Image:
-    """Grey levels spread over the whole range, so that a faint target is seen."""
+    """Stretch the grey levels over the whole range, for faint targets."""
     low, high = np.percentile(image, (0.5, 99.8))
     return np.asarray(np.clip((image - low) * (255 / max(high - low, 1.0)), 0, 255).astype(np.uint8))
 
@@ -176,7 +175,7 @@ def _svg(
     boxes: Mapping[str, tuple[LineStyle, Box]],
     name: str,
 ) -> str:
-    """A picture with boxes over it; user units are the frame's px, pixel centres at whole numbers."""
+    """Return a picture with boxes; user units are px of the frame, pixel centres at whole numbers."""
     left, top, width, height = place
     edge = f'x="{left - 0.5}" y="{top - 0.5}" width="{width}" height="{height}"'
     parts = [
@@ -195,15 +194,15 @@ def _corners(box: Box) -> str:
 
 
 MOST = 48
-"""So many failures are shown, every tracker's in turn."""
+"""Largest number of losses shown, each tracker's in turn."""
 
 AFTER = 3
-"""The picture is of so many frames after that to which the loss is dated: by then the two have parted."""
+"""Frames from the loss to its picture: by then track and target are apart."""
 
 
 @dataclass(frozen=True)
 class Loss:
-    """A run that was lost: of whom, on what, when, and how to repeat it."""
+    """Run with a loss, the command that repeats it, and a picture."""
 
     label: str
     source: str
@@ -216,7 +215,7 @@ class Loss:
 def gallery(
     results: Results, cells: Sequence[RunRecord], styles: Mapping[str, LineStyle]
 ) -> tuple[tuple[Loss, ...], int]:
-    """The first failures, and how many there are in all; a source that cannot be opened any more shows none."""
+    """Return the first losses, and the number of all; a source that cannot be reopened has none."""
     first = _first_losses(cells)
     rows = results.sources()
     sources: dict[tuple[str, str], Source | None] = {}
@@ -224,7 +223,7 @@ def gallery(
     for cell in _in_turn(first)[:MOST]:
         place = cell.source, cell.key.source_hash
         if place not in sources:
-            sources[place] = _opened(rows[place])
+            sources[place] = _reopened(rows[place])
         source = sources[place]
         if source is not None and (loss := _loss(results, cell, rows[place], source, styles)) is not None:
             found.append(loss)
@@ -232,7 +231,7 @@ def gallery(
 
 
 def _first_losses(cells: Sequence[RunRecord]) -> list[RunRecord]:
-    """Of each tracker and family of sources the lost run of the least severity and seed."""
+    """Return for each tracker and family of sources the lost run of the least severity and seed."""
     firsts: dict[tuple[str, str], RunRecord] = {}
     for cell in sorted(cells, key=lambda cell: (cell.family, cell.label, cell.severity or 0, cell.key.tracker_seed)):
         if cell.score is not None and cell.score.lost:
@@ -241,7 +240,7 @@ def _first_losses(cells: Sequence[RunRecord]) -> list[RunRecord]:
 
 
 def _in_turn(cells: Sequence[RunRecord]) -> list[RunRecord]:
-    """Every tracker's first, then every tracker's second, and so on."""
+    """Return every tracker's first loss, then every tracker's second, and so on."""
     nth: defaultdict[str, int] = defaultdict(int)
     order = []
     for cell in cells:
@@ -250,9 +249,9 @@ def _in_turn(cells: Sequence[RunRecord]) -> list[RunRecord]:
     return [cells[place] for place in sorted(range(len(cells)), key=order.__getitem__)]
 
 
-def _opened(row: SourceRow) -> Source | None:
+def _reopened(row: SourceRow) -> Source | None:
     try:
-        source = opened(row)
+        source = reopen(row)
     except IrsimError:
         return None
     return source if source.hash == row.hash else None

@@ -1,4 +1,4 @@
-"""The report as HTML: one page that needs nothing else."""
+"""Report as one HTML page without external files."""
 
 from __future__ import annotations
 
@@ -14,29 +14,27 @@ from irtrack.bench import Results, Run, RunRecord, summary
 from irtrack.bench.summary import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
-from irtrack.report.by_severity import loss_tables
-from irtrack.report.chapters import chapters
-from irtrack.report.figure_data import failures, measured, severity_figures
+from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
+from irtrack.report.formats import lead, ms, percent, px, share
 from irtrack.report.frames import gallery
 from irtrack.report.plots import styles
 from irtrack.report.repeat import repeat_commands
-from irtrack.report.sections import Room
-from irtrack.report.write import lead, ms, percent, px, share
+from irtrack.report.sections import Budget, chapters
 
 SCRIPT = (files("irtrack.report") / "page.js").read_text()
-"""The page's only code: it plays the replays."""
+"""Script of the page; it plays the replays."""
 
 
 def page(results: Results, cells: Sequence[RunRecord]) -> str:
-    """The report as HTML text."""
-    # Colours by name, not by rank: a tracker keeps its own from report to report.
+    """Return the report as HTML text."""
+    # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))
     severities = severity_figures(cells)
-    found = chapters(measured(results, cells), severities, by_label, Room())
+    found = chapters(measured(results, cells), severities, by_label, Budget())
     overall = summary(cells, overall=True)
     losses, lost_pairs = gallery(results, cells, by_label)
     runs = results.runs()
-    return rendered(
+    return render(
         "page.html.j2",
         results=results.path.name,
         overall=overall,
@@ -58,8 +56,8 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     )
 
 
-def rendered(template: str, **told: object) -> str:
-    """One of the templates beside this file as HTML text, with what it tells."""
+def render(template: str, **values: object) -> str:
+    """Return a template of this package as HTML text."""
     environment = Environment(
         loader=PackageLoader("irtrack", "report"),
         autoescape=True,
@@ -72,10 +70,10 @@ def rendered(template: str, **told: object) -> str:
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         script=SCRIPT,
         script_hash=base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode(),
-        **told,
+        **values,
     )
 
 
 def versions(runs: list[Run]) -> str:
-    """What the newest run was made with."""
+    """Return the versions of the newest run."""
     return ", ".join(f"{name} {version}" for name, version in runs[-1].versions.items()) if runs else ""

@@ -1,4 +1,4 @@
-"""How each tracker is drawn: one colour and one dash pattern in every table, chart and picture."""
+"""Line styles of the trackers, and charts as inline SVG."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ DASHES: tuple[tuple[float, ...], ...] = ((), (6, 3), (2, 2), (8, 2, 2, 2))
 
 @dataclass(frozen=True)
 class LineStyle:
-    """color  '#rrggbb';  dash  on and off lengths in px, empty for a solid line."""
+    """Colour '#rrggbb' and dash pattern, on and off lengths in px, empty for a solid line."""
 
     color: str
     dash: tuple[float, ...]
 
     @property
     def svg_dash(self) -> str:
-        """The pattern as SVG's stroke-dasharray."""
+        """Dash pattern as SVG's stroke-dasharray."""
         return " ".join(f"{length:g}" for length in self.dash) or "none"
 
 
 def styles(labels: Iterable[str]) -> dict[str, LineStyle]:
-    """A style for each label, in the order given."""
+    """Return a style for each label, in the given order."""
     return {
         label: LineStyle(HUES[index % len(HUES)], DASHES[index // len(HUES) % len(DASHES)])
         for index, label in enumerate(labels)
@@ -49,7 +49,7 @@ def styles(labels: Iterable[str]) -> dict[str, LineStyle]:
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Colours that no tracker has: they stand for the page's own, so that one chart serves light and dark.
+# Placeholders, replaced by the page's colours of its light and dark scheme.
 INK, GRID = "#010203", "#040506"
 PAGE_COLORS = {INK: "currentColor", GRID: "var(--line)"}
 
@@ -58,7 +58,7 @@ POINTS_PER_PX = 0.72  # Figure sizes are inches of 100 px; matplotlib measures l
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """One tracker's line: x, y (n,), and the edges of a band where there is one."""
+    """Line of one tracker: x, y (n,), and the edges of its band, if any."""
 
     style: LineStyle
     x: Floats
@@ -69,7 +69,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis: what it shows, its limits (None: from the data), whether it is logarithmic, its ticks where given."""
+    """Axis: label, limits (None: from the data), logarithmic or not, ticks if given."""
 
     label: str
     limits: tuple[float, float] | None = None
@@ -87,17 +87,17 @@ def line_chart(
     shaded: Sequence[tuple[float, float]] = (),
     level: float | None = None,
 ) -> str:
-    """An <svg> element of that size in px.
+    """Draw an <svg> element of a size in px.
 
-    shaded  spans of x to shade;  level  a dashed line across
-    name    read to those who cannot see it; it also makes the ids unique within a page
+    shaded  spans of x to shade;  level  height of a dashed line
+    name    label for screen readers; it also makes the ids unique within a page
     """
     import matplotlib
     from matplotlib.figure import Figure
 
     settings: dict[Any, Any] = {
-        "svg.fonttype": "none",  # text stays text: small, selectable
-        "svg.hashsalt": name,  # ids from this, not from a random number: the same report each time
+        "svg.fonttype": "none",  # text stays text
+        "svg.hashsalt": name,  # reproducible ids
         "font.size": 12 * POINTS_PER_PX,
         "text.color": INK,
         "axes.labelcolor": INK,
@@ -157,7 +157,7 @@ def _finish(axes: Axes, x: Axis, y: Axis) -> None:
 
 
 def _inline(svg: str, name: str) -> str:
-    """A whole SVG file as an element of a page: no prologue, no group ids, the page's colours, any width."""
+    """Return an SVG file as an element of a page: without prologue and group ids, in the page's colours."""
     element = svg[svg.index("<svg") :]
     element = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", element, count=1, flags=re.DOTALL)
     element = re.sub(r'<g id="[^"]*"', "<g", element)
@@ -170,13 +170,13 @@ def _inline(svg: str, name: str) -> str:
 
 
 LEAST_ERROR = 0.1
-"""Errors below this lie on the axis, px: a logarithmic axis has no zero."""
+"""Lower end of the logarithmic axis of errors, px."""
 
 POINTS = 300
-"""A line over time has no more points than this: longer tracks are grouped."""
+"""Largest number of points of a line over time: longer tracks are grouped."""
 
 SMALL = (360, 260)
-"""Size of a chart that stands beside another, px."""
+"""Size of charts side by side, px."""
 
 Traces = Mapping[str, Sequence[Trace]]
 """The traces of all seeds by the tracker's label."""
@@ -184,7 +184,7 @@ Traces = Mapping[str, Sequence[Trace]]
 
 @dataclass(frozen=True)
 class Plots:
-    """SVG elements."""
+    """Charts of a source as SVG elements."""
 
     error: str
     precision: str
@@ -193,7 +193,7 @@ class Plots:
 
 
 def plots(traces: Traces, survival: Mapping[str, Survival], styles: Mapping[str, LineStyle], name: str) -> Plots | None:
-    """The charts of a source of that name; None where no frame has truth."""
+    """Draw the charts of a source; None where no frame has truth."""
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
@@ -227,6 +227,7 @@ def plots(traces: Traces, survival: Mapping[str, Survival], styles: Mapping[str,
 
 
 def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, LineStyle], name: str) -> str:
+    """Draw the centre error over frames, median and quartiles over the seeds; occlusions shaded."""
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX
     grouped = -(-len(frames) // POINTS)
@@ -249,11 +250,9 @@ def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, Lin
 
 
 def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> tuple[Floats, Floats, Floats]:
-    """(groups,) each: quartiles over the seeds of the centre error, px, never under LEAST_ERROR.
+    """Return (groups,) quartiles over the seeds of the centre error, px, at least LEAST_ERROR; nan without truth.
 
-    grouped   so many frames in a row are one group, all their errors taken together
-
-    nan in groups where no seed has a true centre: the line breaks there.
+    grouped   number of successive frames of one group, whose errors are pooled
     """
     groups = -(-len(frames) // grouped)
     table = np.full((len(seeds), groups * grouped), np.nan)
@@ -269,7 +268,7 @@ def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> t
 
 
 def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[float, float]]:
-    """Spans of frames in which, in most of the traces, less than half of the target is visible."""
+    """Return the spans of frames in which most traces see less than half of the target."""
     votes = np.zeros(len(frames))
     for trace in traces:
         absent = ~np.isfinite(trace.truth_centers).all(axis=1)
@@ -283,7 +282,7 @@ def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[floa
 
 
 def _precisions(seeds: Sequence[Trace]) -> Floats:
-    """(runs, thresholds) the precision curve of each run that has a scored frame."""
+    """Return (runs, thresholds) the precision curves of the runs with scored frames."""
     known = [trace for trace in seeds if trace.scored.any()]
     right = [(trace.errors <= trace.accuracy)[trace.scored] for trace in known]
     pairs = zip(known, right, strict=True)
@@ -292,13 +291,13 @@ def _precisions(seeds: Sequence[Trace]) -> Floats:
 
 
 def _successes(seeds: Sequence[Trace]) -> Floats:
-    """(runs, thresholds) the success curve of each run that has a scored frame."""
+    """Return (runs, thresholds) the success curves of the runs with scored frames."""
     curves = [success_curve(trace.overlaps[trace.scored]) for trace in seeds if trace.scored.any()]
     return np.array(curves).reshape(len(curves), len(SUCCESS))
 
 
 def _banded(style: LineStyle, x: Floats, curves: Floats) -> Line:
-    """The mean of curves (runs, n) with its 95 % interval at each x, Student's t over the runs."""
+    """Return the mean of curves (runs, n) with its 95 % interval at each x, Student's t over the runs."""
     if not len(curves):
         return Line(style, x, np.full_like(x, np.nan))
     mean, low, high = mean_interval(curves)
@@ -308,7 +307,7 @@ def _banded(style: LineStyle, x: Floats, curves: Floats) -> Line:
 
 
 def _steps(style: LineStyle, held: Survival, last: int) -> Line:
-    """The step function of the share still held, from the start to the last frame."""
+    """Return the step function of the share without loss, from the start to the last frame."""
     x = np.repeat(np.concatenate([[0.0], held.times, [float(last)]]), 2)[1:-1]
     y, low, high = (np.repeat(np.concatenate([[1.0], each]), 2) for each in (held.held, held.low, held.high))
     return Line(style, x, y, low, high)

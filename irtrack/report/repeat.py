@@ -1,4 +1,4 @@
-"""The commands that repeat what a report shows."""
+"""Commands that repeat the runs of a report; sources reopened from a results file."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from irsim.types import Box
+from irsim import Rendering, loads, open_recording
+from irsim.types import Box, Source
 from irtrack.bench import Key, Run, RunRecord, SourceRow
 from irtrack.registry.identity import changed_parameters
 
 
 def repeat_commands(path: Path, runs: Sequence[Run]) -> tuple[str, ...]:
-    """The commands that made a results file, and that which reports it; `path` as it was given."""
+    """Return the commands that made a results file and the one that reports it; `path` as it was given."""
     made = (run.command or f"# run {run.id}: called from Python" for run in runs)
     return *made, shlex.join(["irtrack", "report", str(path)])
 
 
 def render_command(source: SourceRow, seed: int | None) -> str | None:
-    """The command that renders the scene to a recording; None for what is one already."""
+    """Return the command that renders the scene to a recording; None for a recording."""
     if source.kind == "recording":
         return None
     name = f"{source.name}-{seed}.mcap"
@@ -28,7 +29,7 @@ def render_command(source: SourceRow, seed: int | None) -> str | None:
 
 
 def run_command(cell: RunRecord, source: SourceRow) -> str:
-    """The command that repeats one cell and prints its scores."""
+    """Return the command that repeats one run and prints its scores."""
     key, config = cell.key, cell.config
     words = ["irtrack", "run", config["tracker"], source.word, *source.changes, *_seeds(key)]
     if key.target is not None:
@@ -47,13 +48,26 @@ def _seeds(key: Key) -> list[str]:
 
 
 def _init(start: str) -> str:
-    """'cx,cy,w,h@frame' of a key as --init takes it."""
+    """Return 'cx,cy,w,h@frame' of a key as the value of --init."""
     numbers, _, frame = start.partition("@")
     box = Box(*map(float, numbers.split(",")))
     return ",".join(f"{value:.10g}" for value in box.pixels) + f"@{frame}"
 
 
 def _settings(config: dict[str, Any]) -> Sequence[str]:
-    """KEY=VALUE of the parameters that are not the tracker's defaults."""
+    """Return KEY=VALUE of the parameters that differ from the tracker's defaults."""
     changed = changed_parameters(config)
     return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in changed.items()]
+
+
+def reopen(row: SourceRow) -> Source:
+    """Open a source of a results file; its content may have changed. irsim's errors where it is missing.
+
+    A scenario runs no code that it names: a results file may come from anywhere.
+    """
+    source: Source
+    if row.kind == "recording":
+        source = open_recording(row.text)
+    else:
+        source = Rendering(loads(row.text, row.name, trusted=False), row.name)
+    return source

@@ -1,4 +1,4 @@
-"""The replay: a run's frames, truth and tracks as data that the page's script plays."""
+"""Replays: frames, truth and tracks of a run as data for the page's script."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ from irtrack.report.frames import Follower
 from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000
-"""The pictures of one replay take no more than this, before base64 makes them a third larger."""
+"""Largest size of the pictures of one replay, before base64, which adds a third."""
 
 SCALES = (1.0, 0.75, 0.5)
-"""Sizes that pictures are tried at until all frames fit; at the last, frames are left out instead."""
+"""Scales of the pictures, tried until all frames fit; at the last one frames are left out."""
 
 QUALITY = 70
-"""Of the JPEG pictures."""
+"""Quality of the JPEG pictures."""
 
 PARTICLES = 60
-"""So many points stand for a cloud, drawn by weight, evenly."""
+"""Points drawn of a particle set, by weight."""
 
 PARTICLE_GRID = 65535
-"""A point's coordinates are shares of the frame in whole steps of 1/65535: 16 bits each."""
+"""Steps of a point's coordinates, as shares of the frame: 16 bits each."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """What the page needs to play a run: strict JSON without '<', safe inside a script element.
+    """Data of a replay: strict JSON without '<', safe inside a script element.
 
-    stride   every so many frames are kept
-    labels   of the trackers, in the order of the data
+    stride   one frame of so many is kept
+    labels   labels of the trackers, in the order of the data
     """
 
     data: str
@@ -54,10 +54,10 @@ class Replay:
 def replayed(
     source: Source, cells: Sequence[RunRecord], followers: Sequence[Follower], clouds: int
 ) -> tuple[Replay, int]:
-    """The replay of the runs of `cells`, and how many of them were repeated for their particles.
+    """Return the replay of runs, and the number of runs repeated for their particles.
 
-    source      with the seed of the cells;  followers  their tracks, by label
-    clouds      so many runs may be repeated: the results file keeps no particles
+    source      source with the seed of the runs;  followers  their tracks
+    clouds      largest number of repeated runs: the results file keeps no particles
     """
     indices = np.unique(np.concatenate([follower.trace.indices for follower in followers]))
     scale, stride = _fitted(source, indices)
@@ -67,14 +67,14 @@ def replayed(
     times: dict[int, float] = {}
     wanted = set(kept.tolist())
 
-    def look(frame: Frame) -> None:
+    def keep(frame: Frame) -> None:
         if frame.index in wanted:
             pictures[frame.index] = base64.b64encode(_jpeg(frame.image, scale)).decode()
             times[frame.index] = frame.time
 
     shown = [repeat.see for repeat in repeats if repeat.input == "display"]
     start, stop = int(indices[0]), int(indices[-1]) + 1
-    replay(source, [look, *shown], "display", start, stop)
+    replay(source, [keep, *shown], "display", start, stop)
     counted = [repeat.see for repeat in repeats if repeat.input == "counts"]
     if counted:
         replay(source, counted, "counts", start, stop)
@@ -94,7 +94,7 @@ def replayed(
 
 
 def _fitted(source: Source, indices: np.ndarray) -> tuple[float, int]:
-    """The scale of the pictures, and the stride, by a look at a few of them."""
+    """Return the scale of the pictures and the stride, estimated from a few of them."""
     probes = indices[np.linspace(0, len(indices) - 1, min(4, len(indices))).round().astype(int)]
     images = [source.frame(int(index), "display").image for index in probes]
     for scale in SCALES:
@@ -110,7 +110,7 @@ def _jpeg(image: Image, scale: float) -> bytes:
 
 
 def _truth(followers: Sequence[Follower], kept: np.ndarray) -> dict[str, Any]:
-    """Boxes and visible fractions of the followed target at the kept frames; null where not known."""
+    """Return boxes and visible fractions of the target at the kept frames; null where unknown."""
     boxes, visible = [], []
     for index in kept.tolist():
         knowing = next((one for one in followers if one.row(index) is not None), None)
@@ -149,7 +149,7 @@ def _number(value: float, digits: int) -> float | None:
 
 
 class _Repeat:
-    """A run repeated for its particles. It ends where it has none, or does not repeat what was measured."""
+    """Run repeated for its particles. It ends where it has none, or differs from the measured run."""
 
     def __init__(self, cell: RunRecord, trace: Trace, player: Player) -> None:
         self.label = cell.label
@@ -168,16 +168,16 @@ class _Repeat:
         except IrtrackError:
             self._ended = True
             return
-        said = self._player.estimate
-        same = frame.index == self._trace.indices[step] and np.allclose(said.center, self._trace.centers[step])
-        if not same or (said.particles is None and step > 0):
+        estimate = self._player.estimate
+        same = frame.index == self._trace.indices[step] and np.allclose(estimate.center, self._trace.centers[step])
+        if not same or (estimate.particles is None and step > 0):
             self._ended = True
             return
-        points = np.empty((0, 2)) if said.particles is None else np.asarray(said.particles)[:, :2]
-        self._clouds[frame.index] = points, said.weights
+        points = np.empty((0, 2)) if estimate.particles is None else np.asarray(estimate.particles)[:, :2]
+        self._clouds[frame.index] = points, estimate.weights
 
     def points(self, wanted: set[int], size: tuple[int, int]) -> dict[int, str]:
-        """By frame: PARTICLES points of the cloud as base64 of little-endian x, y of 16 bits."""
+        """Return by frame PARTICLES points as base64 of little-endian x, y of 16 bits."""
         if len(self._clouds) < len(self._trace.indices):
             return {}
         return {
@@ -188,7 +188,7 @@ class _Repeat:
 
 
 def _drawn(points: Floats, weights: Floats | None) -> Floats:
-    """PARTICLES of the points, each as often as its weight says (systematic, from the middle of each step)."""
+    """Resample PARTICLES points by weight (systematic, from the middle of each step)."""
     shares = np.full(len(points), 1 / len(points)) if weights is None else np.asarray(weights)
     places = (np.arange(PARTICLES) + 0.5) / PARTICLES
     return np.asarray(points[np.searchsorted(np.cumsum(shares), places).clip(max=len(points) - 1)])
@@ -200,14 +200,14 @@ def _packed(points: Floats, size: tuple[int, int]) -> str:
 
 
 def _repeats(cells: Sequence[RunRecord], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
-    """The runs that can be repeated as they were: their tracker is at hand, its code the same."""
+    """Return the runs that can be repeated: the tracker is available and its code unchanged."""
     tracks = {follower.label: follower.trace for follower in followers}
     found: list[_Repeat] = []
     for cell in cells:
         if len(found) == most:
             break
         trace = tracks.get(cell.label)
-        if trace is None or np.isnan(trace.neffs).all():  # who says no Neff has no particles
+        if trace is None or np.isnan(trace.neffs).all():  # without Neff no particles
             continue
         tracker = remade(cell.config)
         if tracker is None or not resumable(tracker) or code_hash(tracker) != cell.key.code_hash:

@@ -1,34 +1,37 @@
-"""What the page says of each source: its figures, charts, pictures and commands; no HTML here."""
+"""Sections of the page: figures, charts, pictures and commands of each source, without HTML."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from irsim import IrsimError
 from irsim.errors import counted
 from irsim.types import Source
-from irtrack.report.figure_data import Measured, SourceFigures
+from irtrack.metrics.statistics import HALF
+from irtrack.report.figure_data import Measured, SeverityFigures, SourceFigures, source_figures
 from irtrack.report.frames import Follower, Still, moments, still
-from irtrack.report.plots import LineStyle, Plots, plots
-from irtrack.report.repeat import render_command, run_command
+from irtrack.report.plots import Axis, Line, LineStyle, Plots, line_chart, plots
+from irtrack.report.repeat import render_command, reopen, run_command
 from irtrack.report.replays import Replay, replayed
-from irtrack.report.write import opened
 
 CHANGED = {
     "recording": "{} is not the recording that was measured, it has changed since.",
-    "scenario": "this version of irsim renders the scenario in another way than the one that measured it.",
+    "scenario": "this version of irsim renders the scenario differently.",
 }
-"""Why the frames at hand are not those that the trackers saw."""
+"""Reasons why the present frames differ from those of the trackers."""
 
 
 @dataclass
-class Room:
-    """What is left of the page: it must stay one that a browser opens.
+class Budget:
+    """Remaining pictures of a page, which limit its size.
 
-    strips    sources that may still have a filmstrip;  replays  those that may still have a replay
-    repeats   runs that may still be repeated for their particles
+    strips    sources with a filmstrip;  replays   sources with a replay
+    repeats   runs that are repeated for their particles
     """
 
     strips: int = 24
@@ -38,7 +41,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Pictures:
-    """The filmstrip and the replay of one run of each tracker; without them `note` says why."""
+    """Filmstrip and replay of one run of each tracker; `note`: the reason why there are none."""
 
     stills: tuple[Still, ...] = ()
     replay: Replay | None = None
@@ -47,13 +50,13 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Section:
-    """One source: its table, charts, pictures and commands.
+    """Table, charts, pictures and commands of one source.
 
     facts        short phrases about it
-    plots        None where there is no truth
-    seed         of the run that is shown: the one in which most trackers are lost
-    commands     that repeat it
-    scenario     the scenario's text with that seed; None for a recording
+    plots        None without truth
+    seed         seed of the pictures: the one with the most losses
+    commands     commands that repeat its runs
+    scenario     text of the scenario with that seed; None for a recording
     """
 
     name: str
@@ -71,7 +74,7 @@ class Section:
 
     @property
     def scenario_link(self) -> str:
-        """The scenario as a link's target, to be saved from the page."""
+        """The scenario as a data link, to be saved from the page."""
         text = base64.b64encode((self.scenario or "").encode()).decode()
         return f"data:text/yaml;base64,{text}"
 
@@ -80,12 +83,12 @@ def section(
     measured: Measured,
     figures: SourceFigures,
     styles: Mapping[str, LineStyle],
-    room: Room | None,
+    budget: Budget | None,
     at_hand: Source | None = None,
 ) -> Section:
-    """The section of a source; what it takes of the room is taken off. Without room: no charts, no pictures.
+    """Return the section of a source and reduce the budget; None: without charts and pictures.
 
-    at_hand   the source, where the caller has it: what is opened by a results file runs no code that it names
+    at_hand   the open source; by default it is reopened, without code that it names
     """
     shown = [measured.cells[place] for place in measured.shown]
     source = measured.source
@@ -94,8 +97,8 @@ def section(
         name=source.name,
         facts=_facts(measured),
         figures=figures,
-        plots=plots(measured.traces, figures.survival, styles, source.name) if room and measured.traces else None,
-        pictures=_pictures(measured, styles, room, at_hand) if room else Pictures(),
+        plots=plots(measured.traces, figures.survival, styles, source.name) if budget and measured.traces else None,
+        pictures=_pictures(measured, styles, budget, at_hand) if budget else Pictures(),
         seed=shown[0].key.tracker_seed,
         commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
@@ -108,7 +111,7 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     targets = sorted({cell.key.target or "a box given by the user" for cell in cells})
     inputs = sorted({cell.key.input for cell in cells})
     columns, rows = source.size
-    # Runs of one scene are no sample of scenes: say which of the two the intervals speak of.
+    # Runs of one scene are no sample of scenes.
     varied = "scene and tracker change with each" if source.kind == "scenario" else "one scene, only trackers change"
     return (
         source.kind,
@@ -120,8 +123,8 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     )
 
 
-def _pictures(measured: Measured, styles: Mapping[str, LineStyle], room: Room, at_hand: Source | None) -> Pictures:
-    if not room.strips:
+def _pictures(measured: Measured, styles: Mapping[str, LineStyle], budget: Budget, at_hand: Source | None) -> Pictures:
+    if not budget.strips:
         return Pictures(note="No pictures: the page would grow too large; report fewer sources to see them.")
     source = measured.source
     cells, followers = [], []
@@ -133,9 +136,9 @@ def _pictures(measured: Measured, styles: Mapping[str, LineStyle], room: Room, a
                 Follower(cell.label, styles[cell.label], trace, cell.score.lost_at if cell.score else None)
             )
     if not followers:
-        return Pictures(note="No tracker finished on the seed that is shown: there is nothing to see.")
+        return Pictures(note="No tracker finished on the seed that is shown: there are no pictures.")
     try:
-        found = at_hand or opened(source)
+        found = at_hand or reopen(source)
         if found.hash != source.hash:
             return Pictures(note=f"No pictures: {CHANGED[source.kind].format(source.text)}")
         stills = tuple(
@@ -143,11 +146,73 @@ def _pictures(measured: Measured, styles: Mapping[str, LineStyle], room: Room, a
             for index, why in moments(followers).items()
         )
         replay = None
-        if room.replays:
-            replay, repeated = replayed(found, cells, followers, room.repeats)
-            room.replays -= 1
-            room.repeats -= repeated
+        if budget.replays:
+            replay, repeated = replayed(found, cells, followers, budget.repeats)
+            budget.replays -= 1
+            budget.repeats -= repeated
     except IrsimError as error:
         return Pictures(note=f"No pictures: the source cannot be opened any more ({error}).")
-    room.strips -= 1
+    budget.strips -= 1
     return Pictures(stills, replay)
+
+
+@dataclass(frozen=True, eq=False)
+class Chapter:
+    """One source, or one scenario at all of its severities.
+
+    severities   breaking points; None without severities
+    curves       failure curves as an SVG element
+    section      section with charts and pictures, at the most informative severity
+    others       sections at the other severities, tables only
+    """
+
+    name: str
+    severities: SeverityFigures | None
+    curves: str
+    section: Section
+    others: tuple[Section, ...]
+
+
+def chapters(
+    sources: Iterable[Measured], severities: Sequence[SeverityFigures], styles: Mapping[str, LineStyle], budget: Budget
+) -> list[Chapter]:
+    """Return the chapters in the order of the sources; one source is held in memory at a time."""
+    by_family = {each.family: each for each in severities}
+    found: defaultdict[str, list[tuple[int, Section]]] = defaultdict(list)
+    for measured in sources:
+        cell = measured.cells[0]
+        family = by_family.get(cell.family) if cell.severity is not None else None
+        is_main = family is None or cell.severity == main_severity(family)
+        name = measured.name if family is None else family.family
+        made = section(measured, source_figures(measured), styles, budget if is_main else None)
+        found[name].append((cell.severity or 0, made))
+    return [_chapter(name, by_family.get(name), members, styles) for name, members in found.items()]
+
+
+def main_severity(family: SeverityFigures) -> int:
+    """Return the least severity at which half of all runs are lost, else the highest."""
+    points = list(family.breaking.values())
+    levels = np.unique(np.concatenate([point.severities for point in points]))
+    for level in levels:
+        at = [(int(p.runs[k]), int(p.lost[k])) for p in points for k in np.flatnonzero(p.severities == level)]
+        if sum(lost for _, lost in at) >= HALF * sum(runs for runs, _ in at):
+            return int(level)
+    return int(levels[-1])
+
+
+def _chapter(
+    name: str, family: SeverityFigures | None, members: list[tuple[int, Section]], styles: Mapping[str, LineStyle]
+) -> Chapter:
+    if family is None:
+        return Chapter(name, None, "", members[0][1], ())
+    main = main_severity(family)
+    ordered = sorted(members, key=lambda member: (member[0] != main, member[0]))
+    curves = line_chart(
+        [Line(styles[label], p.severities, p.shares, p.low, p.high) for label, p in family.breaking.items()],
+        Axis("severity"),
+        Axis("share of runs lost", (0, 1.02)),
+        size=(460, 260),
+        name=f"{name}: failure curves",
+        level=HALF,
+    )
+    return Chapter(name, family, curves, ordered[0][1], tuple(made for _, made in ordered[1:]))

@@ -138,7 +138,7 @@ def recording() -> None:
 
 def growth() -> None:
     """256 runs of 100 steps of the growth model in one array, N = 100."""
-    from irtrack.papers.growth_model import BOOTSTRAP, WSPF, Growth, run
+    from irtrack.papers.growth import BOOTSTRAP, WSPF, Growth, run
 
     model = Growth.of(256, 0)
     for name, filter in (("bootstrap", BOOTSTRAP), ("wspf", WSPF)):

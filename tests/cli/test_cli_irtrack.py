@@ -1,4 +1,4 @@
-"""The commands of irtrack that run, bench and report: what they print and write."""
+"""Output of `irtrack list`, `run`, `bench` and `report`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_list_names_every_tracker(call: Call) -> None:
         ),
     ],
 )
-def test_a_run_says_on_which_frames_a_loss_is_judged(
+def test_run_prints_the_frames_that_judge_a_loss(
     visible: tuple[float, ...], line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     strip = Strip(visible=visible)
@@ -46,14 +46,14 @@ def test_a_run_says_on_which_frames_a_loss_is_judged(
     assert printed[1:3] == ["scored       7 of 7 frames", f"lost         {line}"]
 
 
-def test_a_source_may_be_given_a_label(call: Call, tmp_path: Path) -> None:
+def test_source_label(call: Call, tmp_path: Path) -> None:
     answer = call("bench", "clip.mcap", "AGAIN=clip.mcap", "--trackers", "kalman", "--seeds", "1", "--results", "a.db")
     assert answer.status == 0, answer.err
     assert [line.split()[0] for line in answer.out.splitlines()[1:3]] == ["AGAIN", "clip"]
     assert call("report", "a.db", "-o", "a.html").status == 0
 
 
-def test_run_prints_scores_and_a_command_that_repeats_them(call: Call) -> None:
+def test_run_prints_scores_and_a_repeat_command(call: Call) -> None:
     first = call("run", "grey_pf", "scene.yaml", "particles=30")
     assert (first.status, first.err) == (0, "")
     lines = first.out.splitlines()
@@ -65,16 +65,16 @@ def test_run_prints_scores_and_a_command_that_repeats_them(call: Call) -> None:
     ][:-1]
 
 
-def test_run_tells_what_the_scene_expects(call: Call) -> None:
+def test_run_explains_the_expected_rules(call: Call) -> None:
     rules = "expect=[{kind: error_below, px: 0.001}, {kind: never_lost}, {kind: never_lost, target: jet}]"
     answer = call("run", "template", "scene.yaml", rules)
     assert answer.status == 0
-    told = [line.split(maxsplit=1) for line in answer.out.splitlines() if line.startswith(("held ", "broken "))]
-    assert [verdict for verdict, _ in told] == ["broken", "held", "held"]
-    assert told[0][1].startswith("a centre error of at most 0.001 px in every frame: ")
+    explained = [line.split(maxsplit=1) for line in answer.out.splitlines() if line.startswith(("held ", "broken "))]
+    assert [verdict for verdict, _ in explained] == ["broken", "held", "held"]
+    assert explained[0][1].startswith("a centre error of at most 0.001 px in every frame: ")
     found = json.loads(call("run", "template", "scene.yaml", rules, "--json").out)["expected"]
     assert [each["margin"] < 0 for each in found] == [True, False, False]
-    assert "held " not in call("run", "template", "scene.yaml").out  # it says nothing
+    assert "held " not in call("run", "template", "scene.yaml").out  # no rules
 
 
 def test_run_as_json_is_one_document(call: Call) -> None:
@@ -137,7 +137,7 @@ def test_run_from_a_given_box_has_no_scores(call: Call) -> None:
     answer = call("run", "template", "clip.mcap", "--init", "25,32,12,8@4")
     assert answer.status == 0
     assert "a given box, frames 4 to 19" in answer.out
-    assert "no scores: a box was given, and truth does not know whose; --target ID says whose" in answer.out
+    assert "no scores: a box was given without a target; --target ID names it" in answer.out
     named = call("run", "template", "clip.mcap", "--init", "25,32,12,8@4", "--target", "jet")
     assert "rmse" in named.out
     last = call("run", "template", "clip.mcap", "--init", "25,32,12,8@19", "--target", "jet")
@@ -161,7 +161,7 @@ def test_bench_and_report(call: Call, tmp_path: Path) -> None:
     assert {(row["source"], row["label"], row["runs"]) for row in value["rows"]} == {
         (source, label, 2) for source in ("clip", "scene") for label in ("few", "grey_pf")
     }
-    # Only what was asked for now, however much the file holds.
+    # Only the runs of this call.
     part = json.loads(call("bench", "clip.mcap", "--trackers", "grey_pf", "--seeds", "1", "--json").out)
     assert [(row["source"], row["label"], row["runs"]) for row in part["rows"]] == [("clip", "grey_pf", 1)]
     written = call("report", "irtrack.db")
@@ -170,7 +170,7 @@ def test_bench_and_report(call: Call, tmp_path: Path) -> None:
     assert call("report", "irtrack.db", "-o", "other.html").out == "other.html\n"
 
 
-def test_a_bench_changes_scenarios_as_a_run_does(call: Call) -> None:
+def test_bench_overrides_scenario_keys(call: Call) -> None:
     changes = ("frames=8", "targets.jet.path.speed=2")
     words = ("bench", "a=scene.yaml", "scene.yaml", *changes, "--trackers", "kalman", "--seeds", "1", "--json")
     assert {row["source"] for row in json.loads(call(*words).out)["rows"]} == {"a", "scene"}
@@ -180,7 +180,7 @@ def test_a_bench_changes_scenarios_as_a_run_does(call: Call) -> None:
     assert kept == {(changed.hash, 8, changes)}
 
 
-def test_a_run_takes_parameters_as_a_bench_does(call: Call) -> None:
+def test_run_takes_parameters_after_the_name(call: Call) -> None:
     words = ("run", "big=grey_pf:particles=40:bins=8", "clip.mcap", "alpha=0.5", "--json")
     track = json.loads(call(*words).out)
     assert (track["tracker"], track["config"]["tracker"]) == ("big", "grey_pf")

@@ -1,4 +1,4 @@
-"""A tracker that fails, or prints: one headline, its own calls, and a status that says so."""
+"""Failing trackers: one headline, their own calls, and the exit status."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from command_line import Call
 from irtrack import Results
 
 
-def test_a_failing_tracker_fails_alone_and_the_status_says_so(call: Call, tmp_path: Path) -> None:
+def test_failing_tracker_fails_alone(call: Call, tmp_path: Path) -> None:
     answer = call("bench", "clip.mcap", "--trackers", "template,mine:Broken", "--seeds", "1", "--results", "x.db")
     assert answer.status == 1
     assert "Traceback" not in answer.err
-    assert answer.err == "irtrack: 1 of 2 runs failed; the report shows why\n"
+    assert answer.err == "irtrack: 1 of 2 runs failed; the report has the reasons\n"
     with Results(tmp_path / "x.db") as results:
         assert {(cell.label, cell.status) for cell in results.cells()} == {
             ("template", "ok"),
@@ -34,9 +34,7 @@ FAILING = [
 
 
 @pytest.mark.parametrize(("words", "said", "raises"), FAILING, ids=str)
-def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
-    call: Call, words: tuple[str, ...], said: str, raises: bool
-) -> None:
+def test_failure_has_a_headline_and_the_calls(call: Call, words: tuple[str, ...], said: str, raises: bool) -> None:
     answer = call("run", words[0], "clip.mcap", *words[1:])
     assert (answer.status, answer.out) == (1, "")
     *lines, where = [line for line in answer.err.splitlines() if not line.startswith("seen")]
@@ -55,10 +53,10 @@ def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
     assert {row["label"]: row["failed"] for row in json.loads(answer.out)["rows"]} == {"kalman": 0, name: 1}
 
 
-def test_a_tracker_that_ends_its_process_fails_alone(call: Call, tmp_path: Path) -> None:
+def test_tracker_that_ends_its_process_fails_alone(call: Call, tmp_path: Path) -> None:
     trackers = "mine:Careless:what=die,kalman"
     answer = call("bench", "clip.mcap", "--trackers", trackers, "--seeds", "1", "--results", "d.db")
-    assert (answer.status, answer.err) == (1, "irtrack: 1 of 2 runs failed; the report shows why\n")
+    assert (answer.status, answer.err) == (1, "irtrack: 1 of 2 runs failed; the report has the reasons\n")
     with Results(tmp_path / "d.db") as results:
         failures = {cell.label: cell.failure for cell in results.cells()}
     assert failures["kalman"] is None
@@ -66,7 +64,7 @@ def test_a_tracker_that_ends_its_process_fails_alone(call: Call, tmp_path: Path)
     assert failures["mine:Careless:what=die"] == f"clip, seed 0, {died}"
 
 
-def test_a_terminal_and_a_page_obey_nothing_that_a_tracker_raises(call: Call) -> None:
+def test_error_text_is_escaped(call: Call) -> None:
     said = r"ValueError: \x1b[31m<b>red\x9b0m \x07\u202e \x00 \udc9b"
     answer = call("run", "mine:Careless", "clip.mcap", "what=command")
     assert answer.err.splitlines()[1] == f"irtrack: mine:Careless: frame 1: {said}"

@@ -40,7 +40,7 @@ BAD = [
     (("check", "kalman", "--only", ""), "--only '': a name is empty"),
     (("check", "kalman", "--only", "flip,"), "--only 'flip,': a name is empty"),
     (("stress", "kalman", "--only", "", "--results", "x.db"), "--only '': a name is empty"),
-    (("sources", "--only", "", "-o", "x"), "--only '': a name is empty"),
+    (("papers", "--only", "", "-o", "x"), "--only '': a name is empty"),
     (("compare", "a", "b", "--metrics", ""), "--metrics '': a name is empty"),
     (("bench", "none.mcap", "--trackers", "grey_pf", "--results", "x.db"), "none.mcap"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "no/x.db"), "the folder no does not exist"),
@@ -51,7 +51,7 @@ BAD = [
     (("bench", "clip.mcap", "./clip.mcap", "--trackers", "kalman", "--results", "x.db"), "as in NEW=./clip.mcap"),
     (
         ("bench", "clip.mcap", "particles=300", "--trackers", "grey_pf", "--results", "x.db"),
-        "KEY=VALUE is for a scenario's keys, a tracker's go to --trackers NAME:KEY=VALUE\n",
+        "KEY=VALUE sets scenario keys; tracker parameters: --trackers NAME:KEY=VALUE\n",
     ),
     (("bench", "scene.yaml", "frame=3", "--trackers", "kalman", "--results", "x.db"), "did you mean 'frames'?"),
     (("bench", "scene.yaml", "camera.netd=3", "--trackers", "kalman", "--results", "x.db"), "did you mean 'netd_mk'?"),
@@ -82,9 +82,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("words", "said"), BAD, ids=lambda value: " ".join(value) if isinstance(value, tuple) else "")
-def test_bad_input_is_one_line_and_leaves_nothing(
-    call: Call, tmp_path: Path, words: tuple[str, ...], said: str
-) -> None:
+def test_bad_input_is_one_line(call: Call, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
     before = {path.name for path in tmp_path.iterdir()}
     answer = call(*words)
     assert answer.status == 2
@@ -106,7 +104,7 @@ def test_wrong_usage_has_status_2(call: Call, words: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     "words", [("run", "kalman", "scene.yaml"), ("bench", "scene.yaml", "again=scene.yaml", "--check")]
 )
-def test_a_change_that_counts_for_nothing_is_warned_of_once(call: Call, words: tuple[str, ...]) -> None:
+def test_override_without_effect_is_warned_of_once(call: Call, words: tuple[str, ...]) -> None:
     trackers = ("--trackers", "kalman") if words[0] == "bench" else ()
     answer = call(*words, "camera.detector={kind: electrons}", "camera.netd_mk=5000", *trackers)
     assert answer.status == 0

@@ -1,4 +1,4 @@
-"""irtrack as a process of its own: what it prints where, Ctrl-C, and readers that go away."""
+"""irtrack as a process: standard output and error, Ctrl-C, closed pipes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ import pytest
 from irtrack import Results
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str) -> None:
+def test_tracker_output_goes_to_standard_error(made: Path, jobs: str) -> None:
     for words in (
         ("run", "mine:Careless", "clip.mcap", "what=good"),
         (
@@ -57,7 +56,6 @@ class Printer:
 """
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize(
     "words",
     [
@@ -67,7 +65,7 @@ class Printer:
     ],
     ids=lambda words: words[0],
 )
-def test_what_native_code_prints_is_no_part_of_the_document(tmp_path: Path, words: tuple[str, ...]) -> None:
+def test_native_output_goes_to_standard_error(tmp_path: Path, words: tuple[str, ...]) -> None:
     (tmp_path / "native.py").write_text(NATIVE)
     with start(tmp_path, *words, "--json") as process:
         out, err = process.communicate(timeout=60)
@@ -87,7 +85,7 @@ class Crasher:
 """
 
 
-def test_a_crash_in_native_code_says_at_which_line_of_the_tracker(tmp_path: Path) -> None:
+def test_native_crash_names_the_line_of_the_tracker(tmp_path: Path) -> None:
     (tmp_path / "crash.py").write_text(CRASHING)
     with start(tmp_path, "run", "crash:Crasher", "sky", "frames=3") as process:
         _, err = process.communicate(timeout=60)
@@ -105,17 +103,16 @@ def start(folder: Path, *words: str) -> subprocess.Popen[str]:
 
 
 def cells_in(results: Path) -> int:
-    """How many cells a results file holds while somebody else writes it."""
+    """Return the number of runs in a results file that is being written."""
     try:
         with closing(sqlite3.connect(f"file:{results}?mode=ro", uri=True)) as database:
             return int(database.execute("SELECT count(*) FROM cells").fetchone()[0])
-    except sqlite3.OperationalError:  # not there yet, or being written
+    except sqlite3.OperationalError:  # missing, or being written
         return 0
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path, jobs: str) -> None:
+def test_ctrl_c_has_status_130_and_keeps_the_file(made: Path, tmp_path: Path, jobs: str) -> None:
     results = tmp_path / "long.db"
     words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))
     process = start(made, *words, "--jobs", jobs)
@@ -126,21 +123,21 @@ def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path
         time.sleep(0.05)
     else:
         process.kill()
-        pytest.fail("waited in vain for the first cells")
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
+        pytest.fail("no run within 60 s")
+    os.killpg(process.pid, signal.SIGINT)  # to the workers as well, as a terminal does
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    told = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+, the same command goes on\n", err)
-    assert told, err
+    match = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+; the same command resumes\n", err)
+    assert match, err
     with Results(results) as kept:
-        assert len(kept.cells()) == int(told[1]) > 0
+        assert len(kept.cells()) == int(match[1]) > 0
         assert all(cell.status == "ok" for cell in kept.cells())
 
 
-def test_a_reader_that_goes_away_is_no_error(made: Path) -> None:
+def test_closed_pipe_is_no_error(made: Path) -> None:
     process = start(made, "run", "template", "clip.mcap", "--json")
     assert process.stdout is not None
-    process.stdout.close()  # long before it has something to say
+    process.stdout.close()  # before the first output
     assert process.stderr is not None
     assert process.stderr.read() == ""
     assert process.wait(timeout=60) == 1

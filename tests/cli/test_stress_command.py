@@ -1,4 +1,4 @@
-"""irtrack stress: the suite's scenes, the lost runs of each severity, and what is wrong told in one line."""
+"""irtrack stress: scenes of the suite, lost runs at each severity, bad input."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     return call
 
 
-def test_all_causes_at_all_severities_unless_some_are_named() -> None:
+def test_suite_has_all_causes_at_all_severities() -> None:
     kalman = [Entry("kalman", make("kalman", {}))]
     whole = stress_suite(kalman, 30)
     assert len(whole.sources) == 9 * 6
@@ -43,8 +43,8 @@ def test_all_causes_at_all_severities_unless_some_are_named() -> None:
         stress_suite(kalman, 2, ["drop"])
 
 
-def test_the_table_says_what_the_results_say(cli: Cli) -> None:
-    """A tracker that stays where it began loses a target that moves from the first severity on; template does not."""
+def test_table_and_json_agree(cli: Cli) -> None:
+    """A stationary estimate loses the target from the first severity on; template does not."""
     words = ("still=sound_tracker:Constant,template", "--seeds", "1", "--only", "drops")
     status, out, _ = cli(*words)
     assert status == 0
@@ -69,7 +69,7 @@ trackers: [kalman]
 """
 
 
-def test_a_suite_of_ones_own_is_run_at_its_severities(cli: Cli) -> None:
+def test_own_suite_runs_at_its_severities(cli: Cli) -> None:
     Path("grid-suite.yaml").write_text(GRID)
     words = ("template", "--suite", "grid-suite.yaml", "--seeds", "1", "--results", "grid.db")
     status, out, _ = cli(*words)

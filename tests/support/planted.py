@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import planted_contract as contract
 import planted_following as following
-import planted_honesty as honesty
-import planted_pictures as pictures
+import planted_images as images
+import planted_status as status
 from sound_tracker import Sound
 
 PLANTED: dict[str, type[Sound]] = {
@@ -21,14 +21,14 @@ PLANTED: dict[str, type[Sound]] = {
     "layout": contract.Contiguous,
     "timeless": contract.Clock,
     "bounded": contract.Hoards,
-    "shift": pictures.Rooted,
-    "flip": pictures.Leans,
-    "transpose": pictures.Wide,
-    "offset": pictures.Absolute,
-    "gain": pictures.Stretched,
-    "polarity": pictures.Hot,
-    "depth": pictures.Shallow,
-    "distractor": pictures.Distracted,
+    "shift": images.Rooted,
+    "flip": images.Leans,
+    "transpose": images.Wide,
+    "offset": images.Absolute,
+    "gain": images.Stretched,
+    "polarity": images.Hot,
+    "depth": images.Shallow,
+    "distractor": images.Distracted,
     "follows": following.Lags,
     "rests": following.Creeps,
     "size": following.Swells,
@@ -38,12 +38,12 @@ PLANTED: dict[str, type[Sound]] = {
     "drops": following.Impatient,
     "reacquires": following.Resentful,
     "velocity": following.Backwards,
-    "says_seen": honesty.Timid,
-    "says_hidden": honesty.Proud,
-    "says_gone": honesty.Stubborn,
-    "says_empty": honesty.Ghosts,
-    "score": honesty.Inverted,
-    "nees": honesty.Certain,
-    "noise": honesty.LovesNoise,
-    "hiding": honesty.LovesHiding,
+    "says_seen": status.Timid,
+    "says_hidden": status.Proud,
+    "says_gone": status.Stubborn,
+    "says_empty": status.Ghosts,
+    "score": status.Inverted,
+    "nees": status.Certain,
+    "noise": status.LovesNoise,
+    "hiding": status.LovesHiding,
 }

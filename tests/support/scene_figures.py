@@ -18,15 +18,19 @@ Medians are over every STRIDE-th frame, and where the scene is drawn by its seed
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from itertools import groupby
+from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from irsim.render.contrast import GUARD_PX, RING_PX, scr
 from irsim.render.frame import Renderer
+from irsim.scenario.loader import load
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement_all import placed
 from irsim.types import Box, Floats, TargetTruth, Truth
@@ -250,3 +254,16 @@ def _flickering(scene: Renderer, name: str) -> tuple[float, int] | None:
         return None
     dim, before, after = (_of(scene.scene(at)[1], name).contrast_k or 0.0 for at in (index, index - 2, index + 2))
     return 2 * dim / (before + after), index
+
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def check_head(path: Path) -> None:
+    """Assert that the lines '#: ...' of a scenario's head agree with the measured figures to a tenth."""
+    stated = [line[2:].strip() for line in path.read_text().splitlines() if line.startswith("#:")]
+    measured = figures(load(path)).lines()
+    assert [NUMBER.sub("", line) for line in stated] == [NUMBER.sub("", line) for line in measured]
+    for said, found in zip(stated, measured, strict=True):
+        numbers = [float(number) for number in NUMBER.findall(found)]
+        assert [float(number) for number in NUMBER.findall(said)] == pytest.approx(numbers, rel=0.1, abs=0.06), path

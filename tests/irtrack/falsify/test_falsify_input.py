@@ -1,4 +1,4 @@
-"""irtrack falsify: input that cannot be is one line, and nothing that it needs is replaced."""
+"""irtrack falsify: bad input is one line, and the scenario's file is never replaced."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def cli(bare_call: Call, tmp_path: Path) -> Call:
         ),
         (["blind.yaml", "--tracker", "kalman", "-o", "bad"], "bad/trials.jsonl:1: is no trial"),
         (["blind.yaml", "--tracker", "kalman", "-o", "odd"], "odd/trials.jsonl: is a folder"),
-        (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, where nothing varies"),
+        (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, in which nothing varies"),
     ],
 )
 def test_bad_input_is_one_line(cli: Call, words: list[str], said: str) -> None:
@@ -54,15 +54,15 @@ def test_bad_input_is_one_line(cli: Call, words: list[str], said: str) -> None:
 
 
 @pytest.mark.parametrize("word", ["jobs", "budget", "fresh"])
-def test_what_is_no_whole_number_is_one_line(tmp_path: Path, word: str) -> None:
+def test_wrong_counts_are_one_line(tmp_path: Path, word: str) -> None:
     scene = irsim.loads(planted_failure.SCENE)
     with pytest.raises(InputError, match=rf"^{word} None: allowed: a whole number, \d or more$"):
-        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]  # what is wrong is the test
+        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]  # the wrong type is the test
 
 
 @pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])
-def test_the_scenario_itself_is_not_replaced(cli: Call, name: str) -> None:
-    """Nor looked for a failure in: a search of hours would end with nowhere to put it."""
+def test_scenario_file_is_not_replaced(cli: Call, name: str) -> None:
+    """The error comes before the search."""
     Path(name).write_text(planted_failure.SCENE)
     words = (name, "--tracker", "planted_failure:Blind", "-o", ".")
     assert cli(*words) == (

@@ -20,6 +20,7 @@ from irtrack.falsify.outputs import FOUND, JOURNAL
 from irtrack.falsify.regressions import keep
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject
+from irtrack.report.finding import write_failure_report
 
 SCENE = planted_failure.SCENE.replace("low: 4, high: 54", "low: 32, high: 36")
 """Half of it breaks the tracker."""
@@ -37,7 +38,9 @@ def disk_full(left: int = 50) -> Iterator[None]:
 
 
 def hunt(folder: Path) -> None:
-    find_failure(irsim.loads(SCENE), "planted_failure:Raising", folder, name="blind", fresh=5)
+    find_failure(
+        irsim.loads(SCENE), "planted_failure:Raising", folder, name="blind", fresh=5, report=write_failure_report
+    )
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Kept failures are tried for ever, baselines held: what is worse by a tenth is told, and `--update` takes it."""
+"""irtrack regress: kept failures and baselines; changes are reported, `--update` accepts them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     return call
 
 
-def test_there_are_kept_failures_and_small_recordings() -> None:
+def test_repository_has_kept_failures_and_recordings() -> None:
     assert KEPT
     assert len(RECORDINGS) >= 3
     kept = [each.recording for each in KEPT if each.fault is None]
@@ -50,35 +50,35 @@ def test_there_are_kept_failures_and_small_recordings() -> None:
 
 
 @pytest.mark.parametrize("name", [str(each) for each in KEPT])
-def test_a_kept_failure_is_as_it_was_noted(name: str) -> None:
+def test_kept_failure_is_unchanged(name: str) -> None:
     (kept,) = [each for each in KEPT if str(each) == name]
     assert not kept.changes()
 
 
-def test_the_baseline_holds() -> None:
-    """Of trackers on the small recordings: worse is a fault, better asks for `irtrack regress --update`."""
+def test_baseline_is_unchanged() -> None:
+    """Of trackers on the small recordings; `irtrack regress --update` accepts a better figure."""
     old = baseline.read(baseline.baseline_file(SUITE))
     assert baseline.changes(old, baseline.measure(load_suite(SUITE))) == []
 
 
 @pytest.mark.parametrize("figure", [name for name in baseline.HELD if name != "lost"])
-def test_a_tenth_worse_is_told_of_every_figure_of_a_baseline(figure: str) -> None:
+def test_figure_worse_by_a_tenth_is_reported(figure: str) -> None:
     old = baseline.read(baseline.baseline_file(SUITE))
     factor = 1.1 if FIGURES[figure].better == "less" else 0.9
-    told = 0
+    tested = 0
     for run, figures in old.items():
         was = figures[figure]
-        if was is None or was * 0.1 < 0.01 * (figure != "error"):  # less than a frame in a hundred cannot be
+        if was is None or was * 0.1 < 0.01 * (figure != "error"):  # less than one frame of a hundred
             continue
-        told += 1
+        tested += 1
         worse: Mapping[str, float | None] = {**figures, figure: was * factor}
         assert [each.verdict for each in baseline.changes({run: figures}, {run: worse})] == ["worse"], run
         assert [each.verdict for each in baseline.changes({run: worse}, {run: figures})] == ["better"]
         assert not baseline.changes({run: figures}, {run: {**figures, figure: was * (1 + (factor - 1) / 4)}})
-    assert told
+    assert tested
 
 
-def test_a_run_that_is_lost_new_or_gone_is_told() -> None:
+def test_lost_new_and_missing_runs_are_reported() -> None:
     run = ("sky", "kalman", 0)
     held = dict.fromkeys(baseline.HELD, 0.0)
     assert [each.verdict for each in baseline.changes({run: held}, {run: {**held, "lost": 1.0}})] == ["worse"]
@@ -94,8 +94,8 @@ seeds: 2
 """
 
 
-def test_a_tracker_that_is_a_tenth_worse_fails_until_updated(cli: Cli) -> None:
-    """It is 2 px off, then 2.2 px."""
+def test_worse_tracker_fails_until_updated(cli: Cli) -> None:
+    """Its error is 2 px, then 2.2 px."""
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("my-suite.yaml").write_text(PLANTED)
     status, _, err = cli("my-suite.yaml")
@@ -131,10 +131,8 @@ FAILING = {
 }
 
 
-def test_runs_that_die_hang_or_raise_are_a_line_each_and_the_others_are_measured(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """At frame 9 of a scene that begins in the blind place; before they did that, all were as the one beside them."""
+def test_failed_runs_are_one_line_each(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They fail at frame 9; the other tracker is measured."""
     monkeypatch.setattr("irtrack.cli.regress.FRAME_LIMIT_S", 2.0)
     Path("blind.yaml").write_text(planted_failure.SCENE.replace("start: [4, 4]", "start: [34, 36]"))
 
@@ -156,17 +154,17 @@ def test_runs_that_die_hang_or_raise_are_a_line_each_and_the_others_are_measured
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which the planted failure is kept."""
+    """Folder with the planted failure, found twice and kept once."""
     base = tmp_path_factory.mktemp("kept")
     near = planted_failure.SCENE.replace("low: 4, high: 54", "low: 32, high: 36")
-    for out in ("once", "twice"):  # found twice, kept once
+    for out in ("once", "twice"):
         find_failure(
             irsim.loads(near), "planted_failure:Raising", base / out, name="blind", keep_in=base / "regressions"
         )
     return base / "regressions"
 
 
-def test_what_is_kept_is_one_scene_its_frames_and_a_note(folder: Path) -> None:
+def test_kept_failure_has_scene_recording_and_note(folder: Path) -> None:
     (kept,) = kept_failures(folder)
     assert {path.suffix for path in folder.iterdir()} == {".yaml", ".mcap", ".json"}
     assert str(kept) == "blind-planted_failure-Raising"
@@ -175,14 +173,14 @@ def test_what_is_kept_is_one_scene_its_frames_and_a_note(folder: Path) -> None:
     assert kept.verdict(irsim.load(kept.path)).raised is not None
 
 
-def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path) -> None:
+def test_mended_failure_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path) -> None:
     shutil.copytree(folder, "kept")
     note = next(Path("kept").glob("*.json"))
     mended = note.read_text().replace("planted_failure:Raising", "planted_failure:Offset")
     note.write_text(mended)
     status, out, _ = cli("kept")
     assert status == 1
-    assert "breaks never_lost no more" in out
+    assert "no longer breaks never_lost" in out
     assert cli("kept", "--update")[0] == 0
     assert cli("kept")[:2] == (0, "kept: ok: 1 failure, 0 changes\n")
     note.write_text(note.read_text().replace("planted_failure:Offset", "planted_failure:Raising"))
@@ -192,8 +190,8 @@ def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, 
     assert "ValueError: planted" in out
 
 
-def test_kept_failures_are_tried_by_as_many_processes_as_asked_for(folder: Path, cli: Cli, tmp_path: Path) -> None:
-    """Each notes its process in a log: none of them is this one, with one job as with two. The words are the same."""
+def test_kept_failures_run_in_worker_processes(folder: Path, cli: Cli, tmp_path: Path) -> None:
+    """The log has their process ids: never this process, with one job or two. The output is the same."""
     log = tmp_path / "log"
     for name in ("one", "two"):
         for path in folder.iterdir():
@@ -201,23 +199,23 @@ def test_kept_failures_are_tried_by_as_many_processes_as_asked_for(folder: Path,
             shutil.copy(path, Path("kept", name).with_suffix(path.suffix))
         note = {"label": name, "tracker": "bench_fakes:Logger", "parameters": {"log": str(log)}}
         Path("kept", f"{name}.json").write_text(json.dumps({**note, "input": "display", "broken": True}))
-    said = cli("kept")
+    output = cli("kept")
     one = {line.split()[0] for line in log.read_text().splitlines()}
     log.unlink()
-    assert cli("kept", "--jobs", "2") == said
+    assert cli("kept", "--jobs", "2") == output
     two = {line.split()[0] for line in log.read_text().splitlines()}
     assert len(one) == 1
     assert len(two) <= 2
     assert str(os.getpid()) not in one | two
 
 
-def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> None:
+def test_changed_frames_are_reported(folder: Path, cli: Cli) -> None:
     shutil.copytree(folder, "kept")
     (kept,) = kept_failures("kept")
     warmer = irsim.change(irsim.load(kept.path), {"background.horizon_k": 284})
     kept.path.write_text(irsim.dumps(warmer))
     assert cli("kept")[0] == 1
-    assert "renders frame 0 otherwise than blind-planted_failure-Raising.mcap has it" in kept.changes()[0]
+    assert "frame 0 differs from blind-planted_failure-Raising.mcap" in kept.changes()[0]
     assert cli("kept", "--update")[0] == 0
     assert not replace(kept, broken=kept.update().broken).changes()
 
@@ -242,7 +240,7 @@ def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
     assert said in err
 
 
-def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_judged(folder: Path, cli: Cli) -> None:
+def test_unjudged_failures_are_a_line_each(folder: Path, cli: Cli) -> None:
     (whole,) = kept_failures(folder)
     Path("kept").mkdir()
 
@@ -266,7 +264,7 @@ def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_ju
     lines = dict(line.removeprefix("irtrack: kept/").split(":", 1) for line in err.splitlines())
     assert list(lines) == ["bad.json", "cut.mcap", "lost.mcap", "odd.yaml", "renamed.json"]
     assert "is no note of a kept failure" in lines["bad.json"]
-    assert "is missing; lost.json speaks of it" in lines["lost.mcap"]
+    assert "is missing; lost.json names it" in lines["lost.mcap"]
     assert "Raised" in lines["renamed.json"]
     assert cli("kept", "--update")[0] == 2
     (found,) = json.loads(cli("kept", "--json")[1])
@@ -282,6 +280,6 @@ def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_ju
     assert out.endswith("kept: failed: 2 failures, 1 change, 5 not judged\n")
 
 
-def test_a_suite_without_baseline_is_an_input_error(tmp_path: Path) -> None:
+def test_suite_without_baseline_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no baseline yet"):
         baseline.read(tmp_path / "x.golden.json")

@@ -1,4 +1,4 @@
-"""The growth model and the filters on it: against figures made elsewhere, and steps by hand."""
+"""The growth model and its filters, against another program and steps by hand."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import pytest
 
 from irsim.rng import stream
 from irtrack.filters.resampling import after_selection, largest_first, systematic, systematic_copies
-from irtrack.papers import growth_model as growth
-from irtrack.papers.growth_model import BOOTSTRAP, WSPF, Growth, rmse, run
+from irtrack.papers import growth
+from irtrack.papers.growth import BOOTSTRAP, WSPF, Growth, rmse, run
 
 ORACLE = {50: (5.44, 0.04), 100: (4.99, 0.03), 500: (4.68, 0.03)}
-"""Mean RMSE of the bootstrap filter over 4,000 runs of 100 steps, and its interval, of another program."""
+"""Mean RMSE of the bootstrap filter over 4,000 runs of 100 steps, and its interval, by another program."""
 WSPF_TRIAL = {50: 5.72, 100: 5.55, 500: 5.40}
-"""Of a first try at weight selection, resampled at every step with equal weights after it, by the same program."""
+"""Mean RMSE of weight selection with resampling at every step and equal weights, of the same program."""
 
 
 def mean_rmse(filter: growth.GrowthFilter, runs: int, seed: int) -> tuple[float, float]:
@@ -26,7 +26,7 @@ def mean_rmse(filter: growth.GrowthFilter, runs: int, seed: int) -> tuple[float,
 
 
 @pytest.mark.parametrize(("particles", "runs"), [(50, 1000), (100, 1000), (500, 250)])
-def test_the_bootstrap_filter_errs_as_much_as_another_programs(particles: int, runs: int) -> None:
+def test_bootstrap_filter_agrees_with_another_program(particles: int, runs: int) -> None:
     mean, error = mean_rmse(replace(BOOTSTRAP, particles=particles), runs, 7)
     expected, interval = ORACLE[particles]
     assert mean == pytest.approx(expected, abs=3 * error + interval)
@@ -34,30 +34,30 @@ def test_the_bootstrap_filter_errs_as_much_as_another_programs(particles: int, r
 
 
 @pytest.mark.parametrize(("particles", "runs"), [(50, 1000), (100, 1000), (500, 250)])
-def test_weight_selection_errs_as_much_as_another_programs(particles: int, runs: int) -> None:
+def test_weight_selection_agrees_with_another_program(particles: int, runs: int) -> None:
     filter = replace(WSPF, particles=particles, restoring="equal", threshold=1.0)
     mean, error = mean_rmse(filter, runs, 8)
     assert mean == pytest.approx(WSPF_TRIAL[particles], abs=3 * error + 0.04)
 
 
-def test_the_model_by_hand() -> None:
+def test_model_by_hand() -> None:
     """k = 1, x = 2: 1 + 50/5 + 8 cos 1.2 = 11 + 2.898862."""
-    assert growth.moved(np.array([2.0]), 1) == pytest.approx([13.898862], abs=1e-6)
+    assert growth.transition(np.array([2.0]), 1) == pytest.approx([13.898862], abs=1e-6)
     model = Growth.of(3000, 3, steps=2)
     # y - x^2 / 20 is unit noise: variance 1 +- 5 standard errors of sqrt(2 / 6000).
     assert np.var(model.measurements - model.states**2 / 20) == pytest.approx(1, abs=0.1)
 
 
-def test_weights_of_a_row_cannot_vanish() -> None:
-    """The only particle that weighs anything keeps it all, however far it is from the measurement."""
-    weights = growth.weighed(np.array([[0.0, 1.0, 0.0]]), np.array([[20.0]]), np.array([[20.0, -1e4, 1.0]]))
+def test_weights_of_a_row_do_not_vanish() -> None:
+    """The only particle with a weight keeps it, however far it is from the measurement."""
+    weights = growth.reweight(np.array([[0.0, 1.0, 0.0]]), np.array([[20.0]]), np.array([[20.0, -1e4, 1.0]]))
     assert weights.tolist() == [[0, 1, 0]]
     # x = 0, sqrt 20 stand for y = 0, 1: at y = 0 the likelihoods are as 1 to exp(-1/2).
-    weights = growth.weighed(np.full((1, 2), 0.5), np.array([[0.0]]), np.array([[0.0, np.sqrt(20)]]))
+    weights = growth.reweight(np.full((1, 2), 0.5), np.array([[0.0]]), np.array([[0.0, np.sqrt(20)]]))
     assert weights[0, 1] / weights[0, 0] == pytest.approx(np.exp(-0.5))
 
 
-def test_a_step_of_weight_selection_by_hand() -> None:
+def test_weight_selection_by_hand() -> None:
     """N = 5, Np = 3, weights .1 .3 .05 .4 .15: kept .3 .4 .15 of .85; set aside .1 and .05."""
     weights = np.array([0.1, 0.3, 0.05, 0.4, 0.15])
     order = largest_first(weights, 3)
@@ -71,7 +71,7 @@ def test_a_step_of_weight_selection_by_hand() -> None:
     assert after_selection(ordered, 3, "equal") == pytest.approx([0.2] * 5)
 
 
-def test_many_sets_are_resampled_as_one_is() -> None:
+def test_sets_are_resampled_as_single_ones() -> None:
     weights = stream(0, "weights").dirichlet(np.full(20, 0.3), 50)
     copies = systematic_copies(weights, stream(0, "points"))
     assert (copies.sum(axis=1) == 20).all()
@@ -80,7 +80,7 @@ def test_many_sets_are_resampled_as_one_is() -> None:
     assert np.bincount(alone, minlength=20).tolist() == copies[0].tolist()
 
 
-def test_the_same_seed_gives_the_same_runs() -> None:
+def test_same_seed_gives_same_runs() -> None:
     first, second = (run(Growth.of(20, 5), WSPF, 5) for _ in range(2))
     assert np.array_equal(first.estimates, second.estimates)
     assert np.isfinite(first.estimates).all()

@@ -1,4 +1,4 @@
-"""The report: one offline page whose numbers are the scores, and whose commands repeat them."""
+"""The report: one offline page with the scores, and commands that repeat them."""
 
 from __future__ import annotations
 
@@ -65,25 +65,25 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
 
 
 def ranked(page: Page) -> list[list[list[str]]]:
-    """The ranked tables: over all sources, and of each."""
+    """Return the ranked tables: over all sources, and of each."""
     return [table for table in page.tables if "Runs" in table[0]]
 
 
-def test_it_lies_beside_the_results_and_nothing_else_is_left(measured: Measured) -> None:
+def test_report_is_one_file_beside_the_results(measured: Measured) -> None:
     names = sorted(path.name for path in measured.folder.iterdir())
     assert names == ["bench.db", "clip.mcap", "report.html", "sky <1>.yaml"]
 
 
-def test_it_needs_nothing_from_outside(measured: Measured) -> None:
+def test_page_is_offline(measured: Measured) -> None:
     assert measured.page.links
     assert all(link.startswith(("#", "data:")) for link in measured.page.links)
     assert not re.findall(r"url\((?!#)|@import", measured.html)
     assert not {"link", "iframe", "object"} & set(measured.page.tags)
     assert not re.findall(r"<script[^>]*\bsrc", measured.html)
-    assert "default-src 'none'" in measured.html  # and a browser would fetch nothing
+    assert "default-src 'none'" in measured.html
 
 
-def test_inner_links_lead_somewhere_and_ids_are_unique(measured: Measured) -> None:
+def test_links_have_targets_and_ids_are_unique(measured: Measured) -> None:
     ids = re.findall(r'\bid="([^"]*)"', measured.html)
     assert len(ids) == len(set(ids))
     wanted = {link[1:] for link in measured.page.links if link.startswith("#")}
@@ -91,26 +91,26 @@ def test_inner_links_lead_somewhere_and_ids_are_unique(measured: Measured) -> No
     assert wanted <= set(ids)
 
 
-def test_every_tracker_and_source_is_in_it(measured: Measured) -> None:
+def test_page_has_every_tracker_and_source(measured: Measured) -> None:
     assert len(ranked(measured.page)) == 3  # all sources, and each of the two
     for table in ranked(measured.page):
         assert {row[1] for row in table[2:]} == {"grey_pf:particles=20", "still", "broken"}
     assert "sky <1>" in measured.page.text
-    assert "sky <1>" not in measured.html  # escaped, everywhere
-    # Two sources, six frames, two pictures each; and everyone's first loss on each source.
+    assert "sky <1>" not in measured.html  # escaped
+    # Two sources, six frames, two pictures each; and each tracker's first loss on each source.
     lost = {(cell.label, cell.source) for cell in measured.cells if cell.score and cell.score.lost}
     assert ("still", "clip") in lost
     assert measured.html.count('<svg class="whole"') == 2 * 6
     assert measured.html.count('<svg class="crop"') == 2 * 6 + len(lost)
 
 
-def test_the_numbers_are_the_scores(measured: Measured) -> None:
-    """Against the tracks themselves, by the definitions that the page prints."""
+def test_numbers_are_the_scores(measured: Measured) -> None:
+    """Against the tracks, by the definitions on the page."""
     clip = ranked(measured.page)[1]
     row = next(row for row in clip if row[1] == "still")
     pairs = zip(measured.cells, measured.traces, strict=True)
     traces = [trace for cell, trace in pairs if cell.label == "still" and cell.source == "clip" and trace]
-    assert len({trace.digest for trace in traces}) == 1  # it draws nothing at random: one run, and its repeat
+    assert len({trace.digest for trace in traces}) == 1  # without random numbers: one run, and its repeat
     del traces[1:]
     held_x: list[float] = []
     squares: list[float] = []
@@ -131,7 +131,7 @@ def test_the_numbers_are_the_scores(measured: Measured) -> None:
         held_x += np.abs(offsets[1:lost_at, 0]).tolist()
         squares += (distance[1:lost_at] ** 2).tolist()
         near.append(float(np.mean(distance[1:] <= 5)))
-    assert lost == 1  # else this test looks at no loss
+    assert lost == 1  # the test needs a loss
     text = " ".join(row[3].split())
     assert text.startswith("100 % 1 of 1")
     assert row[4].replace("\xa0", " ") == f"{np.mean(held_x):.2f} ± {np.std(held_x):.2f}"
@@ -139,16 +139,16 @@ def test_the_numbers_are_the_scores(measured: Measured) -> None:
     assert row[8] == f"{np.mean(near):.3f}"
 
 
-def test_failed_cells_are_counted_and_their_error_is_shown(measured: Measured) -> None:
+def test_failed_runs_and_their_errors_are_shown(measured: Measured) -> None:
     row = next(row for row in measured.page.tables[0] if row[1] == "broken")
-    assert "3 failed" in row[2]  # two scenes of the one, and the other, which is the same with each seed
+    assert "3 failed" in row[2]  # two scenes, and the recording, which is the same for each seed
     assert row[3:] == ["–"] * 10
     assert "ValueError: a fault <planted> here" in measured.page.text
     assert "Traceback (most recent call last)" in measured.page.text
     assert "3 runs failed" in measured.page.text
 
 
-def test_a_command_of_the_page_gives_the_same_scores(
+def test_commands_of_the_page_repeat_the_scores(
     measured: Measured, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     commands = [shlex.split(line) for line in measured.page.commands]
@@ -179,7 +179,7 @@ def test_a_command_of_the_page_gives_the_same_scores(
         }
 
 
-def test_a_moved_recording_is_said_to_be_gone(measured: Measured, tmp_path: Path) -> None:
+def test_moved_recording_has_no_pictures(measured: Measured, tmp_path: Path) -> None:
     clip = measured.folder / "clip.mcap"
     away = clip.rename(tmp_path / "clip.mcap")
     try:
@@ -191,7 +191,7 @@ def test_a_moved_recording_is_said_to_be_gone(measured: Measured, tmp_path: Path
     assert len(ranked(page)) == 3
 
 
-def test_another_recording_of_that_name_is_not_shown(measured: Measured, tmp_path: Path) -> None:
+def test_changed_recording_has_no_pictures(measured: Measured, tmp_path: Path) -> None:
     clip = measured.folder / "clip.mcap"
     away = clip.rename(tmp_path / "clip.mcap")
     try:
@@ -202,7 +202,7 @@ def test_another_recording_of_that_name_is_not_shown(measured: Measured, tmp_pat
     assert "is not the recording that was measured" in page.text
 
 
-def test_without_truth_there_are_pictures_but_no_scores(measured: Measured, tmp_path: Path) -> None:
+def test_without_truth_pictures_but_no_scores(measured: Measured, tmp_path: Path) -> None:
     start = (Box(20, 36, 16, 8), 2)
     arguments: Any = {"results": tmp_path / "blind.db", "init": start}
     with run_bench([measured.folder / "clip.mcap"], ["grey_pf"], **arguments) as results:
@@ -224,13 +224,13 @@ def empty(tmp_path: Path) -> Iterator[Results]:
         yield results
 
 
-def test_empty_results_are_one_clear_error(empty: Results, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"empty\.db: holds no finished cell"):
+def test_empty_results_are_an_input_error(empty: Results, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"empty\.db: holds no finished run"):
         write_report(empty)
     assert [path.name for path in tmp_path.iterdir()] == ["empty.db"]
 
 
-def test_a_name_that_cannot_be_is_one_clear_error(measured: Measured, tmp_path: Path) -> None:
+def test_bad_output_names_are_input_errors(measured: Measured, tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match=r"the folder .* does not exist"):
         write_report(measured.results, tmp_path / "no" / "report.html")
     with pytest.raises(InputError, match=r"x\.txt: allowed: a name that ends in \.html or \.json or \.csv or \.md"):
@@ -243,8 +243,8 @@ def test_a_name_that_cannot_be_is_one_clear_error(measured: Measured, tmp_path: 
         write_report(tmp_path / "none.db")
 
 
-def test_a_source_is_named_as_it_was_asked_for(measured: Measured, tmp_path: Path) -> None:
-    """By the very word of its source, not by any word of the command line that looks like it."""
+def test_source_keeps_the_word_of_the_command(measured: Measured, tmp_path: Path) -> None:
+    """Not a similar word of the command line."""
     clip, sky = measured.folder / "clip.mcap", measured.folder / "sky <1>.yaml"
     values = [irsim.open_source(clip), irsim.load(sky)]
     command = "irtrack bench elsewhere/clip.mcap --results scenario.db"
@@ -255,16 +255,14 @@ def test_a_source_is_named_as_it_was_asked_for(measured: Measured, tmp_path: Pat
         assert {source.word for source in results.sources().values()} == {str(sky), str(clip)}
 
 
-def test_a_bench_from_python_has_no_command(measured: Measured, tmp_path: Path) -> None:
+def test_bench_from_python_has_no_command(measured: Measured, tmp_path: Path) -> None:
     with run_bench([measured.folder / "clip.mcap"], ["template"], results=tmp_path / "r.db") as results:
         assert results.run is not None
         assert results.run.command is None
         assert "called from Python" in write_report(results).read_text()
 
 
-def test_the_report_is_repeated_by_the_file_as_it_was_named(
-    measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_report_command_has_the_given_path(measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(measured.folder.parent)
     named = Path(measured.folder.name) / "bench.db"
     page = write_report(named, tmp_path / "elsewhere.html").read_text()

@@ -1,4 +1,4 @@
-"""The report in a real browser: the replay is scrubbed, played and looked at, and nothing leaves the page."""
+"""The report in a browser: replay, layout, and no request from the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from browser import headless
+from browser import contrast, headless
 from playwright.sync_api import Browser, Page, expect
 from report_fakes import Still
 
@@ -35,7 +35,7 @@ HOSTILE = """</script><img src=x onerror="window.hacked=1"><script>window.hacked
 
 @dataclass
 class Report:
-    """The page of a small bench, the scene it shows, and the frame at which `still` loses the target."""
+    """Page of a small bench, its scene, and the frame of the loss of `still`."""
 
     path: Path
     source: Source
@@ -65,7 +65,7 @@ def browser() -> Iterator[Browser]:
 
 @dataclass
 class Opened:
-    """An opened page, its replay, and what went on: requests and errors."""
+    """Opened page with its requests and errors."""
 
     page: Page
     requests: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class Opened:
 
     @property
     def frame(self) -> int:
-        """The frame that the replay says it shows."""
+        """Frame of the replay."""
         found = re.match(r"frame (\d+)", self.page.inner_text("output"))
         assert found
         return int(found[1])
@@ -83,7 +83,7 @@ class Opened:
             self.page.press(".replay", key)
 
     def picture(self) -> Any:
-        """What the canvas shows, grey, at the size of the frame; all boxes off before."""
+        """Return the grey picture of the canvas at the size of the frame."""
         self.page.wait_for_timeout(100)
         uri = self.page.evaluate("document.querySelector('.stage').toDataURL('image/png')")
         image = cv2.imdecode(np.frombuffer(base64.b64decode(uri.partition(",")[2]), np.uint8), cv2.IMREAD_GRAYSCALE)
@@ -119,7 +119,7 @@ def test_keys_move_through_the_frames(opened: Opened) -> None:
     assert opened.frame == start
 
 
-def test_the_slider_and_the_bars_lead_to_a_frame(opened: Opened) -> None:
+def test_slider_and_bars_select_a_frame(opened: Opened) -> None:
     opened.page.locator(".slider").fill("20")
     assert opened.frame == 20
     opened.page.focus(".slider")
@@ -131,28 +131,28 @@ def test_the_slider_and_the_bars_lead_to_a_frame(opened: Opened) -> None:
     assert opened.frame == 10
 
 
-def test_the_next_loss_is_the_frame_of_the_loss(opened: Opened, report: Report) -> None:
+def test_next_loss_button(opened: Opened, report: Report) -> None:
     opened.page.click(".loss")
     assert opened.frame == report.lost_at
     row = opened.page.locator(".now tbody tr", has_text="still")
     assert "lost" in row.inner_text()
-    assert "occluded" in row.inner_text()  # what it says of itself
+    assert "occluded" in row.inner_text()  # its status
 
 
-def test_it_plays_and_pauses(opened: Opened) -> None:
+def test_play_and_pause(opened: Opened) -> None:
     opened.press(" ")
     assert opened.page.inner_text(".play") == "Pause"
     expect(opened.page.locator("output")).to_contain_text(re.compile(r"frame ([5-9]|\d\d)\b"))
     opened.page.click(".play")
     assert opened.page.inner_text(".play") == "Play"
     assert opened.frame >= 5
-    opened.press("End", " ")  # from the end it begins anew, and stops there by itself
+    opened.press("End", " ")  # from the end it restarts, and stops at the end
     expect(opened.page.locator(".play")).to_have_text("Play", timeout=20_000)
     assert opened.frame == 39
 
 
-def test_the_picture_is_the_frame(opened: Opened, report: Report) -> None:
-    """Against the source's own frames: JPEG may change a pixel by some grey levels, another frame changes more."""
+def test_picture_is_the_frame(opened: Opened, report: Report) -> None:
+    """Against the frames of the source: JPEG changes pixels less than the next frame does."""
     for box in opened.page.locator(".show-truth, .show-particles, .show-tracker").all():
         box.uncheck()
     opened.press("Home", *["ArrowRight"] * 7)
@@ -163,9 +163,8 @@ def test_the_picture_is_the_frame(opened: Opened, report: Report) -> None:
     assert np.abs(shown - other).mean() > 2 * np.abs(shown - truth).mean()
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("switch", [".show-truth", ".show-particles", ".show-tracker >> nth=0"])
-def test_a_switch_takes_its_marks_away(opened: Opened, switch: str) -> None:
+def test_switch_hides_its_marks(opened: Opened, switch: str) -> None:
     opened.press("ArrowRight")
     before = opened.picture()
     opened.page.locator(switch).uncheck()
@@ -174,21 +173,21 @@ def test_a_switch_takes_its_marks_away(opened: Opened, switch: str) -> None:
     assert np.array_equal(opened.picture(), before)
 
 
-def test_enlarged_it_shows_another_part(opened: Opened) -> None:
+def test_zoom_changes_the_picture(opened: Opened) -> None:
     before = opened.picture()
     opened.press("z")
     assert opened.page.locator(".zoom").is_checked()
     assert np.abs(opened.picture() - before).mean() > 3
 
 
-def test_nothing_is_fetched_and_no_text_becomes_code(opened: Opened) -> None:
+def test_no_request_and_no_injected_code(opened: Opened) -> None:
     assert [url for url in opened.requests if not url.startswith("data:")] == [opened.requests[0]]
     assert opened.page.evaluate("window.hacked") is None
     assert HOSTILE in opened.page.inner_text("h2 >> nth=0")
     assert HOSTILE in opened.page.locator("#failures").inner_text()
 
 
-def test_a_link_and_a_fold_open(opened: Opened) -> None:
+def test_link_and_fold_open(opened: Opened) -> None:
     opened.page.click("nav a[href='#failures']")
     fold = opened.page.locator("#failures details").first
     fold.locator("summary").click()
@@ -197,7 +196,7 @@ def test_a_link_and_a_fold_open(opened: Opened) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [360, 1280])
-def test_it_fits_its_window_and_can_be_read(browser: Browser, report: Report, width: int, scheme: Any) -> None:
+def test_page_fits_the_window_with_contrast(browser: Browser, report: Report, width: int, scheme: Any) -> None:
     page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
     page.goto(report.path.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -241,7 +240,7 @@ BROKEN_NAMES = """
 
 
 @pytest.mark.parametrize("width", [1024, 1300])
-def test_names_and_numbers_of_the_replay_and_the_strips_are_whole(browser: Browser, report: Report, width: int) -> None:
+def test_names_and_numbers_are_not_cut_off(browser: Browser, report: Report, width: int) -> None:
     page = browser.new_page(viewport={"width": width, "height": 800})
     page.goto(report.path.as_uri())
     page.locator(".replay").scroll_into_view_if_needed()
@@ -250,15 +249,3 @@ def test_names_and_numbers_of_the_replay_and_the_strips_are_whole(browser: Brows
     assert page.evaluate(CUT_OFF) == []
     assert page.evaluate(BROKEN_NAMES) == 0
     page.close()
-
-
-def contrast(first: str, second: str) -> float:
-    """The contrast ratio of WCAG 2.1; 4.5 is what its level AA asks of text."""
-
-    def luminance(color: str) -> float:
-        shares = [int(part) / 255 for part in re.findall(r"\d+", color)[:3]]
-        linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
-        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-    low, high = sorted((luminance(first), luminance(second)))
-    return (high + 0.05) / (low + 0.05)

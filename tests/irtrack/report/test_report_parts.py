@@ -1,4 +1,4 @@
-"""The report's pieces, each by itself: which frames are shown, how, and what is drawn and said."""
+"""Parts of the report: filmstrips, charts, texts."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 
 from irtrack.bench import SummaryRow
 from irtrack.metrics import ATTRIBUTES, Trace
+from irtrack.report.formats import lead, ms, percent, px, share
 from irtrack.report.frames import CROP_LEAST, Follower, moments, still
 from irtrack.report.plots import LEAST_ERROR, Axis, Line, hidden_spans, line_chart, quartiles, styles
-from irtrack.report.write import lead, ms, percent, px, share
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:
@@ -41,20 +41,20 @@ def follower(label: str, lost_at: int | None, visible: list[float], distance: fl
     return Follower(label, styles([label])[label], trace(visible, distance), lost_at)
 
 
-def test_the_strip_shows_the_start_the_hiding_the_loss_and_the_end() -> None:
+def test_filmstrip_shows_start_occlusion_loss_end() -> None:
     visible = [1.0] * 10 + [0.0] * 5 + [1.0] * 15
     shown = moments([follower("a", None, visible), follower("b", 20, visible), follower("c", 25, visible)])
     assert shown == {0: "start", 9: "before it hides", 12: "hidden", 15: "seen again", 20: "b is lost", 29: "end"}
 
 
-def test_the_strip_is_filled_evenly_and_never_longer_than_the_track() -> None:
+def test_filmstrip_is_filled_evenly() -> None:
     assert list(moments([follower("a", None, [1.0] * 101)], 3)) == [0, 50, 100]
     assert list(moments([follower("a", None, [1.0] * 3)], 6)) == [0, 1, 2]
     assert moments([follower("a", None, [1.0])]) == {0: "end"}
     assert list(moments([follower("a", None, [1.0, 1.0, 0.0, 0.0])], 3)) == [0, 1, 2, 3]
 
 
-def test_a_still_holds_the_pixels_around_the_target() -> None:
+def test_still_is_cropped_around_the_target() -> None:
     image = np.zeros((60, 80), np.uint8)
     shown = still(image, 3, "start", [follower("a", None, [1.0] * 5, distance=3.0)])
     # The true centre is (13, 10), its size 6: a square of 40 px, moved to lie inside the frame.
@@ -75,13 +75,13 @@ def test_quartiles_over_the_seeds() -> None:
     assert quartiles(np.arange(4), seeds[:1])[1].tolist() == [LEAST_ERROR] * 4
 
 
-def test_hidden_spans_cover_whole_frames_hidden_in_most_seeds() -> None:
+def test_hidden_spans_by_majority_of_seeds() -> None:
     one, two, three = ([1, 0, 0, 1, 0], [1, 0, 1, 1, 0], [1, 1, 0, 1, 0])
     traces = [trace([float(v) for v in visible]) for visible in (one, two, three)]
     assert hidden_spans(np.arange(5), traces) == [(0.5, 2.5), (3.5, 4.5)]
 
 
-def test_looks_differ_and_stay_with_their_labels() -> None:
+def test_styles_differ_and_stay_with_their_labels() -> None:
     labels = [f"t{number}" for number in range(24)]
     assert len(set(styles(labels).values())) == 24
     assert styles(labels[:3]) == {label: styles(labels)[label] for label in labels[:3]}
@@ -89,7 +89,7 @@ def test_looks_differ_and_stay_with_their_labels() -> None:
         assert first.color != second.color
 
 
-def test_a_chart_is_the_same_each_time_and_takes_the_colours_of_the_page() -> None:
+def test_chart_is_reproducible_and_uses_page_colours() -> None:
     style = styles(["a"])["a"]
     line = Line(style, np.arange(5.0), np.array([1.0, 10.0, np.nan, 0.5, 2.0]))
 
@@ -100,18 +100,18 @@ def test_a_chart_is_the_same_each_time_and_takes_the_colours_of_the_page() -> No
     assert chart == draw()
     assert chart.startswith("<svg ")
     assert "<one>" not in chart
-    assert "#000000" not in chart  # no black but the page's ink
+    assert "#000000" not in chart
     assert style.color in chart
     assert "currentColor" in chart
     assert ">frame</text>" in chart
 
 
-def test_figures_are_rounded_as_their_columns_say() -> None:
+def test_rounding_of_figures() -> None:
     assert (px(1.005001), share(0.98765), percent(0.125), ms(0.012345)) == ("1.01", "0.988", "12 %", "0.0123")
     assert px(None) == share(None) == percent(None) == ms(None) == "–"
 
 
-def test_the_lead_says_who_lost_how_often() -> None:
+def test_lead_sentence() -> None:
     def row(label: str, lost: int, scored: int, failed: int = 0) -> SummaryRow:
         named: dict[str, Any] = dict.fromkeys(SummaryRow.__dataclass_fields__)
         counts = {"lost": lost, "scored": scored, "failed": failed, "runs": scored + failed}

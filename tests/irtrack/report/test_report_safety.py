@@ -1,4 +1,4 @@
-"""A results file may come from a stranger: reporting it runs no code that it names."""
+"""The report of an untrusted results file runs no code that it names."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_a_kind_in_a_scenario_is_not_imported(results: Path) -> None:
+def test_kind_of_a_scenario_is_not_imported(results: Path) -> None:
     with closing(sqlite3.connect(results)) as database, database:
         database.execute("UPDATE sources SET text = replace(text, 'kind: sky', ?)", (f"kind: {EVIL}:Sky",))
     page = write_report(results).read_text()
@@ -44,7 +44,7 @@ def test_a_kind_in_a_scenario_is_not_imported(results: Path) -> None:
     assert EVIL not in sys.modules
 
 
-def test_a_tracker_is_not_imported_to_word_its_command(results: Path) -> None:
+def test_tracker_is_not_imported_for_its_command(results: Path) -> None:
     with Results(results) as kept:
         (cell,) = kept.cells()
         (row,) = kept.sources().values()

@@ -1,4 +1,4 @@
-"""The report of sources at severities: of each tracker the lost runs, a row a source and a column a severity."""
+"""Lost runs by severity: a table for each tracker, in the page and in Markdown."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from html_page import Page
 import irsim
 from irtrack.bench import Results, SourceEntry, parse_trackers, run_bench
 from irtrack.report import severity_figures, write_report
-from irtrack.report.by_severity import Losses, loss_tables
+from irtrack.report.figure_data import Losses, loss_tables
 
 SCENE = """
 frames: 14
@@ -24,8 +24,8 @@ targets:
 """
 HEAD = ["Source", "0", "1", "2", "Half lost at"]
 LONG, SHORT, SOME = ["0 %", "100 %", "100 %"], ["0 %", "0 %", "100 %"], ["0 %", "–", "100 %"]
-"""A tracker that stays where it began is off once the target is 5 px away, and lost when off in 10 frames in a row: at
-1 px a frame not within 14 frames but within 40, at 3 px a frame within both."""
+"""A stationary estimate is off from 5 px on, and lost after 10 frames off: at 1 px a frame within 40 frames but not
+within 14, at 3 px a frame within both."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return run_bench(sources, parse_trackers("still=report_fakes:Still,template"), results=folder / "r.db", seeds=2)
 
 
-def test_the_page_has_a_table_for_each_tracker(results: Results, tmp_path: Path) -> None:
+def test_page_has_a_table_for_each_tracker(results: Results, tmp_path: Path) -> None:
     page = Page(write_report(results, tmp_path / "report.html").read_text())
     still, template = (table for table in page.tables if table[0] == HEAD)
     assert [[row[0], *row[1:4]] for row in still[1:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
@@ -48,10 +48,10 @@ def test_the_page_has_a_table_for_each_tracker(results: Results, tmp_path: Path)
     assert "#severities" in page.links
 
 
-def test_markdown_says_the_same(results: Results, tmp_path: Path) -> None:
+def test_markdown_has_the_same_tables(results: Results, tmp_path: Path) -> None:
     text = write_report(results, tmp_path / "report.md").read_text()
-    told = text.split("## Lost runs by severity: still\n\n")[1].split("\n\n")[0].splitlines()
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in told]
+    table = text.split("## Lost runs by severity: still\n\n")[1].split("\n\n")[0].splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
     assert cells[0] == ["source", "0", "1", "2", "half lost at"]
     assert [row[:4] for row in cells[2:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
     heads = [line for line in text.splitlines() if line.startswith("## ")]
@@ -60,7 +60,7 @@ def test_markdown_says_the_same(results: Results, tmp_path: Path) -> None:
     assert len(heads) == 4 + 8  # sources at their severities
 
 
-def test_cells_count_runs_and_a_single_source_has_no_table(results: Results) -> None:
+def test_tables_count_runs_of_two_sources_or_more(results: Results) -> None:
     figures = severity_figures(results.cells())
     still = loss_tables(figures)[0]
     assert (still.label, still.severities) == ("still", (0, 1, 2))

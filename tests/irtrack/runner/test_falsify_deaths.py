@@ -16,10 +16,11 @@ from command_line import Call
 import irsim
 from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
+from irtrack.falsify import Failure, Regressions, check_kept, find_failure, kept_failures
 from irtrack.falsify.rules import ENDS, RAISES, rules_of
 from irtrack.falsify.trial import Subject, Trials, examine, frame_limit
 from irtrack.replay.replay import BLOCK_FRAMES
+from irtrack.report.finding import write_failure_report
 from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import Heartbeat
 
@@ -48,6 +49,7 @@ def found_of(tracker: str, folder: Path, **options: object) -> Failure:
         folder,
         name="blind",
         fresh=5,
+        report=write_failure_report,
         **{"frame_limit_s": LIMIT_S, **options},  # type: ignore[arg-type]  # options of any type
     )
     assert isinstance(found, Failure)
@@ -76,7 +78,7 @@ def test_a_scene_that_kills_a_tracker_is_found_and_shrunk(known: tuple[Path, Fai
     folder, found = known
     assert is_least(found)
     assert found.repeats
-    assert found.luck.is_structural
+    assert found.sensitivity.is_structural
     died = "frame 9: the process died 2 times while the tracker was at work (exit status 7)"
     report = (folder / "report.md").read_text()
     assert f"planted_failure:Exiting: {died}" in report
@@ -221,9 +223,9 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Call) -> 
     (kept,) = kept_failures("kept")
     assert (kept.how, kept.limit_s) == (ENDS, LIMIT_S)
     assert not kept.changes()
-    assert revisit([kept], jobs=2) == Revisited()
+    assert check_kept([kept], jobs=2) == Regressions()
     with pytest.raises(InputError, match=r"^jobs '2': allowed: a whole number, 1 or more$"):
-        revisit([kept], jobs="2")  # type: ignore[arg-type]  # what is wrong is the test
+        check_kept([kept], jobs="2")  # type: ignore[arg-type]  # what is wrong is the test
 
 
 def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Call) -> None:
@@ -238,7 +240,7 @@ def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Pat
     status, out, _ = cli("regress", "kept")
     assert status == 1
     assert "kept/dying.yaml: dying breaks never_lost again, planted_failure:Crashing: frame 9: the process died" in out
-    assert "kept/mended.yaml: mended breaks never_lost no more" in out
+    assert "kept/mended.yaml: mended no longer breaks never_lost" in out
     assert out.endswith("kept: failed: 3 failures, 2 changes\n")
     assert cli("regress", "kept", "--update")[0] == 0
     assert {each.label: (each.how, each.limit_s) for each in kept_failures("kept")} == {

@@ -1,4 +1,4 @@
-"""Runs of a made-up tracker on a still target, for the tests of the papers' page."""
+"""Runs of an artificial tracker on a still target, for the tests of the papers' page."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import irsim
 import irtrack
 from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.metrics.attributes import ATTRIBUTES
-from irtrack.papers.runs import Outcome
-from irtrack.papers.values import Run
+from irtrack.papers.experiment import Run
+from irtrack.papers.runs import SceneRuns
 
 TINY = """
 about: a spot
@@ -23,7 +23,7 @@ targets:
 """
 
 
-def run_of(offset: float, statuses: str = "tracking", frames: int = 30, visible: np.ndarray | None = None) -> Run:
+def run_at(offset: float, statuses: str = "tracking", frames: int = 30, visible: np.ndarray | None = None) -> Run:
     """A track that is `offset` px to the right of a still target, from the frame after the start on."""
     indices = np.arange(frames)
     truth = Reference(
@@ -56,6 +56,6 @@ def run_of(offset: float, statuses: str = "tracking", frames: int = 30, visible:
     return Run(score_trace(trace), trace)
 
 
-def found_of(scene: str, **runs: list[Run | None]) -> dict[str, Outcome]:
+def runs_of(scene: str, **runs: list[Run | None]) -> dict[str, SceneRuns]:
     source = irsim.Rendering(irsim.loads(TINY), scene)
-    return {scene: Outcome(source, {label: dict(enumerate(each)) for label, each in runs.items()}, {})}
+    return {scene: SceneRuns(source, {label: dict(enumerate(each)) for label, each in runs.items()}, {})}

@@ -1,19 +1,9 @@
-"""An, Gao, Chen, Wu 2007 and Cui, Zheng, Li 2011, of which little survives; CamShift joined to a Kalman filter."""
+"""An, Gao, Chen, Wu 2007 and Cui, Zheng, Li 2011, of which little survives; CamShift with a Kalman filter."""
 
 from __future__ import annotations
 
-from irtrack.papers.rules import (
-    detected,
-    error_all,
-    false_alarms,
-    holds,
-    less,
-    loses,
-    lost,
-    missed,
-    off_share,
-)
-from irtrack.papers.values import Claim, Experiment, Paper, Scene, Sweep, Switch, Untested
+from irtrack.papers.experiment import Experiment, Paper, Scene, Sweep, Switch, Untested, claims
+from irtrack.papers.rules import detected, error_all, false_alarms, holds, less, loses, lost, missed, off_share
 
 FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
 
@@ -21,22 +11,22 @@ RESTRAINED = "background_restrained_pf"
 ESTIMATES = {"restrained": "", "mean": ":estimate=mean", "MAP": ":estimate=map"}
 TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
 WIDE_R = 12
-"""Fixed noise, px, with which the cloud reaches the false target: An's case, where the mean is drawn to it."""
+"""Fixed noise, px, with which the cloud reaches the false target and biases the mean: the case of the paper."""
 
 
 def wide(particles: int = 100) -> dict[str, str]:
-    """The three estimates on a cloud that reaches the false target."""
+    """Return the specs of the three estimates on a cloud that reaches the false target."""
     spec = f"{RESTRAINED}:noise=fixed:r0={WIDE_R}:particles={particles}"
     return {label: spec + end for label, end in ESTIMATES.items()}
 
 
 def alike(likeness: float) -> Scene:
-    """The false target with a share of the true one's contrast."""
+    """Return the scene with a false target of a share of the true one's contrast."""
     return Scene(f"an-false {likeness:g}", "sources/an-false", (f"targets.other.contrast={likeness}",))
 
 
 def at_ratio(ratio: float) -> Scene:
-    """The dim target held at a signal-to-clutter ratio."""
+    """Return the scene with the dim target at a signal-to-clutter ratio."""
     return Scene(f"cui-cloud SCR {ratio:g}", "sources/cui-cloud", (f"targets.dim.shape.scr={ratio}",))
 
 
@@ -58,46 +48,41 @@ AN = Paper(
             | {f"MAP wide, N = {n}": wide(n)["MAP"] for n in (25, 400)}
             | TIGHT,
             remark=f"wide: fixed noise of {WIDE_R} px, with which the cloud reaches the false target; the others keep "
-            "the adaptive noise, whose cloud is too small for the mean to be drawn away.",
+            "the adaptive noise, whose cloud is too small to bias the mean.",
             siblings=FALSE.siblings,
             charted=(*(f"{label} wide" for label in ESTIMATES), *TIGHT),
         ),
     ),
-    claims=(
-        Claim(
-            "The mean over all particles, left as it is, leads to loss.", "section 2", FALSE.name, loses("mean wide")
-        ),
-        Claim("The mean over the heavy ones keeps the target.", "abstract", FALSE.name, holds("restrained wide")),
-        Claim(
+    claims=claims(
+        FALSE,
+        ("The mean over all particles leads to loss.", "section 2", loses("mean wide")),
+        ("The mean over those of large weight keeps the target.", "abstract", holds("restrained wide")),
+        (
             "It is off in fewer frames than the mean over all.",
             "abstract",
-            FALSE.name,
-            less(off_share, "share of frames off", "restrained wide", "mean wide"),
+            less(off_share, "restrained wide", "mean wide"),
         ),
-        Claim(
+        (
             "The particle of largest weight is a good estimate where particles are many, else a poor one.",
             "section 2",
-            FALSE.name,
-            less(error_all, "mean error", "MAP wide, N = 400", "MAP wide, N = 25"),
+            less(error_all, "MAP wide, N = 400", "MAP wide, N = 25"),
         ),
-        Claim(
+        (
             "The mean over the particles of large weight is nearer to the target than the mean over all.",
             "section 2",
-            FALSE.name,
-            less(error_all, "mean error", "restrained wide", "mean wide"),
+            less(error_all, "restrained wide", "mean wide"),
         ),
-        Claim(
+        (
             "It is nearer than the particle of largest weight, which few particles and noise make poor.",
             "section 2",
-            FALSE.name,
-            less(error_all, "mean error", "restrained wide", "MAP wide"),
+            less(error_all, "restrained wide", "MAP wide"),
         ),
     ),
     untested=(
         Untested(
             "Faces are tracked more accurately and robustly before a disturbing background.",
             "abstract",
-            "no frame of the paper survives, and what is here is no film of faces: two warm ellipses",
+            "no frame of the paper survives; the scene here has two warm ellipses, no faces",
         ),
     ),
     sweeps=(
@@ -130,18 +115,18 @@ CUI = Paper(
     key="cui",
     title="Cui, Zheng, Li 2011: SVD background suppression and a particle filter",
     remark=(
-        "Detection: frames in which the tracker says that it sees the target and is within 5 px of it; false alarm: "
-        "says so and is farther."
+        "Detection: a frame with status `tracking` and an estimate within 5 px of the target; false alarm: the "
+        "same with a larger error."
     ),
     experiments=(Experiment(CLOUD, "A dim target before cloud, its SCR falling", SVD, siblings=CLOUD.siblings),),
     claims=tuple(
-        Claim(f"Together they {words} than {label}.", "abstract", scene.name, less(figure, what, "SVD and PF", label))
+        claim
         for scene in (CLOUD, CLOUD.siblings[1])
-        for words, figure, what in (
-            ("find the target more often", missed, "missed detections"),
-            ("are wrong less often", false_alarms, "false alarms"),
-        )
+        for words, figure in (("find the target more often", missed), ("are wrong less often", false_alarms))
         for label in ("SVD alone", "PF alone")
+        for claim in claims(
+            scene, (f"Together they {words} than {label}.", "abstract", less(figure, "SVD and PF", label))
+        )
     ),
     untested=(
         Untested(
@@ -164,8 +149,8 @@ CAMSHIFT = Paper(
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
         "Of this source a fragment survives, on faces and colour; here grey levels, and scenes of other sources: an "
-        "aircraft that is hidden, and a person who is crossed by one like it. Mean shift alone, without prediction, is "
-        "what it is held against."
+        "aircraft that is hidden, and two like persons who cross. The comparison is with mean shift alone, without "
+        "prediction."
     ),
     experiments=tuple(
         Experiment(scene, title, {"camshift_kalman": "camshift_kalman", "mean_shift": "mean_shift"})
@@ -173,15 +158,11 @@ CAMSHIFT = Paper(
     ),
     claims=tuple(
         claim
-        for scene, words in ((HIDDEN, "after the target was hidden"), (CROSSED, "where another overlaps it"))
-        for claim in (
-            Claim(f"It goes on {words}.", "introduction", scene.name, holds("camshift_kalman")),
-            Claim(
-                f"The prediction makes the difference {words}.",
-                "introduction",
-                scene.name,
-                less(off_share, "share of frames off", "camshift_kalman", "mean_shift"),
-            ),
+        for scene, words in ((HIDDEN, "after an occlusion of the target"), (CROSSED, "where another overlaps it"))
+        for claim in claims(
+            scene,
+            (f"It goes on {words}.", "introduction", holds("camshift_kalman")),
+            (f"Prediction is decisive {words}.", "introduction", less(off_share, "camshift_kalman", "mean_shift")),
         )
     ),
     untested=(Untested("Colour and light do not disturb it.", "introduction", "infrared has no colour"),),

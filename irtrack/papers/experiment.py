@@ -1,0 +1,224 @@
+"""Parts of a paper's repetition: scenes, trackers, printed figures, claims, goals, sweeps and switches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import irsim
+from irtrack.external import PEERS
+from irtrack.metrics import Score, Trace
+from irtrack.registry.table import TRACKERS
+
+OF_PAPERS = (
+    *("grey_pf", "cascade_pf", "product_pf", "mean_shift", "mean_shift_kalman", "mean_shift_pf"),
+    *("background_restrained_pf", "template", "kalman", "ekf", "optical_flow", "camshift_kalman"),
+    *("fusion_wspf", "svd_pf"),
+)
+"""Trackers that a paper describes or compares with."""
+
+BETTER = {name: name for name in TRACKERS if name not in OF_PAPERS}
+"""The other trackers of irtrack. They have the same goals as the papers' own."""
+
+OURS = {name: name for name in TRACKERS} | {
+    "template window": "template:window=20",
+    "kalman ncc": "kalman:measurement=ncc",
+    "kalman mean shift": "kalman:measurement=mean_shift",
+}
+
+CONTEXT = 3
+THEIRS = {name: name for name in PEERS} | {f"{name} {CONTEXT}x": f"{name}:context={CONTEXT}" for name in PEERS}
+"""External trackers, with the tight start box and with one of CONTEXT times its sides. Some fail with a tight box."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Shipped scenario with overrides, under a name of its own."""
+
+    name: str
+    path: str
+    overrides: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, name: str) -> Scene:
+        """Return the paper's scene of that name."""
+        return cls(name, f"sources/{name}")
+
+    @property
+    def siblings(self) -> tuple[Scene, Scene]:
+        """The milder and the harder version."""
+        return Scene.of(f"{self.name}-mild"), Scene.of(f"{self.name}-hard")
+
+    def open(self) -> irsim.Rendering:
+        return irsim.Rendering(irsim.load(self.path, self.overrides), self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Score and trace of one tracker's run of one seed. A failed run has none."""
+
+    score: Score
+    trace: Trace
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Number of one run and its name on the page; None where the run has none."""
+
+    words: str
+    of: Callable[[Run], float | None]
+
+    def __call__(self, run: Run) -> float | None:
+        return self.of(run)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Test of a claim in one seed: in words, the trackers' labels, and the function of their runs.
+
+    The function returns None where the seed cannot decide.
+    """
+
+    words: str
+    labels: tuple[str, ...]
+    of: Callable[[Mapping[str, Run]], bool | None]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Claim of a paper, its place in the paper, the scene, and the rule that tests it in each seed."""
+
+    text: str
+    place: str
+    scene: Scene
+    rule: Rule
+
+
+def claims(scene: Scene, *stated: tuple[str, str, Rule]) -> tuple[Claim, ...]:
+    """Return the claims on one scene from (text, place, rule)."""
+    return tuple(Claim(text, place, scene, rule) for text, place, rule in stated)
+
+
+@dataclass(frozen=True)
+class Untested:
+    """Claim of a paper that no run here can decide, and the reason."""
+
+    text: str
+    place: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Goal for a tracker on a scene: a share of its seeds, or a mean over them.
+
+    reach    a rule that at least the share `wanted` of the seeds must fulfil; or a figure, px, whose mean over the
+             seeds must be at most `wanted`
+    """
+
+    text: str
+    scene: Scene
+    label: str
+    reach: Rule | Figure
+    wanted: float
+
+
+@dataclass(frozen=True)
+class Printed:
+    """Figures that a paper prints: mean and variance of |error| on each axis, px and px²; time of a frame, ms."""
+
+    abs_x: tuple[float, float] | None = None
+    abs_y: tuple[float, float] | None = None
+    ms: float | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Trackers on a scene, by label; the paper's printed figures; further scenes for the same trackers.
+
+    charted   labels in the chart over frames; empty: all
+    """
+
+    scene: Scene
+    title: str
+    trackers: Mapping[str, str]
+    printed: Mapping[str, Printed] = field(default_factory=dict)
+    remark: str = ""
+    siblings: tuple[Scene, ...] = ()
+    charted: tuple[str, ...] = ()
+
+    @property
+    def prints_errors(self) -> bool:
+        return any(printed.abs_x for printed in self.printed.values())
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Figures of trackers against one setting of the scene or of the trackers.
+
+    points    from the setting to the scene and the tracker specs by label
+    figures   by their label on the axis
+    log       logarithmic axes
+    """
+
+    title: str
+    x: str
+    points: Mapping[float, tuple[Scene, Mapping[str, str]]]
+    figures: Mapping[str, Figure]
+    log: bool = False
+
+    @property
+    def labels(self) -> list[str]:
+        return list(dict.fromkeys(label for _, trackers in self.points.values() for label in trackers))
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Ablation: a tracker with a mechanism and without it (or with another), on the same scenes and seeds."""
+
+    mechanism: str
+    scene: Scene
+    with_it: str
+    without: str
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Specs, of which the one with the fewest frames off on the development seeds of all scenes is chosen."""
+
+    scenes: tuple[Scene, ...]
+    specs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Ablation whose other side is chosen on development seeds and then run on fresh ones."""
+
+    mechanism: str
+    scene: Scene
+    with_it: str
+    without: Choice
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Experiments, claims and goals of one paper; seeds_at_most: the number of seeds that suffices."""
+
+    key: str
+    title: str
+    experiments: tuple[Experiment, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    untested: tuple[Untested, ...] = ()
+    goals: tuple[Goal, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
+    switches: tuple[Switch, ...] = ()
+    rivals: tuple[Rival, ...] = ()
+    remark: str = ""
+    seeds_at_most: int | None = None
+
+
+HARD = tuple(
+    Experiment(Scene(f"hard-{size}", f"stress/hard-{size}"), f"Targets of {size.replace('x', ' × ')} px", OURS | THEIRS)
+    for size in ("14x10", "6x6", "40x28")
+)
+"""Scenes of low contrast, distractors, occlusion and a turn: all trackers and all external ones on the same frames."""

@@ -1,0 +1,170 @@
+"""The papers' experiments: every declared run exists, and the page is complete and offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from html_page import Page
+from paper_runs import TINY, run_at, runs_of
+
+from irtrack.bench import parse_tracker_spec
+from irtrack.errors import InputError
+from irtrack.external import PEERS
+from irtrack.papers import rules, runs
+from irtrack.papers.experiment import (
+    BETTER,
+    HARD,
+    OF_PAPERS,
+    OURS,
+    THEIRS,
+    Choice,
+    Claim,
+    Experiment,
+    Goal,
+    Paper,
+    Printed,
+    Rival,
+    Scene,
+    Sweep,
+    Switch,
+    Untested,
+)
+from irtrack.papers.growth import growth_result
+from irtrack.papers.page import PAPERS, write_papers
+from irtrack.papers.runs import plan_papers, run_plan
+from irtrack.papers.tables import rows
+from irtrack.registry.table import TRACKERS
+
+
+@pytest.mark.parametrize("paper", PAPERS, ids=lambda paper: paper.key)
+def test_trackers_and_scenes_of_a_paper_exist(paper: Paper) -> None:
+    plan = plan_papers([paper])
+    assert all(len(scene.open()) > 0 for scene in plan.scenes.values())
+    for spec in {spec for trackers in plan.trackers.values() for spec in trackers.values()}:
+        parse_tracker_spec(spec)
+    for goal in paper.goals:
+        assert goal.label in plan.trackers[goal.scene.name]
+    for claim in paper.claims:
+        assert set(claim.rule.labels) <= plan_papers(PAPERS).trackers[claim.scene.name].keys()
+
+
+def test_hard_scenes_have_all_trackers_and_peers() -> None:
+    assert len(THEIRS) == 2 * len(PEERS)
+    assert OURS.keys() >= TRACKERS.keys() == {*OF_PAPERS, *BETTER}
+    for spec in OURS.values():
+        parse_tracker_spec(spec)
+    assert all(experiment.trackers == OURS | THEIRS for experiment in HARD)
+
+
+def test_row_has_runs_without_loss_and_all_runs() -> None:
+    found = runs_of("tiny", a=[run_at(1), run_at(41), None])
+    row, absent = rows(Experiment(Scene.of("tiny"), "", {"a": "a", "b": "b"}, {"a": Printed((0.8, 0.9))}), found)
+    assert (row.runs, row.failed, row.lost, row.decided) == (3, 1, 1, 2)
+    assert row.kept is not None
+    assert row.all is not None
+    assert (row.kept.abs_x, row.all.abs_x) == pytest.approx((1, 21))
+    assert (row.kept_frames, row.all_frames) == (29, 58)
+    assert absent.absent
+
+
+def test_growth_claims_are_judged_run_by_run() -> None:
+    """Weight selection has the larger RMSE in most runs (5.72, 5.55, 5.40 against 5.44, 5.08, 4.77)."""
+    found = growth_result(runs=40).verdicts()
+    lower = [each for each in found if "error" in each.text]
+    assert len(lower) == 4
+    assert all(each.judgement.decided == 40 for each in found)
+    assert not any(each.judgement.word == "held" for each in lower)
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Paper:
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    monkeypatch.chdir(tmp_path)
+    scene, points = Scene("tiny", "tiny.yaml"), (20, 40)
+    trackers = {"grey_pf": "grey_pf", "gone": "gone"}
+    return Paper(
+        "cheng",
+        "Somebody 2006: a paper",
+        (Experiment(scene, "One", trackers, {"grey_pf": Printed((1.0, 2.0), None, 125)}),),
+        (
+            Claim("It holds.", "p. 3", scene, rules.holds("grey_pf")),
+            Claim("It too.", "", scene, rules.holds("gone")),
+        ),
+        (Untested("It flies.", "p. 4", "nothing here flies"),),
+        (Goal("not lost", scene, "grey_pf", rules.holds("grey_pf"), 0.95),),
+        (
+            Sweep(
+                "Against N",
+                "N",
+                {n: (scene, {"pf": f"grey_pf:particles={n:g}"}) for n in points},
+                {"CPU time, ms": rules.cpu},
+                log=True,
+            ),
+        ),
+        (Switch("update", scene, "grey_pf", "grey_pf:update=false"),),
+        (Rival("noise", scene, "grey_pf", Choice((scene,), ("grey_pf:noise=fixed:r0=1",))),),
+    )
+
+
+def test_page_is_complete_and_offline(tiny: Paper, tmp_path: Path) -> None:
+    path = write_papers(tmp_path / "out", seeds=4, only=["cheng"], papers=[tiny], command="irtrack papers")
+    page = Page(path.read_text())
+    assert not [link for link in page.links if not link.startswith(("#", "data:"))]
+    goals, verdicts, experiment, switches, speed = page.tables
+    assert goals[1][2:4] == ["≥ 95 %", "100 %"]
+    assert "about 73 seeds would decide" in goals[1][1]
+    assert "nothing here flies" in verdicts[3][1]
+    assert "fixed:r0=1" in switches[2][0]
+    assert "4 of 4" in verdicts[1][2]
+    assert "not decidable" in verdicts[2][1]
+    assert "unknown tracker 'gone'" in verdicts[2][1]
+    assert "1.0 ± 2.0" in " ".join(experiment[2])
+    assert "unknown tracker 'gone'" in experiment[3][1]
+    assert switches[1][2] == "0 of 4"
+    assert speed[1][3] == "8"
+    assert "from 2000 on, which were not used" in page.text
+
+
+def test_finished_runs_are_not_repeated(tiny: Paper, tmp_path: Path) -> None:
+    calls: list[tuple[str, int, int]] = []
+    for _ in range(2):
+        calls.clear()
+        found = run_plan(plan_papers([tiny]), tmp_path / "r.db", range(2), 1, lambda *call: calls.append(call))
+    assert calls == []
+    assert len(found["tiny"].of("grey_pf")) == 2
+
+
+def test_bad_input_of_the_page(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nosuch: there is no such part; allowed: cheng, xue, an"):
+        write_papers(tmp_path, only=["nosuch"])
+    with pytest.raises(InputError, match="holds no sequence"):
+        runs.real_sequences(tmp_path)
+
+
+def test_real_sequences_run_target_by_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two labelled spots. A tracker with random numbers runs with every seed, one without runs once."""
+    folder = tmp_path / "real" / "two"
+    folder.mkdir(parents=True)
+    video = cv2.VideoWriter(str(folder / "frames.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 25, (96, 64))
+    labels = ["frame,x,y,w,h,id,cls"]
+    for k in range(14):
+        image = np.full((64, 96, 3), 60, dtype=np.uint8)
+        for name, x, y in (("a", 20 + k, 20), ("b", 70 - k, 44)):
+            cv2.circle(image, (x, y), 4, (220, 220, 220), -1)
+            labels.append(f"{k},{x - 4},{y - 4},9,9,{name},spot")
+        video.write(image)
+    video.release()
+    (folder / "gt.csv").write_text("\n".join(labels) + "\n")
+    monkeypatch.setattr(runs, "OURS", {"grey_pf": "grey_pf", "template": "template:window=10"})
+    monkeypatch.setattr(runs, "THEIRS", {"gone": "gone"})
+    found = {row.label: row for row in runs.run_real(tmp_path / "real", tmp_path, tmp_path / "r.db", 1, seeds=2)}
+    assert {label: (row.targets, row.seeds, row.runs, row.failed) for label, row in found.items()} == {
+        "grey_pf": (2, 2, 4, 0),
+        "template": (2, 1, 2, 0),
+    }
+    assert found["template"].lost == 0
+    assert found["template"].distance is not None
+    assert found["template"].distance < 2
