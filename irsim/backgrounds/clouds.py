@@ -32,7 +32,7 @@ from irsim.config.base import Name, Part, Switches
 from irsim.config.fields import Plausible
 from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.geometry.context import SceneContext
-from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
+from irsim.geometry.random_fields import Betas, Histogram, spectral, with_histogram
 from irsim.physics.radiometry import radiance
 from irsim.rng import lookup
 from irsim.types import Band, Floats
@@ -197,10 +197,12 @@ class Clouds(Part):
         """Return transmittance and emission, before optics, of two periodic fields, (rows, columns), of mean 0 and
         variance 1."""
         (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(context)
-        slope = self._slope(shaped(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
+        slope = (
+            self._slope(with_histogram(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
+        )
         relief = None if slope is None else Relief.of(slope, coarse)
         lit = None if relief is None else relief.lit(rows, columns)
-        return self._shading(context).paint(shaped(thickness, self.histogram), warmth, lit)
+        return self._shading(context).paint(with_histogram(thickness, self.histogram), warmth, lit)
 
     def evolving(self, context: SceneContext) -> EvolvingCloud:
         """Return the layer of a cloud that evolves; `evolve_s` must not be 0."""
@@ -223,14 +225,14 @@ class Clouds(Part):
             mixture = fields.at(place)
             slope = mixture.derived
             if slope is not None and self.histogram:  # a histogram is not linear: slope after the mixture
-                slope = self._slope(shaped(slope, self.histogram), context)
+                slope = self._slope(with_histogram(slope, self.histogram), context)
             relief = None if slope is None else Relief.of(slope, coarse)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
                 rows, columns = (slice(part.start - margin, part.stop + margin) for part in tile)
                 lit = None if relief is None else relief.lit(rows, columns)
                 thickness, warmth = mixture.over(rows, columns)
-                passed, emitted = shading.paint(shaped(thickness, self.histogram), warmth, lit)
+                passed, emitted = shading.paint(with_histogram(thickness, self.histogram), warmth, lit)
                 return blurred_inner(passed, context.psf, margin), blurred_inner(emitted, context.psf, margin)
 
             return CloudState(side, shading.brightest, paint)
@@ -254,7 +256,7 @@ class Clouds(Part):
     def _edge(self) -> float:
         """Thickness above which there is cloud."""
         if self.histogram:
-            return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
+            return float(with_histogram(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
         return NormalDist().inv_cdf(1 - self.coverage)
 
     def _slope(self, small: Floats, context: SceneContext) -> Floats:

@@ -86,7 +86,7 @@ def _rotated(dx: Floats, dy: Floats, angle: Floats | float) -> tuple[Floats, Flo
 Drawn = tuple[Integers, Integers, Floats, "Floats | float"]
 """Columns and rows of a patch, and an object's cover (rows, columns), 0..1, and temperature there, K."""
 
-Wins = Callable[[Floats, Floats], npt.NDArray[np.bool_]]
+FrontRule = Callable[[Floats, Floats], npt.NDArray[np.bool_]]
 """Rule by which the first of two covers is in front: np.greater or np.greater_equal."""
 
 
@@ -102,7 +102,7 @@ class ClutterForm(Protocol):
         return map(self.drawn, objects)
 
     @abstractmethod
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         """Return cover and temperature of an object drawn over others."""
 
 
@@ -139,7 +139,7 @@ class EllipseForm(ClutterForm):
         for item, (columns, rows), cover in zip(objects, spans, inside, strict=True):
             yield columns, rows, cover, item.contrast_k
 
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         return np.maximum(under[0], item[0]), np.where(wins(item[0], under[0]), item[1], under[1])
 
 
@@ -178,7 +178,7 @@ class RoughForm(ClutterForm):
         uneven -= (cover * uneven).sum() / max(float(cover.sum()), 1e-6)
         return columns, rows, cover, item.contrast_k * (1 + uneven)
 
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         left = under[0] * (1 - item[0])
         cover = item[0] + left
         return cover, (item[0] * item[1] + left * under[1]) / np.maximum(cover, 1e-6)

@@ -13,7 +13,7 @@ from irsim.backgrounds.air import ground_path
 from irsim.backgrounds.base import FARTHEST, ClearLayer, GroundRadiance, Layer, Names, Surfaces, ViewDirection
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.ground_cover import COVER_KEYS, Fields, Hour, Roads, Water, by_hour, leaves_k, typical
-from irsim.backgrounds.ground_texture import VANISHING_PX, draped, draped_cover
+from irsim.backgrounds.ground_texture import VANISHING_PX, perspective_cover, perspective_texture
 from irsim.backgrounds.layers import masked_clouds
 from irsim.backgrounds.panorama import Cylinder, Panorama, PanoramaGrid
 from irsim.backgrounds.sky import Sky
@@ -206,12 +206,12 @@ class Landscape(Sky):
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, context.seed)[1]
-            yield "fields", 1.0, draped(painted, grid, below, 1.0, unit) + (kelvin + self.ground_k) / 2
+            yield "fields", 1.0, perspective_texture(painted, grid, below, 1.0, unit) + (kelvin + self.ground_k) / 2
         for name, cover in (("water", self.water), ("roads", self.roads)):
             if cover is not None:
                 inside = cover.inside((TILE, TILE), px_per_mrad, context.seed).astype(np.float32)
                 warmth = self.ground_k + typical(cover.contrast_k, self.hour, name)
-                yield name, draped_cover(inside, grid, below, unit), np.full_like(kelvin, warmth)
+                yield name, perspective_cover(inside, grid, below, unit), np.full_like(kelvin, warmth)
         if self.clutter is not None:
             spots, offset = self.clutter.paint_perspective(below, px_per_mrad, context.seed)
             yield "clutter", spots, self.ground_k + offset
@@ -235,7 +235,9 @@ class Landscape(Sky):
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = FINER ** (1 - np.mean(self.betas) / 2)
-        kelvin = draped(field, grid, below, 1.0, unit) + near * weaker * draped(field, grid, below, FINER, unit)
+        kelvin = perspective_texture(field, grid, below, 1.0, unit) + near * weaker * perspective_texture(
+            field, grid, below, FINER, unit
+        )
         return self.ground_k + self.spread_k * kelvin, cover, below
 
     def _distant_woods(

@@ -22,7 +22,7 @@ from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Mean distance, m; the lower limit bounds the number of objects."""
-Feet = Callable[[Floats], Floats]
+FootRows = Callable[[Floats], Floats]
 """Columns of the map (n,) -> rows of the map at which objects stand there."""
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """From a shed to the highest of towers (Burj Khalifa: 828 m)."""
@@ -121,7 +121,7 @@ class Structure(Part):
         """Return the map row of its feet on level ground, seen from `height_m` above it."""
         return float(grid.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
-    def feet(self, grid: PanoramaGrid, base: float, context: SceneContext, kind: str) -> Feet:
+    def feet(self, grid: PanoramaGrid, base: float, context: SceneContext, kind: str) -> FootRows:
         """Return the rows of feet of a kind of object by column; `base` is the row on level ground."""
         if self.relief_m == 0:
             return lambda columns: np.full(len(columns), base)

@@ -145,7 +145,7 @@ class Trees(Structure):
         """
         coarser = int(np.ceil(max(size) * FINE / LARGEST))
         crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, draw)
-        hides, warmth = foliage.grown(crown, draw)
+        hides, warmth = foliage.leaves_of(crown, draw)
         canvas.stamp(foot, crown.middle, hides, kelvin + 0.7 * self.spread_k * warmth, coarser)
 
 

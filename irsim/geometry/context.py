@@ -17,11 +17,11 @@ from irsim.types import Band, Floats
 class SceneObjects(Protocol):
     """Access to the other objects of a scene, for parts that follow, cross, hide or point at them."""
 
-    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
+    def target_positions(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions (n, 3) m of target `name` at frame numbers (n,), in the first camera frame."""
         ...
 
-    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
+    def camera_positions(self, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions (n, 3) m of the camera at frame numbers (n,), in the first camera frame."""
         ...
 
@@ -43,7 +43,7 @@ class SceneContext:
     rate_hz   frame rate
     band      spectral band
     psf_px    sigma of the optical blur, px; for another PSF that of the Gaussian of about its width (see `psf`)
-    cast      the other objects of the scene, None if there are none
+    objects   the other objects of the scene, None if there are none
     air       atmosphere between camera and objects
     lens      point spread function if it is no Gaussian
     ambient   radiance of the surroundings, W/m2/sr, unless the atmosphere defines it
@@ -55,7 +55,7 @@ class SceneContext:
     rate_hz: float
     band: Band
     psf_px: float
-    cast: SceneObjects | None = field(default=None, compare=False, repr=False)
+    objects: SceneObjects | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
     lens: PSF | None = None
     ambient: float = 0.0

@@ -156,7 +156,7 @@ class Foliage:
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
         self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # normal distribution within 0.01
 
-    def grown(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
+    def leaves_of(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
         """Return (rows, cols) each: the opaque leaves of a crown, bool, and their warmth, about -1 to 1."""
         begins = draw.integers(LARGEST), draw.integers(LARGEST)
         part = np.ix_(

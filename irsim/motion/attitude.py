@@ -91,7 +91,7 @@ class Posture(ABC):
     """Law that gives the attitude of a body from its path alone. A frame has the same attitude in every call."""
 
     @abstractmethod
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
         """Return (n, 3, 3) rotations from body to first camera frame at frame numbers (n,), fractional or not."""
 
 
@@ -116,10 +116,10 @@ class Upright(Posture):
     turn_deg_s: float = 180.0
     """Largest turn rate, degrees a second. The default is a choice: a person turns about in one second."""
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        whole, before, velocity, acceleration = _moving(way, frames)
-        heading = _headings(before, math.radians(self.turn_deg_s) / way.context.rate_hz)
-        return np.asarray(way.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        whole, before, velocity, acceleration = _moving(bound, frames)
+        heading = _headings(before, math.radians(self.turn_deg_s) / bound.context.rate_hz)
+        return np.asarray(bound.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
         """Return the body's up axis, (n, 3) unit vectors, from (n, 3) m/s and (n, 3) m/s², all as (right, ahead,
@@ -171,15 +171,15 @@ class Pitched(Upright):
     bank_deg: float = 0.0
     """Largest bank, degrees. The bank is that of coordinated flight: tan(bank) = lateral acceleration / g."""
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        whole, before, _, acceleration = _moving(way, frames)
-        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, way.context.rate_hz))
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        whole, before, _, acceleration = _moving(bound, frames)
+        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, bound.context.rate_hz))
         level = np.zeros(len(frames))
         right = np.stack([np.cos(yaw), -np.sin(yaw), level], axis=-1)
         upright = np.stack([-np.sin(pitch) * np.sin(yaw), -np.sin(pitch) * np.cos(yaw), np.cos(pitch)], axis=-1)
         most = math.radians(self.bank_deg)
         bank = np.arctan2(np.sum(acceleration * right, axis=1), STANDARD_GRAVITY).clip(-most, most)[:, None]
-        return np.asarray(way.axes @ _held(np.cos(bank) * upright + np.sin(bank) * right, yaw))
+        return np.asarray(bound.axes @ _held(np.cos(bank) * upright + np.sin(bank) * right, yaw))
 
     def _followed(self, velocity: Floats, rate_hz: float) -> tuple[Floats, Floats]:
         """Return heading and pitch (n,), rad, at whole frames from 0, for velocities (n, 3) m/s."""
@@ -192,14 +192,14 @@ class Pitched(Upright):
         return _headings(velocity, most), _followed(wanted, np.linalg.norm(velocity, axis=1), most, 0.0)
 
 
-def _moving(way: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _moving(bound: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the whole frames from 0, the velocities there, and velocities and accelerations at `frames` (n,).
 
     Metres and seconds, along the axes of the path.
     """
     whole = np.arange(math.ceil(frames.max(initial=0.0)) + 1.0)
     moments, places = np.unique(np.concatenate([whole, frames]), return_inverse=True)
-    velocity, acceleration = way.motion(moments)
+    velocity, acceleration = bound.motion(moments)
     at_whole, asked = places[: len(whole)], places[len(whole) :]
     return whole, velocity[at_whole], velocity[asked], acceleration[asked]
 
@@ -258,15 +258,15 @@ class Arrow(Posture):
 
     banks: bool = False
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        wide = _ROLL_S * way.context.rate_hz
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        wide = _ROLL_S * bound.context.rate_hz
         around = np.add.outer([-wide, -_STEP, 0.0, _STEP, wide], frames).ravel()
-        entry, before, here, after, exit = np.split(way.positions(around), 5)
+        entry, before, here, after, exit = np.split(bound.positions(around), 5)
         step = after - before
         length = np.linalg.norm(step, axis=1, keepdims=True)
         nose = np.where(length > 2 * _STEP * _STANDING_M, step, [1.0, 0.0, 0.0])
         nose = nose / np.linalg.norm(nose, axis=1, keepdims=True)
-        right = np.cross(way.context.geometry.down, nose)
+        right = np.cross(bound.context.geometry.down, nose)
         level = np.linalg.norm(right, axis=1, keepdims=True)
         right = np.where(level > 1e-9, right / np.maximum(level, 1e-9), np.cross(nose, [1.0, 0.0, 0.0]))
         body = np.stack([nose, right, np.cross(nose, right)], axis=-1)

@@ -209,17 +209,17 @@ class Tracks(CameraMotion):
         return {"target": self.target}
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:
-        if context.cast is None:
+        if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to follow; allowed: a target of the scenario")
         frames = np.asarray(frames, dtype=np.float64)
-        seen = context.cast.way(self.target, frames - self.lag_s * context.rate_hz, context)
-        seen = seen - context.cast.standpoints(frames, context)
+        seen = context.objects.target_positions(self.target, frames - self.lag_s * context.rate_hz, context)
+        seen = seen - context.objects.camera_positions(frames, context)
         geometry = context.geometry
         world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
         azimuth, elevation = _angles(world)
         place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
         # Pixel of the first focal length that corresponds to `place` at the zoom of each frame.
-        nearer = 1 - 1 / context.cast.zooms(frames, context)
+        nearer = 1 - 1 / context.objects.zooms(frames, context)
         directions = geometry.directions(place + nearer[:, None] * (geometry.principal - place))
         aside, above = _angles(directions)
         # The first estimate is exact on the optical axis; three Newton steps make it exact in the whole picture.

@@ -33,7 +33,7 @@ class CameraTrajectory:
         """Return the sum of motions: rotations and translations add, zooms multiply."""
         frames = np.asarray(frames, dtype=np.float64)
         turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, context) for motion in motions)], axis=0)
-        return cls(context.geometry, turns, standpoints(motions, frames, context), zooms(motions, frames, context))
+        return cls(context.geometry, turns, camera_positions(motions, frames, context), zooms(motions, frames, context))
 
     def lens(self, index: int) -> Geometry:
         """Return the geometry of frame `index` with its zoom."""
@@ -66,7 +66,7 @@ def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
     return rotation
 
 
-def standpoints(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
+def camera_positions(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
     """Return the places of the camera, (n, 3) m, first camera frame, at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     ways = [motion.shifts(frames, context) for motion in motions]
@@ -86,11 +86,11 @@ class SceneMotion:
     paths: Mapping[str, Path]
     motions: Sequence[CameraMotion]
 
-    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
+    def target_positions(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         return self.paths[name].positions(frames, context, name)
 
-    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
-        return standpoints(self.motions, frames, context)
+    def camera_positions(self, frames: Floats, context: SceneContext) -> Floats:
+        return camera_positions(self.motions, frames, context)
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
         return zooms(self.motions, frames, context)

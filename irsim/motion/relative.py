@@ -31,9 +31,9 @@ class RelativePath(Path):
 
     def other(self, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions of the other target, (n, 3) m, first camera frame."""
-        if context.cast is None:
+        if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to refer to; allowed: a target of the scenario")
-        return context.cast.way(self.target, np.asarray(frames, dtype=np.float64), context)
+        return context.objects.target_positions(self.target, np.asarray(frames, dtype=np.float64), context)
 
 
 def level_heading(velocity: Floats, context: SceneContext) -> Floats:

@@ -79,7 +79,7 @@ def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTex
     x, y = np.arange(columns) - crown.middle, np.arange(rows) - (rows - 1)
     radius = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
     dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - radius) / FADING, 1))
-    opaque, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
+    opaque, warmth = Foliage(CELLS, leaves, seed, name).leaves_of(Crown(dense, crown.shade, crown.middle), draw)
     boughs = np.zeros((rows, columns), np.uint8)
     for limb in wood(high, wide, THICK * wide, draw):
         cv2.fillConvexPoly(

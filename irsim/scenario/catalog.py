@@ -26,10 +26,10 @@ def shipped(folder: str) -> dict[str, Path]:
     return {path.stem: path for place in _places() for path in sorted((place / folder).glob("*.yaml"))}
 
 
-def find(path: str | PathLike[str], wants: str = "examples") -> Path:
+def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
     """Return the file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
 
-    wants   folder whose names the error lists where a name without a folder is unknown
+    default_folder   folder whose names the error lists where a name without a folder is unknown
     """
     path_of(path)
     wanted = fspath(path)
@@ -45,9 +45,9 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
         return Path(path)
     elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if is_there(place / f"{wanted}.yaml"))
     hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
-    if not folder and wants != "examples":
-        names = {f"{wants}/{known}": file for known, file in shipped(wants).items()}
-    kind = "suite" if (folder or wants) == "suites" else "scenario"
+    if not folder and default_folder != "examples":
+        names = {f"{default_folder}/{known}": file for known, file in shipped(default_folder).items()}
+    kind = "suite" if (folder or default_folder) == "suites" else "scenario"
     raise InputError(
         f"{wanted}: there is no such file and no shipped {kind} of that name"
         f"{allowed_text(sorted(names), None if hint else wanted)}{hint}"

@@ -104,9 +104,9 @@ class LoadedPart(Generic[AnyPart]):
         return error_line(self.document, at, name, problem)
 
 
-def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "examples") -> LoadedPart[AnyPart]:
-    """Return the part in a YAML file, or the shipped one of that name; InputError as `load`. `wants` as in `find`."""
-    document = read_document(path, part, wants)
+def read_part(path: str | PathLike[str], part: type[AnyPart], default_folder: str = "examples") -> LoadedPart[AnyPart]:
+    """Return the part in a YAML file, or the shipped one of that name; InputError as `load`. `default_folder` as in `find`."""
+    document = read_document(path, part, default_folder)
     document = replace(document, value=whole_numbers(document.value))
     return LoadedPart(validate_part(document, part), document)
 
@@ -119,10 +119,10 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     return validate_part(Document(name, as_yaml_value(values, name), {(): name}, {}), part)
 
 
-def read_document(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:
+def read_document(path: str | PathLike[str], root: type[Part], default_folder: str = "examples") -> Document:
     """Return the document of a `root` in a file, or in the shipped one of that name (see `find`), with absolute names
     of files."""
-    file = find(path, wants)
+    file = find(path, default_folder)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: {_recording_problem(file)}")
     if file.is_file() and is_binary(file) and not is_meant_as_text(file):

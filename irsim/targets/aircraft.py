@@ -14,13 +14,13 @@ from irsim.targets.parts import (
     JointAngle,
     RigidTransform,
     Solid,
+    attached,
     ball,
     block,
     hinge,
     joint_angle,
     limb,
     mirrored,
-    on,
     plate,
     profile,
     shifted,
@@ -174,8 +174,8 @@ class Helicopter(Body):
         mirrored(_SKID),
         *_STRUTS,
         *map(mirrored, _STRUTS),
-        *on("rotor", *map(_main_blade, range(4))),
-        *on("tail", *_TAIL_BLADES),
+        *attached("rotor", *map(_main_blade, range(4))),
+        *attached("tail", *_TAIL_BLADES),
     )
 
     length_m: Length = 14.0
@@ -219,7 +219,7 @@ def _motor_corner(name: str) -> tuple[Solid, ...]:
         limb((x * 0.25, y * 0.2, -0.02), (x * 0.89, y * 0.883, -0.03), 0.035, 0.028),
         limb((x, y, 0.0), (x, y, _ROTOR_Z), 0.045, 0.042, "motors_k", sides=8),
         limb((x, y, 0.0), (x, y, 0.11), 0.02, 0.012),
-        *on(name, blades),
+        *attached(name, blades),
     )
 
 

@@ -17,12 +17,12 @@ from irsim.targets.parts import (
     JointAngle,
     RigidTransform,
     Solid,
+    attached,
     ball,
     hinge,
     joint_angle,
     limb,
     mirrored,
-    on,
     plate,
     tube,
 )
@@ -49,10 +49,10 @@ class Bird(Body):
         ball((0.38, 0.0, -0.015), (0.085, 0.07, 0.07), "head_k"),
         limb((0.467, 0.0, 0.005), (0.54, 0.0, 0.017), 0.03, 0.006),
         plate(((-0.22, -0.05), (-0.22, 0.05), (-0.5, 0.13), (-0.5, -0.13)), -0.02, 0.005, "wings_k"),
-        *on("left_arm", mirrored(_INNER_WING)),
-        *on("right_arm", _INNER_WING),
-        *on("left_hand", mirrored(_OUTER_WING)),
-        *on("right_hand", _OUTER_WING),
+        *attached("left_arm", mirrored(_INNER_WING)),
+        *attached("right_arm", _INNER_WING),
+        *attached("left_hand", mirrored(_OUTER_WING)),
+        *attached("right_hand", _OUTER_WING),
     )
 
     length_m: Length = 0.6
@@ -99,14 +99,14 @@ def _body_side(side: int) -> tuple[Solid, ...]:
         return point[0] + x, side * point[1], point[2] + z
 
     return (
-        *on(f"{name}_hip", limb(at(_HIP, z=-0.02), at(_KNEE), 0.056, 0.036, sides=8)),
-        *on(
+        *attached(f"{name}_hip", limb(at(_HIP, z=-0.02), at(_KNEE), 0.056, 0.036, sides=8)),
+        *attached(
             f"{name}_knee",
             limb(at(_KNEE, z=-0.02), at(_ANKLE), 0.036, 0.024),
             limb(at(_ANKLE, x=-0.03, z=0.015), at(_ANKLE, x=0.1, z=0.025), 0.024, 0.018, "shoes_k"),
         ),
-        *on(f"{name}_shoulder", limb(at(_SHOULDER, z=-0.015), at(_ELBOW), 0.034, 0.027)),
-        *on(
+        *attached(f"{name}_shoulder", limb(at(_SHOULDER, z=-0.015), at(_ELBOW), 0.034, 0.027)),
+        *attached(
             f"{name}_elbow",
             limb(at(_ELBOW, z=-0.01), at(_WRIST), 0.027, 0.02),
             ball(at(_WRIST, z=0.03), (0.022, 0.016, 0.035), "face_k"),

@@ -53,7 +53,7 @@ class TargetTrajectory:
 
     def first_m(self, index: int, pose: CameraPose) -> float | None:
         """Return its distance from the first camera position at frame `index`, m; None if the camera is still there."""
-        return float(np.linalg.norm(self.positions[index])) if pose.carried else None
+        return float(np.linalg.norm(self.positions[index])) if pose.has_moved else None
 
     def view(self, index: int, pose: CameraPose) -> View:
         """Return its view from the camera of frame `index`."""

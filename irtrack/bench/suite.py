@@ -117,7 +117,7 @@ def load_suite(path: str | Path) -> Suite:
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'. All
     sources are opened and all trackers made.
     """
-    written = irsim.read_part(path, SuiteFile, wants="suites")
+    written = irsim.read_part(path, SuiteFile, default_folder="suites")
     suite, folder = written.part, Path(path).parent
     wrong: list[str] = []
 
