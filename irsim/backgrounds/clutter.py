@@ -195,15 +195,15 @@ class Clutter(Part):
     """ellipse: one temperature each, with a sharp edge. rough: at the same places, of the same sizes and mean
     temperatures, with ragged outlines, internal texture, a warm side and a sharp or soft edge."""
     per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
-    """Number per square milliradian; on a landscape at its horizon, and p^3 times fewer where objects appear p times as
-    wide."""
+    """Number of objects per square milliradian; on a landscape at the horizon, and p^3 times fewer where objects appear
+    p times as wide."""
     size_mrad: Annotated[tuple[Length, Length], Field(strict=False), Rising] = (1.0, 4.0)
-    """Smallest and largest length, mrad; on a landscape at its horizon, where w metres seen from h metres up are 40
-    ifov_mrad w / h; nearer ones are larger."""
+    """[smallest, largest] length, mrad; on a landscape at the horizon, where w metres seen from h metres above the
+    ground appear as 40 ifov_mrad w / h. Nearer objects appear larger."""
     contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False), Rising] = (3.0, 10.0)
-    """Least and greatest magnitude of temperature minus the ground's mean, K."""
+    """[least, greatest] magnitude of the difference from the ground's mean temperature, K."""
     cold: Fraction = 0.2
-    """Share that is colder than the ground."""
+    """Share of the objects that is colder than the ground."""
 
     @property
     def deep(self) -> float:

@@ -80,10 +80,10 @@ class Ground(Background):
     histogram: Histogram = ()
     """Temperatures at evenly spaced quantiles of the ground, least to greatest, in any unit; Gaussian if empty."""
     height_m: Height | None = None
-    """Height of the camera above the ground, m. The ground is then in perspective and passes by a moving camera, and
-    sizes in mrad hold where the first pointing meets it. Without it the ground is far away, of one scale, and fixed."""
+    """Height of the camera above the ground, m. The ground is then a plane in perspective with parallax, and sizes in
+    mrad hold where the first pointing meets it. Default: infinitely far ground of uniform scale."""
     hour: Hour = "any"
-    """day or night: default temperatures are typical of it."""
+    """Time that sets default temperatures: day or night; any: the defaults of each key."""
     fields: Fields | None = None
     roads: Roads | None = None
     water: Water | None = None

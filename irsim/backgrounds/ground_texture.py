@@ -1,4 +1,5 @@
-"""Textures on level ground in perspective: `GroundTexture` for ground of a known height, `draped` for landscapes."""
+"""Textures on level ground in perspective: `GroundTexture` for ground of a known height, `perspective_texture` for
+landscapes."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class PlaneLayer:
 
 
 class TerrainLayer:
-    """Opaque layer: the clear sky, and the ground before it."""
+    """Opaque layer: the clear sky, and the ground in front of it."""
 
     name = "country"
     range_m = FARTHEST
@@ -113,16 +113,16 @@ class Landscape(Sky):
     hills_mrad: Annotated[NotNegative, Plausible(0, 100, "mrad", "mountains of 3 km, 30 km away, are 100")] = 0.5
     """Standard deviation of the horizon's elevation, mrad."""
     far_woods_mrad: Annotated[NotNegative, Plausible(0, 30, "mrad", "trees of 30 m, 1 km away, are 30")] = 0.0
-    """Mean height of the woods along the horizon, mrad; they are as warm as the first row of `trees`. The default is
-    1.5 with such rows: between their trees a bare horizon would be a straight line."""
+    """Mean height of the woods along the horizon, mrad, at the temperature of the first row of `trees`. Default: 1.5
+    with `trees`, else 0."""
     hour: Hour = "any"
-    """day or night: default temperatures are typical of it."""
+    """Time that sets default temperatures: day or night; any: the defaults of each key."""
     fields: Fields | None = None
     roads: Roads | None = None
-    """Roads that narrow towards the horizon, where they have their width: a road of w metres, seen from h metres up,
-    has 40 ifov_mrad w / h there."""
+    """Roads that narrow towards the horizon, where `width_mrad` holds: 40 ifov_mrad w / h for w metres seen from h
+    metres above the ground."""
     water: Water | None = None
-    """Ponds and lakes on level ground; their size is that at the horizon, nearer ones are larger."""
+    """Ponds and lakes on level ground; `size_mrad` holds at the horizon, and nearer ones appear larger."""
     clutter: Clutter | None = None
     trees: Several[Trees] = ()
     """Rows of trees."""

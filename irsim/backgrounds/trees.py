@@ -54,7 +54,7 @@ class Trees(Structure):
     }
 
     id: Name = "trees"
-    """Its name for --without, and in truth as an occluder."""
+    """Name for --without, and as an occluder in the ground truth."""
     height_m: Annotated[Metres, Plausible(0.2, 120, "m", "the tallest tree has 116")] = 14.0
     """Mean height, m; single trees differ by a quarter."""
     spacing_m: Spacing = 6.0
@@ -64,11 +64,11 @@ class Trees(Structure):
     conifers: Fraction = 0.25
     """Share of the trees that are conifers."""
     undergrowth: Fraction = 0.25
-    """Height of the bushes between them, as a share of the trees'."""
+    """Height of the bushes between the trees, as a share of the height of the trees; 0: none."""
     temperature_k: Kelvin | None = None
     """Mean temperature, K; by default that of the `hour`, else 288."""
     spread_k: KelvinSpread = 1.5
-    """Standard deviation of temperature, K: half of the variance from tree to tree."""
+    """Standard deviation of temperature, K; half of the variance is between trees."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.2
     """Slope of the spectrum within the crowns (real bare trees: 2.2)."""
 

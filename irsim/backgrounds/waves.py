@@ -44,7 +44,7 @@ def directional_rms_rad(number: int) -> float:
 
 def train_rms_rad(number: int) -> float:
     """Return the standard deviation of directions in each of the two trains, truncated at 90 degrees, as all waves of a
-    train run forward. So octaves from the fourth on have 46 to 50 degrees together, and no more."""
+    train run forward. Both trains together thus have at most 46 to 50 degrees, reached from the fourth octave on."""
     return math.sqrt(directional_rms_rad(number) ** 2 - TRAIN_RAD**2)
 
 

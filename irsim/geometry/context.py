@@ -31,7 +31,7 @@ class SceneObjects(Protocol):
 
 
 NOTHING = Atmosphere()
-"""Atmosphere without any effect."""
+"""Atmosphere without attenuation and path radiance."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class SceneContext:
     geometry  of the first camera frame
     rate_hz   frame rate
     band      spectral band
-    psf_px    sigma of the optical blur, px; for another PSF that of the Gaussian of about its width (see `psf`)
+    psf_px    sigma of the optical blur, px; for another PSF the sigma of a Gaussian of about its width (see `psf`)
     objects   the other objects of the scene, None if there are none
     air       atmosphere between camera and objects
-    lens      point spread function if it is no Gaussian
+    lens      point spread function if it is not Gaussian
     ambient   radiance of the surroundings, W/m2/sr, unless the atmosphere defines it
     leaves_k  temperature of leaves at the background's hour, K; None if the background defines no hour
     """

@@ -19,7 +19,7 @@ FULL_PATCH = slice(None), slice(None)
 
 @dataclass(frozen=True)
 class RequestedContrast:
-    """Contrast against the background that a target requests: exactly one of contrast_k, K, and scr is set.
+    """Requested contrast of a target against its background: exactly one of contrast_k, K, and scr is set.
 
     gain  factor applied to the resulting difference to the background
     """
@@ -55,7 +55,7 @@ class Sprite(NamedTuple):
     box        bounding box of the geometry, px
     range_m    distance from the camera, m
     area       px2 covered by the whole object, inside and outside the patch
-    requested  contrast that the object requests against its background
+    requested  requested contrast against the background
     contrast   factor of the difference to the background
     samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
                all other fields belong to the middle of the exposure
@@ -79,7 +79,8 @@ class Sprite(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """True if the patch holds the whole object; bodies are drawn only as far as they can reach the frame."""
+        """True if the patch holds the whole object; parts of bodies whose light cannot reach the frame are not
+        drawn."""
         if self.samples is not None:
             return self.samples.whole
         (left, top, right, bottom), (rows, columns) = self.box.edges, self.cover.shape

@@ -101,7 +101,7 @@ class Vibration(CameraMotion):
 
 
 class Shake(CameraMotion):
-    """Random shaking with a given spectrum, of which only the shape counts.
+    """Random shaking with a spectrum of given shape.
 
     A sum of sinusoids of equal power with random phases, one from each of equally powerful bands of the spectrum.
     """
@@ -109,7 +109,7 @@ class Shake(CameraMotion):
     rms_px: NotNegative = 0.5
     """Root mean square of each axis, px at zoom 1: an angle, which a zoom magnifies."""
     spectrum: Annotated[Several[Node], Field(min_length=2)] = ((0.1, 1.0), (2.0, 1.0), (15.0, 0.02))
-    """List of [Hz, power density]: linear between these, zero outside."""
+    """List of [frequency in Hz, relative power density]: linear in between, zero outside."""
 
     @model_validator(mode="after")
     def _has_power(self) -> Shake:
@@ -175,9 +175,9 @@ class Platform(CameraMotion):
     velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """[east, north, up], m/s; north is level ahead at the first pointing."""
     path: Annotated[MetrePath, METRE_PATHS] | None = None
-    """A path in metres (`waypoints_m`, `turns_m`, ...) whose displacement since frame 0 is added."""
+    """Path in metres (`waypoints_m`, `turns_m`, ...) whose displacement since frame 0 is added. Default: none."""
     sway_m: Triple = (0.0, 0.0, 0.0)
-    """Amplitude of a periodic displacement, [east, north, up], m: a ship that rolls, a drone in gusts."""
+    """Amplitude of a periodic displacement, [east, north, up], m, such as of a rolling ship or a drone in gusts."""
     sway_period_s: Positive = 5.0
     """Period of the sway, s."""
 
@@ -199,7 +199,7 @@ class Tracks(CameraMotion):
     """
 
     target: Name
-    """Id of the target. Switched off with --without, it is followed but not drawn."""
+    """Id of the target. Switched off with --without, the target is followed but not drawn."""
     place_px: Pair | None = None
     """[x, y] at which the target is kept, px. Default: the middle of the picture."""
     lag_s: NotNegative = 0.0

@@ -60,7 +60,7 @@ class CameraTrajectory:
 
 @lru_cache(maxsize=8)
 def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
-    """Return the rotation of a turn, cached: all parts of a frame, and all frames of a fixed camera, share it."""
+    """Return the rotation of a turn, cached for all parts of a frame and all frames of a fixed camera."""
     rotation = geometry.rotation(np.array(turn))
     rotation.flags.writeable = False
     return rotation
@@ -81,7 +81,7 @@ def zooms(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext
 
 @dataclass(frozen=True, eq=False)
 class SceneMotion:
-    """The `SceneObjects` of a scenario: the paths of its targets by id, and the active camera motions."""
+    """`SceneObjects` of a scenario: the paths of its targets by id, and the active camera motions."""
 
     paths: Mapping[str, Path]
     motions: Sequence[CameraMotion]

@@ -20,9 +20,9 @@ ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter",
 FIT_KM = (0.5, 20.0)
 """Lengths of the fitted paths, km; the fit is extrapolated beyond."""
 FIT_HEIGHT_KM = 0.1
-"""Their height above the sea, km."""
+"""Height of the fitted paths above the sea, km."""
 FIT_VISIBILITY_KM = (5.0, 23.0)
-"""Their two visibilities, km."""
+"""Two visibilities of the fitted paths, km."""
 FIT_ERROR = 0.022
 """Largest error of the fitted transmittance."""
 

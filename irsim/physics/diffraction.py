@@ -14,7 +14,7 @@ from irsim.types import Floats
 
 AIRY_SUPPORT = 24.0
 """Half width of the drawn area in Airy widths (wavelength x F-number). 0.8 % of an Airy pattern's light lies farther
-out; it is aliased into the drawn area, so none is lost."""
+out; it is aliased into the drawn area, so the sum of the PSF is 1."""
 
 FADE = 0.9
 """Share of the support from which the PSF fades to zero: its edge must not jump as the point moves."""
@@ -107,7 +107,8 @@ class _CosineSeries:
         return np.asarray(np.cos(2 * np.pi * np.outer(offsets, self.frequencies)) * factors * ends)
 
     def slopes(self, offsets: Floats, fine: int) -> Floats:
-        """Return the same, (m, n), for light of density 12 t, t from -1/2 to 1/2 across the cell: first moment 1."""
+        """Return each cosine integrated over pixels, (m, n), for light of density 12 t, t from -1/2 to 1/2 across a
+        cell."""
         half = np.pi * self.frequencies / fine
         with np.errstate(divide="ignore", invalid="ignore"):
             moment = np.where(half > 0, np.sin(half) / half**2 - np.cos(half) / half, 0.0)

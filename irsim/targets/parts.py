@@ -34,7 +34,7 @@ class Solid:
     """Convex hull of points.
 
     points    at least four that do not lie in a plane
-    material  key of the body that holds its temperature
+    material  temperature key of the body, such as `engine_k`
     joint     joint of the body that moves it; empty for a fixed part
     """
 
