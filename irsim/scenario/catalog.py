@@ -29,7 +29,7 @@ def shipped(folder: str) -> dict[str, Path]:
 def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
     """Return the file at a path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
 
-    default_folder   default_folder  folder whose names the error lists for an unknown name without a folder
+    default_folder  folder whose names the error lists for an unknown name without a folder
     """
     path_of(path)
     wanted = fspath(path)

@@ -252,9 +252,7 @@ class Quadrotor(Body):
     """Temperature of the battery, kelvin."""
     rotors_k: Kelvin = 288.0
     """Temperature of the rotors, kelvin."""
-    rotor_hz: NotNegative = (
-        87.0  # at 90 the rotors would make whole half turns between frames of 30 Hz and appear at rest
-    )
+    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: the rotors would appear at rest
     """Rotation rate of the rotors, turns a second; adjacent rotors turn in opposite directions."""
     rotor_deg: JointAngle = 20.0
     """Angle of the rotors in frame 0, degrees."""

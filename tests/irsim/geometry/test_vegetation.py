@@ -30,7 +30,7 @@ WIDE = {"broadleaf": 150.0, "bush": 350.0, "conifer": 80.0}
 SEEDS = range(6)
 
 
-def leaves_of(kind: str, leaves: float, seed: int) -> tuple[Mask, Floats, Crown]:
+def grown(kind: str, leaves: float, seed: int) -> tuple[Mask, Floats, Crown]:
     """Return the mask of leaves, their warmth, and the crown."""
     draw = stream(seed, "tree")
     crown = KINDS[kind](HIGH, WIDE[kind], draw)
