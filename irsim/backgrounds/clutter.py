@@ -34,7 +34,8 @@ ACROSS = 24
 LUMP = 16.0
 """Size of the largest lumps, texels: a third of an object's length."""
 SLOPE = 2.9
-"""Slope of its spectrum: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the air."""
+"""Slope of the spectrum of lumps: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the
+air."""
 RAGGED = 0.3
 """Displacement of the outline by lumps, as a share of half the width: about the standard deviation."""
 MOST = 1.7
@@ -50,9 +51,9 @@ BATCH = 4096
 SMALL_PX = 12
 """Half width of the largest squares that are drawn together, px."""
 SWELLS = (1 + RAGGED**2 + SOFTEST**2 / 36) ** -0.5
-"""Scale of half axes that keeps the mean area of rough objects that of their ellipses: at the radius 1 + u the area is
-that of the ellipse times 1 + u^2 in the mean. u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge,
-on average."""
+"""Scale of half axes that gives rough objects the mean area of their ellipses: at the radius 1 + u the mean area is
+that of the ellipse times 1 + mean(u^2). u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge, on
+average."""
 
 
 class ClutterObject(NamedTuple):

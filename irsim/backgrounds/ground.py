@@ -83,7 +83,7 @@ class Ground(Background):
     """Height of the camera above the ground, m. The ground is then a plane in perspective with parallax, and sizes in
     mrad hold where the first pointing meets it. Default: infinitely far ground of uniform scale."""
     hour: Hour = "any"
-    """Time that sets default temperatures: day or night; any: the defaults of each key."""
+    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
     fields: Fields | None = None
     roads: Roads | None = None
     water: Water | None = None

@@ -53,10 +53,11 @@ TEMPERATURES: dict[str, dict[str, float]] = {
         "walls": 287.0,
     },
 }
-"""K: ground, trees and walls are absolute; spreads are of the ground and between fields; roads and water are relative
-to the ground. Those without an hour are choices. The others are round figures for a clear summer day and night at mid
-latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay near the air temperature
-(Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). So water is coldest by day and warm by night."""
+"""Temperatures by hour, K. Ground, trees and walls are absolute; spreads are of the ground and between fields; roads
+and water are relative to the ground. Those without an hour are choices. The others are round figures for a clear summer
+day and night at mid latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay
+near the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). Water is therefore coldest by
+day and warm by night."""
 
 Shape = tuple[int, int]
 """Rows and columns."""

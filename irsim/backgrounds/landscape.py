@@ -116,7 +116,7 @@ class Landscape(Sky):
     """Mean height of the woods along the horizon, mrad, at the temperature of the first row of `trees`. Default: 1.5
     with `trees`, else 0."""
     hour: Hour = "any"
-    """Time that sets default temperatures: day or night; any: the defaults of each key."""
+    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
     fields: Fields | None = None
     roads: Roads | None = None
     """Roads that narrow towards the horizon, where `width_mrad` holds: 40 ifov_mrad w / h for w metres seen from h
@@ -245,7 +245,7 @@ class Landscape(Sky):
     ) -> tuple[Floats | float, Floats | float]:
         """Return cover and light at the camera, (rows, cols) each, of woods along the horizon; 0 without them.
 
-        Their range is the one at which trees have their apparent height, but at least that of the rows of trees.
+        They lie at the range at which trees have the given apparent height, and not nearer than the rows of trees.
         """
         if self.far_woods_mrad == 0:
             return 0.0, 0.0

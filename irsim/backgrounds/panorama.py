@@ -67,7 +67,8 @@ class Panorama(PeriodicTexture):
     def on(cls, grid: PanoramaGrid, picture: Floats, psf: PSF) -> Panorama:
         """Return a picture on a grid, blurred by the lens.
 
-        For a PSF with wings rows are added above and below, or the light of the wings would extend for ever.
+        For a PSF with wings rows are added above and below; otherwise the light of the wings would be extended without
+        end.
         """
         wings = 0 if isinstance(psf, GaussianPSF) else psf.support_px
         sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")

@@ -66,7 +66,7 @@ class Recorded(Background):
 
     @model_validator(mode="before")
     @classmethod
-    def _look_inside(cls, data: Any) -> Any:
+    def _add_digest(cls, data: Any) -> Any:
         return with_digest(data, lambda file: _digest(_opened(file)))
 
     @classmethod
@@ -76,11 +76,11 @@ class Recorded(Background):
             return given
         try:
             return {**given, "range_k": _opened(given["file"]).header.range_k}
-        except (InputError, OSError):  # reported by `_look_inside`
+        except (InputError, OSError):  # reported by `_add_digest`
             return given
 
     @model_validator(mode="after")
-    def _start_is_there(self) -> Recorded:
+    def _start_exists(self) -> Recorded:
         frames = len(self.recording)
         if self.start >= frames:
             raise _wrong("start", f"{self.file} has no frame {self.start}; allowed: 0 to {frames - 1}")

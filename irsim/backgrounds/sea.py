@@ -37,8 +37,9 @@ OCTAVES = 12
 """Octaves with equal shares of the slope variance: from tens of metres to centimetres."""
 
 LEAST_WIND = 1.0
-"""m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J. Marine Research 13 (1954) 198, abstract). Below,
-the slope variance falls linearly to 0: the constant of their fit, 0.003, was never measured in a calm."""
+"""Least wind of the fit, m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J. Marine Research 13 (1954) 198,
+abstract). Below, the slope variance falls linearly to 0: the constant of their fit, 0.003, was never measured in a
+calm."""
 
 SHORTEST_M = 1e-3
 """Least length of the longest wave for waves to be drawn, m; below it, at winds under 0.035 m/s, waves are

@@ -160,13 +160,13 @@ class Buildings(Structure):
     spacing_m: Spacing = 60.0
     """Mean distance between two buildings, m."""
     width_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (10.0, 30.0)
-    """Least and greatest width, m."""
+    """[least, greatest] width, m."""
     height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
-    """Least and greatest height of the walls, m."""
+    """[least, greatest] height of the walls, m."""
     temperature_k: Kelvin | None = None
     """Mean temperature of the walls, K; by default that of the `hour`, else 290."""
     spread_k: KelvinSpread = 2.0
-    """Standard deviation from building to building, K."""
+    """Standard deviation of temperature between buildings, K."""
     windows_k: KelvinDifference = 3.0
     """Temperature of the windows minus the wall's, K; single windows have 0.3 to 1.3 times this difference."""
     roof_k: KelvinDifference = -4.0

@@ -27,7 +27,7 @@ ROOM = 64
 """Repetition of a texture beyond a frame's size, px: key frames are larger."""
 
 SQUARE = 2048
-"""Greatest side of a texture that is square whatever the frame, px."""
+"""Largest side, px, up to which a texture is square for any frame."""
 
 BLOCK = 8
 """Frames that share a key frame; a worker of `--jobs` renders whole blocks."""
@@ -51,7 +51,7 @@ CUBIC_REACH = 2
 """Half width of cubic interpolation, px."""
 
 Move = tuple[float, float]
-"""px to the right and down."""
+"""Displacement (right, down), px."""
 
 
 def closed(texture: Floats) -> Floats:

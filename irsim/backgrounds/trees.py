@@ -20,7 +20,7 @@ from irsim.rng import stream
 from irsim.types import Floats
 
 CROWDED = 1.4
-"""Greatest width of crowns, about, in distances between trees: crowns in a wood are narrow."""
+"""Approximate largest width of crowns, in distances between trees: crowns in a wood are narrow."""
 SLIMMEST = 0.42
 """Least width of a broadleaf crown, as a share of the tree's height."""
 
@@ -31,7 +31,7 @@ TYPICAL_MRAD = 1.5
 STRETCH = 40.0
 """Length of woods and of gaps between them, in mean heights."""
 CROWN = 2.0
-"""Length of their crowns, in mean heights."""
+"""Length of crowns of distant woods, in mean heights."""
 VARIATION = 0.8
 """Standard deviation of the height of woods along the horizon, as a share of the mean."""
 HEDGE = 0.4
@@ -41,7 +41,7 @@ RAGGED = 0.35
 TALLEST = 2.5
 """Limit of the height of woods, in mean heights, approached as a hyperbolic tangent."""
 DEPTH = 0.6
-"""Extent of their lower edge over the ground, as a share of their height."""
+"""Extent of the lower edge of distant woods over the ground, as a share of their height."""
 
 
 class Trees(Structure):

@@ -12,7 +12,8 @@ from irsim.rng import normals, stream
 from irsim.types import Floats
 
 GRAVITY = 9.81
-"""m/s2, rounded: the `STANDARD_GRAVITY` of trajectories, 0.03 % less, would change the waves of each seed."""
+"""Acceleration of gravity, m/s2, rounded; the `STANDARD_GRAVITY` of trajectories would change the waves of each
+seed."""
 
 TILE, PER_WAVE = 512, 16
 """Side of a wave texture, texels, and texels per wavelength at the middle of the octave."""
@@ -57,7 +58,7 @@ def slope_components(number: int) -> tuple[float, float]:
 
 
 class WaveOctave:
-    """Octave of waves: two trains with groups of their own."""
+    """Octave of waves: two trains, each with its own groups."""
 
     def __init__(self, wind_m_s: float, wind_deg: float, number: int, seed: int) -> None:
         self.length_m = longest_wave(wind_m_s) / 2**number

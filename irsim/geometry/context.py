@@ -30,7 +30,7 @@ class SceneObjects(Protocol):
         ...
 
 
-NOTHING = Atmosphere()
+CLEAR_AIR = Atmosphere()
 """Atmosphere without attenuation and path radiance."""
 
 
@@ -56,7 +56,7 @@ class SceneContext:
     band: Band
     psf_px: float
     objects: SceneObjects | None = field(default=None, compare=False, repr=False)
-    air: Atmosphere = NOTHING
+    air: Atmosphere = CLEAR_AIR
     lens: PSF | None = None
     ambient: float = 0.0
     leaves_k: float | None = None

@@ -24,7 +24,7 @@ times GEMM_MULTITHREAD_THRESHOLD in its interface/gemm.c). If several processes 
 wait milliseconds for each other."""
 
 MIN_ROWS = 8
-"""Least rows of a block: smaller blocks cost more than the threads."""
+"""Least number of rows of a block: smaller blocks take longer than the threads."""
 
 
 def blocked_matmul(left: Floats, right: Floats) -> Floats:

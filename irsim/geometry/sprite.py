@@ -11,7 +11,7 @@ import numpy as np
 from irsim.types import Box, Floats, Slices
 
 AREA_ROUNDING = 1e-9
-"""Share of a sprite's area that rounding in sums of its pixels does not exceed."""
+"""Bound of the rounding error of a sum over a sprite's pixels, as a share of its area."""
 
 FULL_PATCH = slice(None), slice(None)
 """Slices of a whole patch."""
@@ -21,7 +21,7 @@ FULL_PATCH = slice(None), slice(None)
 class RequestedContrast:
     """Requested contrast of a target against its background: exactly one of contrast_k, K, and scr is set.
 
-    gain  factor applied to the resulting difference to the background
+    gain  factor on the resulting difference from the background
     """
 
     contrast_k: float | None = None
@@ -56,7 +56,7 @@ class Sprite(NamedTuple):
     range_m    distance from the camera, m
     area       px2 covered by the whole object, inside and outside the patch
     requested  requested contrast against the background
-    contrast   factor of the difference to the background
+    contrast   factor on the difference from the background
     samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
                all other fields belong to the middle of the exposure
 

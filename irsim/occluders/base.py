@@ -31,8 +31,8 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 class Occluder(NamedKind):
     """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    It has either a place or an intent, which is a target to hide and the frames. `irsim.scenario.placement_all` turns
-    an intent into a place.
+    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement_all` turns an
+    intent into a place.
     """
 
     placement_keys: ClassVar[tuple[str, ...]] = ()

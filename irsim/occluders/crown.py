@@ -27,7 +27,7 @@ SLIMMEST = 3.0
 CORE = 0.6
 """Extent of the gapless elliptic core, as a share of the crown's width and height."""
 FADING = 0.2
-"""Width of the transition around the core, in the same units."""
+"""Width of the transition around the core, as a share of the crown's width and height."""
 CENTRE = np.array([0.0, -0.5])
 """Middle of the crown relative to its foot, in crown widths and heights."""
 RIM = 1

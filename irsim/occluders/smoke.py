@@ -213,7 +213,7 @@ def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> F
 
 
 def _displaced(u: Floats, v: Floats, displacement: Floats, billows: float) -> tuple[Floats, Floats]:
-    """Return the places (rows, cols) each in smooth smoke shown at u (cols,), v (rows,), in half sizes."""
+    """Return the places (rows, cols) each in smooth smoke that billows move to u (cols,), v (rows,), in half sizes."""
     radius = np.hypot(u, v[:, None])
     share = np.clip((radius - _INNER) / (_OUTER - _INNER), 0, 1)
     out = billows * _DISPLACEMENT * _MOST * np.tanh(displacement / _MOST) * share

@@ -47,7 +47,7 @@ STRIPS = 6
 ROUND = 0.3
 """Rise of the foot's edges above its middle, as a share of its width: a round trunk seen from above."""
 STREAKS = 0.4
-"""Standard deviation of temperature between the trunk's pieces, in units of the leaves'."""
+"""Standard deviation of temperature between the trunk's pieces, in units of that of the leaves."""
 LONE = 1.8
 """Largest height of a tree with one crown, in heights of the crown."""
 LOWER = 0.38
@@ -55,11 +55,11 @@ LOWER = 0.38
 WIDER = 1.25
 """Size of a crown relative to the crown above."""
 MOST_TIERS = 20
-"""Most crowns of a tree."""
+"""Largest number of crowns of a tree."""
 LEAVES_K = 290.0
 """Default temperature of leaves, K."""
 WARMER_K = 1.0
-"""Default excess of the trunk's temperature over the leaves', K."""
+"""Default temperature of the trunk minus that of the leaves, K."""
 BARE = 0.12
 """Share of a tree's height that its crowns leave free above the foot."""
 NEARLY = 1e-9

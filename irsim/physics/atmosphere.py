@@ -5,10 +5,10 @@ In-band transmittance does not follow Beer's law, as strong lines saturate. It i
     tau(R) = exp(-a R^b),  R in km,
 
 fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other paths are cut
-into layers: water, air and haze thin out with height, and a path counts as the level path with the same column of
-absorbers. Ozone, high above that path, is added (`irsim.physics.climate`). Each step of a path emits as a black body
-in proportion to its absorption (Kirchhoff's law), at a temperature that goes from that of the air at its start to that
-at its end. An opaque path thus has the radiance of the air.
+into layers: water, air and haze thin out with height, and a path is equivalent to the level path with the same column
+of absorbers. Ozone, high above that path, is added (`irsim.physics.climate`). Each step of a path emits as a black body
+in proportion to its absorption (Kirchhoff's law), at temperatures from that of the air at its start to that at its end.
+An opaque path thus has the radiance of the air.
 """
 
 from __future__ import annotations

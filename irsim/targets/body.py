@@ -33,8 +33,8 @@ class Body(Shape):
     `engine_emissivity` if the body has it, else the entry `engine` of `emissivities`, else `emissivity`.
 
     Each part is drawn by the exact outline of its convex hull, and parts hide each other in depth order
-    (`Polyhedra.depth_order`). Intersecting parts of different material are split first (`split_intersections`). Exempt
-    are parts on different joints and parts that would become many pieces: a change of their depth order changes the
+    (`Polyhedra.depth_order`). Intersecting parts of different material are split first (`split_intersections`). Parts
+    on different joints and parts that would become many pieces stay whole: a change of their depth order changes the
     light of a shipped body by less than 1 %.
     """
 

@@ -22,7 +22,7 @@ from irsim.targets.base import Shape, View
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
-"""Temperature difference, K, at 300 K: wings of the PSF are drawn where they exceed its radiance."""
+"""Radiance threshold for the wings of a point's PSF, as a temperature difference at 300 K, K."""
 
 SMALL_PX = 1.0
 """Diameter, px, above which a point is drawn as a disc."""

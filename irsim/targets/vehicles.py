@@ -194,7 +194,7 @@ class Tank(Body):
     picture_poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     picture_background_k: ClassVar[float] = 288.0
     picture_depression_deg: ClassVar[float] = 12.0
-    # Guinness World Records of 2002, a Scorpion: 82 km/h, 23 m/s; others without a governor reportedly reach 100.
+    # Guinness World Records of 2002, a Scorpion: 82 km/h, 23 m/s; ungoverned tanks reportedly reach 100 km/h.
     max_speed_m_s: ClassVar[float | None] = 30.0
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.46, -0.05), (0.40, 0.07), (-0.44, 0.07), (-0.48, -0.09), (0.22, -0.11)), -0.15, 0.15),
