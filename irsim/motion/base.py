@@ -67,7 +67,7 @@ class Path(Kind):
 
     @property
     def level_m(self) -> float | None:
-        """Height of the unmoved camera above the level ground that the path lies on, m; None where unknown."""
+        """Height of the unmoved camera above the level ground of the path, m; None if unknown."""
         return None
 
     def refers(self) -> Mapping[str, str]:

@@ -37,7 +37,8 @@ class RelativePath(Path):
 
 
 def level_heading(velocity: Floats, context: SceneContext) -> Floats:
-    """Return the horizontal direction of a velocity, (3,) unit vector; right in the picture for a vertical one."""
+    """Return the horizontal direction of a velocity, (3,) unit vector; right in the picture if the velocity is
+    vertical."""
     down = context.geometry.down
     ahead = velocity - (velocity @ down) * down
     length = np.linalg.norm(ahead)
@@ -118,7 +119,7 @@ class Crosses(Crossing):
     """Miss distance at that frame, across the relative motion, px; positive: to the right of the other target, as seen
     along the relative motion."""
     speed: PixelSpeed = 2.0
-    """Px per frame."""
+    """Speed, px per frame."""
     farther_m: Number = 0.0
     """Range beyond that of the other target at that frame, m; negative: nearer, so this target occludes the other."""
 

@@ -27,7 +27,7 @@ WING_SUPPORTS = 4
 """Half width of the wings, in supports of the cosine series: at their end they have fallen to a 64th."""
 
 LATTICE_SUM = 9.03362
-"""Sum of (m^2 + n^2)^(-3/2) over all whole m and n but (0, 0): 4 zeta(3/2) beta(3/2)."""
+"""Sum of (m^2 + n^2)^(-3/2) over all integers m and n except (0, 0): 4 zeta(3/2) beta(3/2)."""
 
 NEAR_PERIODS = [(m, n) for m in range(-2, 3) for n in range(-2, 3) if (m, n) != (0, 0)]
 """Periods of the cosine series whose wings are subtracted one by one."""

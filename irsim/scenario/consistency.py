@@ -118,7 +118,7 @@ def check_severities(severity: int, severities: Mapping[str, Sequence[object]]) 
                 {"length": length, "fewer": most + 1, "at": ("severities", key)},
             )
     if severity > most:
-        allowed = f"0 to {most}" if most else "0, for there are no severities"
+        allowed = f"0 to {most}" if most else "0, as there are no severities"
         raise PydanticCustomError(
             "severity",
             "{given} is out of range; allowed: {allowed}",

@@ -166,8 +166,8 @@ def scenario_document(scenario: Scenario, as_value: Callable[[Scenario], Any] = 
 def _recording_problem(file: Path) -> str:
     """Return the problem of a file that is a recording by its content or name, instead of YAML."""
     if begins_as_recording(file):
-        return "is a recording, no YAML; irsim info describes it"
+        return "is a recording, not YAML; irsim info describes it"
     allowed = "allowed: YAML text, in a file whose name ends in .yaml"
     if file.stat().st_size == 0:
-        return f"is empty, no recording and no YAML; {allowed}"
-    return f"has the name of a recording and is none, it does not begin as one; {allowed}"
+        return f"is empty, neither a recording nor YAML; {allowed}"
+    return f"has the name of a recording, but not its first bytes; {allowed}"

@@ -79,7 +79,7 @@ class Variations:
         return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
 
     def concrete(self, point: Point, seed: int | None = None) -> Scenario:
-        """Return the scenario at a point, without variations; nuisances by the scene's seed, default: its own.
+        """Return the scenario at a point, without variations; `seed` sets the nuisances, default: the scene's own seed.
 
         Keys missing from the point have their benign values; it may hold nuisances too. Raises InputError if the
         scenario is invalid.

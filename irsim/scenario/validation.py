@@ -23,7 +23,7 @@ from irsim.scenario.severity import apply_severity, table_faults
 from irsim.scenario.variation import Choice
 
 _LONGEST = 40
-"""Most characters of a quoted value."""
+"""Largest number of characters of a quoted value."""
 
 
 def validate_scenario(document: Document, given: Iterable[KeyPath] = (), all_severities: bool = False) -> Scenario:
