@@ -1,4 +1,4 @@
-"""Air before the ground and the clouds: tables of transmittance and path radiance by angle."""
+"""Air in front of ground and clouds: tables of transmittance and path radiance by angle."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ CHECK_EVERY = 16
 """Stride, in rows and columns, of the pixels at which the smoothness of the air is checked."""
 
 TOLERANCE = 2e-4
-"""Allowed error there, as a share of the greatest transmittance or path radiance: 0.01 K for a body of 300 K in
-LWIR."""
+"""Largest allowed error at those pixels, as a share of the greatest transmittance or path radiance: 0.01 K for a body
+of 300 K in LWIR."""
 
 FARTHEST_M = 100_000.0
-"""Least range to which ground is drawn, m: plausible ranges end here (`irsim.config.quantities`), and the air before
-it is almost opaque (0.01 in LWIR, US standard, 23 km). The round Earth shows it as far from 780 m up."""
+"""Least range to which ground is drawn, m: the limit of plausible ranges (`irsim.config.quantities`), at which air is
+almost opaque (transmittance 0.01 in LWIR, US standard, 23 km). It is the range of the horizon from 780 m up."""
 
 
 def horizon_m(height_m: float) -> float:
@@ -41,11 +41,10 @@ def horizon_m(height_m: float) -> float:
 
 
 def ground_path(height_m: float, depression_rad: Floats) -> tuple[Floats, Floats]:
-    """Return range, m, and elevation, rad, at which rays meet a plane a height, m, below, at angles below the
-    horizontal.
+    """Return range, m, and elevation, rad, of rays to a plane `height_m` below, for angles below the horizontal.
 
-    The plane is the one that is drawn and that paths with `ground_m` lie on, so both have the same air. Rays near and
-    above the horizontal get the path of the farthest ground: an endless plane would leave the round Earth's air.
+    Drawn ground and paths with `ground_m` lie on the same plane, so both have the same air. Rays near and above the
+    horizontal get the path to the farthest ground: an infinite plane would leave the atmosphere of the round Earth.
     """
     farthest = max(horizon_m(height_m), FARTHEST_M)
     down = np.clip(depression_rad, math.asin(height_m / farthest), np.pi / 2)
@@ -104,7 +103,7 @@ class RangeAirTable(AirTable):
 
 @dataclass(frozen=True, eq=False)
 class AttenuatedLayer(LayerWrapper):
-    """Layer behind air."""
+    """Layer attenuated by air."""
 
     table: AirTable
 
@@ -115,7 +114,7 @@ class AttenuatedLayer(LayerWrapper):
 
 @dataclass(frozen=True, eq=False)
 class AttenuatedClouds(AttenuatedLayer):
-    """Evolving cloud behind air, blended in one step."""
+    """Evolving cloud attenuated by air, blended in one step."""
 
     layer: EvolvingCloud
 
@@ -144,7 +143,7 @@ def _air_before(table: AirTable, chart: Chart) -> AirBefore:
 
 
 def attenuated_ground(layers: Sequence[Layer], context: SceneContext, height_m: float | None = None) -> Sequence[Layer]:
-    """Return layers on ground `height_m` below the camera behind its air; unchanged in clear air.
+    """Return layers on ground `height_m` below the camera, attenuated by air; unchanged in clear air.
 
     By default the ground is at sea level, below the camera by its altitude.
     """
@@ -155,7 +154,7 @@ def attenuated_ground(layers: Sequence[Layer], context: SceneContext, height_m: 
 
 
 def attenuated_shells(layers: Sequence[Layer], context: SceneContext) -> Sequence[Layer]:
-    """Return layers around the camera, each behind the air to its range; unchanged in clear air."""
+    """Return layers around the camera, each attenuated by the air to its range; unchanged in clear air."""
     if context.air.is_clear:
         return layers
     tables = [(layer, RangeAirTable.to(context, layer.range_m)) for layer in layers]

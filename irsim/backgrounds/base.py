@@ -24,7 +24,7 @@ Names = Iterator[tuple[str, tuple[str | int, ...]]]
 """Names of a background's parts, each with its place in the background."""
 
 Surfaces = Iterator[tuple[str, tuple[str, int], "ParallaxSurface"]]
-"""Names of parts, their places in the background, and the surfaces that they are painted on."""
+"""Names of parts, their places in the background, and the surfaces on which they are painted."""
 
 Place = tuple[float, float, float]
 """Right, below and ahead of the camera's first place, m; axes are level, ahead is the azimuth of the first pointing."""
@@ -37,7 +37,7 @@ FARTHEST = float(np.inf)
 class ViewDirection:
     """View of one frame: time in s, chart of the pixels' directions, place of the camera.
 
-    key: the view of a nearby frame, its chart with a margin. A picture sampled for the key is only shifted for this
+    key: the view of a nearby frame, with a margin around its chart. A picture sampled for the key is shifted for this
     frame (`irsim.backgrounds.texture`).
     """
 
@@ -59,7 +59,7 @@ class Layer(Protocol):
     def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
         """Return (transmittance, None if opaque; emission in W/m2/sr), each (rows, cols) float32.
 
-        Read only: a layer may keep them for the next frame.
+        The arrays are read only: a layer may cache them.
         """
         ...
 
@@ -93,13 +93,13 @@ class RecordedLayer(Layer, Protocol):
         """Return the counts of frame `index`, (rows, cols), with objects drawn on its light, before rounding and
         clipping; float64 if the light is.
 
-        light: the light with the objects. uncovered: share 0..1 of each pixel's light that is still the frame's own.
+        light: the light with the objects. uncovered: share 0..1 of each pixel's light that no object covers.
         """
         ...
 
 
 GroundRadiance = Callable[[ViewDirection], Floats]
-"""Radiance, W/m2/sr, (n,), of the pixels of a view that see only ground or sea; read only."""
+"""Radiance, W/m2/sr, (n,), of the pixels of a view that contain only ground or sea; read only."""
 
 
 def blend_over(
@@ -128,7 +128,7 @@ def apply_air(transmittance: Floats | None, emission: Floats, air: AirBefore) ->
 
 
 def is_semi_transparent(layer: Layer) -> TypeGuard[SemiTransparentLayer]:
-    """Whether a layer blends itself; isinstance on a protocol would take 20 us."""
+    """Return True if a layer blends itself; isinstance on a protocol would take 20 us."""
     return hasattr(layer, "blend")
 
 
@@ -151,17 +151,17 @@ class Background(Kind):
     """Scene behind the targets."""
 
     has_noise: ClassVar[bool] = False
-    """Whether its light contains a camera's noise; then its first layer is a `RecordedLayer`."""
+    """True if its light contains camera noise; its first layer is then a `RecordedLayer`."""
     mapped: ClassVar[bool] = True
-    """Whether it is painted over directions, so that a turned camera sees another part of it."""
+    """True if it is painted over directions, so that a rotation of the camera shifts it."""
     endless: ClassVar[bool] = False
-    """Whether ground fills the image in every direction. It passes below a moving camera if `surface_m` is given."""
+    """True if ground fills the image in every direction. It passes below a moving camera if `surface_m` is given."""
     surface: ClassVar[str] = "ground"
-    """Noun for its lower part, for messages."""
+    """Noun for the lower part in messages."""
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that it is read from."""
+        """Files from which the background is read."""
         return ()
 
     @abstractmethod
@@ -188,12 +188,13 @@ class Background(Kind):
         return None
 
     def altitude_m(self, given: float) -> float:
-        """Return the height of the first camera place above the sea, m: `given`, but at least that above its ground."""
+        """Return the height of the first camera place above the sea, m: `given`, or the height above the ground if
+        larger."""
         return max(given, self.surface_m or 0.0)
 
     @property
     def has_poles(self) -> bool:
-        """Whether its map is singular near the zenith and the nadir, and distorted in very wide images."""
+        """True if its map is singular near the zenith and the nadir, and distorted in very wide images."""
         return self.mapped
 
     @property
@@ -207,7 +208,7 @@ class Background(Kind):
 
     @property
     def bare(self) -> Background:
-        """The same background without objects and cover on its ground or sea; `ground_radiance` is equal."""
+        """Background without objects and cover on ground or sea; its `ground_radiance` is equal."""
         return self
 
     def ground_radiance(self, context: SceneContext) -> GroundRadiance | None:
@@ -230,9 +231,9 @@ class Background(Kind):
         return float(sky.radiance(np.zeros(1))[0])
 
     def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
-        """Return the facts of the camera that its counts belong to: the scenario's, or that of a recording."""
+        """Return the camera that made the counts: that of the scenario, or that of the recording."""
         return camera
 
     def camera_fault(self, size: tuple[int, int], bits: int) -> str | None:
-        """Return the reason why a camera of that size (columns, rows) and depth does not fit; None if it fits."""
+        """Return the reason why a camera of that size (columns, rows) and bit depth does not fit; None if it fits."""
         return None

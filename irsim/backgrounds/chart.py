@@ -1,4 +1,4 @@
-"""Chart of one frame: map coordinates of the direction that each pixel sees.
+"""Chart of one frame: map coordinates of the direction of each pixel.
 
 Backgrounds are painted on a map of the world in px of one IFOV: u grows with azimuth to the right, v with elevation
 downwards, (0, 0) is the first pointing. Azimuth is scaled by the cosine of the first elevation, so the map is conformal

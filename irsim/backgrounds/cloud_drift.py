@@ -117,7 +117,7 @@ def _is_narrow(chart: Chart) -> bool:
 
 def _first_pixel(chart: Chart, right: Shift, down: Shift) -> tuple[float, float] | None:
     """Return the place (u, v) of the frame's first pixel in a layer displaced by (right, down) px; None if the layer
-    is not shifted as a whole."""
+    cannot be shifted as a whole."""
     if isinstance(right, np.ndarray) or isinstance(down, np.ndarray) or not _is_narrow(chart):
         return None
     width, height = chart.geometry.size

@@ -26,7 +26,7 @@ TILE = 128
 """Side of a painted tile, px: its working set stays in the processor's cache."""
 
 WINDOW_MARGIN = 16
-"""Margin of the cached window around a frame, px: the next frames see nearly the same."""
+"""Margin of the cached window around a frame, px: it holds the next frames too."""
 
 GREATEST = 65535
 """Units of the greatest word; the least word, -32768, is 0 units."""
@@ -44,10 +44,10 @@ Words = npt.NDArray[np.int16]
 
 
 def weights(place: float) -> list[tuple[int, float]]:
-    """Return the numbers of the independent fields that make up an evolving field at `place` periods, and their shares.
+    """Return (number, share) of each independent field that an evolving field contains at `place` periods.
 
-    A raised cosine over four fields, cos^2(pi/4 (place - j)) / sqrt(3/2). The squares add up to one at any time (cos^4
-    at steps of pi/4 sums to 3/2), so the variance is constant, and shares have no kink.
+    The shares are a raised cosine over four fields, cos^2(pi/4 (place - j)) / sqrt(3/2). Their squares add up to one at
+    any time (cos^4 at steps of pi/4 sums to 3/2), so the variance is constant; the shares are smooth in time.
     """
     first = int(np.floor(place)) - 1
     shares = ((j, np.cos(np.pi / 4 * (place - j)) ** 2 / np.sqrt(1.5)) for j in range(first, first + 4))
@@ -61,7 +61,7 @@ def first_of(pair: Floats, coarse: int) -> Floats:
 
 class _FieldPair:
     """Two independent periodic fields of mean 0, interleaved, (side, side, 2) float32: real and imaginary part of one
-    transform. Separating them would cost more than drawing them."""
+    transform. Separation would take longer than generation."""
 
     def __init__(self, values: Floats, derived: DerivedField | None) -> None:
         self.values = values
@@ -134,8 +134,8 @@ class EvolvingFields:
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         amplitude = amplitudes(fx, fy, beta, betas, correlation_px, stretch)
-        # To a variance of about 1: products of fields of extreme slopes would overflow float32. `norm` is avoided, as
-        # it starts a thread that spins for longer than the backgrounds of a first frame take.
+        # Scaled to a variance of about 1: products of fields of extreme slopes would overflow float32.
+        # `np.linalg.norm` is avoided: its thread spins for longer than the backgrounds of a first frame take.
         self._amplitude = (amplitude / np.sqrt(np.sum(amplitude**2))).astype(np.float32)[..., None]
         self._pairs: dict[int, _FieldPair] = {}
         self._products: dict[tuple[int, int], Floats] = {}
@@ -182,7 +182,8 @@ class CloudState:
         """First column and row of the last window, and its words."""
 
     def window(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
-        """Return (height, width) of each from a column and a row on, also past the edges. Read only."""
+        """Return windows (height, width) of transmittance and emission from a column and a row on, periodic. Read
+        only."""
         last = self._last  # read once: another thread may replace it
         if not _covers(last, column, row, width, height):
             first, top = column - WINDOW_MARGIN, row - WINDOW_MARGIN

@@ -32,7 +32,7 @@ from irsim.config.base import Name, Part, Switches
 from irsim.config.fields import Plausible
 from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.geometry.context import SceneContext
-from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
+from irsim.geometry.random_fields import Betas, Histogram, spectral, with_histogram
 from irsim.physics.radiometry import radiance
 from irsim.rng import lookup
 from irsim.types import Band, Floats
@@ -65,7 +65,8 @@ class CloudShading:
 
     @classmethod
     def of(cls, edge: float, depth: float, kelvin: tuple[float, float, float], band: Band) -> CloudShading:
-        """kelvin: mean temperature of the cloud, its standard deviation, and the rise in sunlight."""
+        """Return the shading; kelvin: mean temperature of the cloud, its standard deviation, and the rise in
+        sunlight."""
         mean, spread, sunlit = kelvin
         warm = np.maximum(mean + spread * np.linspace(-EXTREME, EXTREME, ENTRIES), 1.0)
         dark, lit = radiance(band, np.array([mean, mean + sunlit]))
@@ -118,8 +119,8 @@ class Relief:
         return cls(slope / np.float32(2 * rms + 1e-12), coarse)
 
     def lit(self, rows: slice, columns: slice) -> Floats:
-        """Return the share of sunlight on a part of the full-size picture, float32, also past its edges; to be clipped
-        to 0..1."""
+        """Return the share of sunlight on a part of the full-size picture, float32, also past its edges; not clipped to
+        0..1."""
         return enlarged(self.falling, self.coarse, rows, columns)
 
 
@@ -143,11 +144,11 @@ class Clouds(Part):
         "texture": ("texture_k", 0.0),
         "sunlit": ("sunlit_k", 0.0),
         "wind": ("wind_mrad_s", (0.0, 0.0)),
-        "evolve": ("evolve_s", math.inf, 0.0),  # 0 is another cloud, which never changes
+        "evolve": ("evolve_s", math.inf, 0.0),  # 0 would be a different cloud, which never changes
     }
 
     id: Name = "clouds"
-    """Its name for --without."""
+    """Name for --without."""
     coverage: Annotated[float, Field(ge=1e-6, lt=1)] = 0.4
     """Share of the sky covered by cloud."""
     depth: NotNegative = 3.0
@@ -163,18 +164,18 @@ class Clouds(Part):
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 2.0
     """Ratio of width to height of features."""
     range_m: Range = 5000.0
-    """Distance of the layer from the camera's first place, m: targets farther from there are behind it."""
+    """Distance of the layer from the first camera position, m; farther targets are behind it."""
     wind_mrad_s: Annotated[tuple[Drift, Drift], Field(strict=False)] = (0.0, 0.0)
-    """Apparent motion, right and down, mrad/s."""
+    """Apparent motion, [right, down], mrad/s."""
     betas: Betas | None = None
     """Slopes of the spectrum along x and along y if they differ (real thin cloud: [2.7, 3.6]); replaces `beta`."""
     histogram: Histogram = ()
     """Thickness at evenly spaced quantiles of the sky, least to greatest, in any unit ([0, 0.1, 1]: few thick cores);
     Gaussian if empty."""
     evolve_s: NotNegative = 0.0
-    """Seconds in which the texture changes to a correlation of 2/3; 0: it only drifts."""
+    """Time in which the correlation of the texture falls to 2/3, s; 0: it only drifts."""
     sunlit_k: KelvinSpread = 0.0
-    """Greatest apparent rise of edges that face the sun, K (MWIR by day: 5 to 20)."""
+    """Largest rise of apparent temperature at edges that face the sun, K (MWIR by day: 5 to 20)."""
     sun_deg: Degrees = -45.0
     """Direction of the sun in the image: clockwise from up, degrees."""
 
@@ -197,10 +198,12 @@ class Clouds(Part):
         """Return transmittance and emission, before optics, of two periodic fields, (rows, columns), of mean 0 and
         variance 1."""
         (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(context)
-        slope = self._slope(shaped(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
+        slope = (
+            self._slope(with_histogram(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
+        )
         relief = None if slope is None else Relief.of(slope, coarse)
         lit = None if relief is None else relief.lit(rows, columns)
-        return self._shading(context).paint(shaped(thickness, self.histogram), warmth, lit)
+        return self._shading(context).paint(with_histogram(thickness, self.histogram), warmth, lit)
 
     def evolving(self, context: SceneContext) -> EvolvingCloud:
         """Return the layer of a cloud that evolves; `evolve_s` must not be 0."""
@@ -223,14 +226,14 @@ class Clouds(Part):
             mixture = fields.at(place)
             slope = mixture.derived
             if slope is not None and self.histogram:  # a histogram is not linear: slope after the mixture
-                slope = self._slope(shaped(slope, self.histogram), context)
+                slope = self._slope(with_histogram(slope, self.histogram), context)
             relief = None if slope is None else Relief.of(slope, coarse)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
                 rows, columns = (slice(part.start - margin, part.stop + margin) for part in tile)
                 lit = None if relief is None else relief.lit(rows, columns)
                 thickness, warmth = mixture.over(rows, columns)
-                passed, emitted = shading.paint(shaped(thickness, self.histogram), warmth, lit)
+                passed, emitted = shading.paint(with_histogram(thickness, self.histogram), warmth, lit)
                 return blurred_inner(passed, context.psf, margin), blurred_inner(emitted, context.psf, margin)
 
             return CloudState(side, shading.brightest, paint)
@@ -254,7 +257,7 @@ class Clouds(Part):
     def _edge(self) -> float:
         """Thickness above which there is cloud."""
         if self.histogram:
-            return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
+            return float(with_histogram(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
         return NormalDist().inv_cdf(1 - self.coverage)
 
     def _slope(self, small: Floats, context: SceneContext) -> Floats:

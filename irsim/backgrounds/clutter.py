@@ -34,7 +34,8 @@ ACROSS = 24
 LUMP = 16.0
 """Size of the largest lumps, texels: a third of an object's length."""
 SLOPE = 2.9
-"""Slope of its spectrum: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the air."""
+"""Slope of the spectrum of lumps: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the
+air."""
 RAGGED = 0.3
 """Displacement of the outline by lumps, as a share of half the width: about the standard deviation."""
 MOST = 1.7
@@ -50,9 +51,9 @@ BATCH = 4096
 SMALL_PX = 12
 """Half width of the largest squares that are drawn together, px."""
 SWELLS = (1 + RAGGED**2 + SOFTEST**2 / 36) ** -0.5
-"""Scale of half axes that keeps the mean area of rough objects that of their ellipses: at the radius 1 + u the area is
-that of the ellipse times 1 + u^2 in the mean. u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge,
-on average."""
+"""Scale of half axes that gives rough objects the mean area of their ellipses: at the radius 1 + u the mean area is
+that of the ellipse times 1 + mean(u^2). u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge, on
+average."""
 
 
 class ClutterObject(NamedTuple):
@@ -86,7 +87,7 @@ def _rotated(dx: Floats, dy: Floats, angle: Floats | float) -> tuple[Floats, Flo
 Drawn = tuple[Integers, Integers, Floats, "Floats | float"]
 """Columns and rows of a patch, and an object's cover (rows, columns), 0..1, and temperature there, K."""
 
-Wins = Callable[[Floats, Floats], npt.NDArray[np.bool_]]
+FrontRule = Callable[[Floats, Floats], npt.NDArray[np.bool_]]
 """Rule by which the first of two covers is in front: np.greater or np.greater_equal."""
 
 
@@ -102,7 +103,7 @@ class ClutterForm(Protocol):
         return map(self.drawn, objects)
 
     @abstractmethod
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         """Return cover and temperature of an object drawn over others."""
 
 
@@ -139,7 +140,7 @@ class EllipseForm(ClutterForm):
         for item, (columns, rows), cover in zip(objects, spans, inside, strict=True):
             yield columns, rows, cover, item.contrast_k
 
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         return np.maximum(under[0], item[0]), np.where(wins(item[0], under[0]), item[1], under[1])
 
 
@@ -178,7 +179,7 @@ class RoughForm(ClutterForm):
         uneven -= (cover * uneven).sum() / max(float(cover.sum()), 1e-6)
         return columns, rows, cover, item.contrast_k * (1 + uneven)
 
-    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: Wins) -> Painted:
+    def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         left = under[0] * (1 - item[0])
         cover = item[0] + left
         return cover, (item[0] * item[1] + left * under[1]) / np.maximum(cover, 1e-6)
@@ -195,15 +196,15 @@ class Clutter(Part):
     """ellipse: one temperature each, with a sharp edge. rough: at the same places, of the same sizes and mean
     temperatures, with ragged outlines, internal texture, a warm side and a sharp or soft edge."""
     per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
-    """Number per square milliradian; on a landscape at its horizon, and p^3 times fewer where objects appear p times as
-    wide."""
+    """Number of objects per square milliradian; on a landscape at the horizon, and p^3 times fewer where objects appear
+    p times as wide."""
     size_mrad: Annotated[tuple[Length, Length], Field(strict=False), Rising] = (1.0, 4.0)
-    """Smallest and largest length, mrad; on a landscape at its horizon, where w metres seen from h metres up are 40
-    ifov_mrad w / h; nearer ones are larger."""
+    """[smallest, largest] length, mrad; on a landscape at the horizon, where w metres seen from h metres above the
+    ground appear as 40 ifov_mrad w / h. Nearer objects appear larger."""
     contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False), Rising] = (3.0, 10.0)
-    """Least and greatest magnitude of temperature minus the ground's mean, K."""
+    """[least, greatest] magnitude of the difference from the ground's mean temperature, K."""
     cold: Fraction = 0.2
-    """Share that is colder than the ground."""
+    """Share of the objects that is colder than the ground."""
 
     @property
     def deep(self) -> float:

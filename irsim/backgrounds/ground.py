@@ -28,7 +28,7 @@ from irsim.backgrounds.texture import DriftingTextures, PeriodicTexture, Texture
 from irsim.config.base import Switches
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread
 from irsim.geometry.context import SceneContext
-from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
+from irsim.geometry.random_fields import Betas, Histogram, spectral, with_histogram
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
@@ -80,10 +80,10 @@ class Ground(Background):
     histogram: Histogram = ()
     """Temperatures at evenly spaced quantiles of the ground, least to greatest, in any unit; Gaussian if empty."""
     height_m: Height | None = None
-    """Height of the camera above the ground, m. The ground is then in perspective and passes by a moving camera, and
-    sizes in mrad hold where the first pointing meets it. Without it the ground is far away, of one scale, and fixed."""
+    """Height of the camera above the ground, m. The ground is then a plane in perspective with parallax, and sizes in
+    mrad hold where the first pointing meets it. Default: infinitely far ground of uniform scale."""
     hour: Hour = "any"
-    """day or night: default temperatures are typical of it."""
+    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
     fields: Fields | None = None
     roads: Roads | None = None
     water: Water | None = None
@@ -147,7 +147,7 @@ class Ground(Background):
             return np.zeros(shape, np.float32)
         size_px = self.correlation_mrad * 1e-3 / geometry.ifov_rad
         field = spectral(shape, self.beta, self.betas, size_px, self.stretch, context.seed, "ground")
-        return shaped(field, self.histogram)
+        return with_histogram(field, self.histogram)
 
     def _covers(self, context: SceneContext) -> list[tuple[str, Floats, Floats]]:
         """Return name, cover and temperature minus the ground's of all ground cover, the lowest first."""

@@ -53,10 +53,11 @@ TEMPERATURES: dict[str, dict[str, float]] = {
         "walls": 287.0,
     },
 }
-"""K: ground, trees and walls are absolute; spreads are of the ground and between fields; roads and water are relative
-to the ground. Those without an hour are choices. The others are round figures for a clear summer day and night at mid
-latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay near the air temperature
-(Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). So water is coldest by day and warm by night."""
+"""Temperatures by hour, K. Ground, trees and walls are absolute; spreads are of the ground and between fields; roads
+and water are relative to the ground. Those without an hour are choices. The others are round figures for a clear summer
+day and night at mid latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay
+near the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). Water is therefore coldest by
+day and warm by night."""
 
 Shape = tuple[int, int]
 """Rows and columns."""
@@ -69,7 +70,7 @@ COVER_KEYS = ("fields", "water", "roads", "clutter")
 
 
 def by_hour(given: Mapping[str, Any], keys: Mapping[str, str]) -> dict[str, Any]:
-    """Return a part's keys with missing ones from its `hour`; `keys`: key of the part -> key of the table."""
+    """Return the keys of a part, missing temperatures by its `hour`; `keys`: key of the part -> key of the table."""
     hour = given.get("hour")
     table = TEMPERATURES.get(hour, {}) if isinstance(hour, str) else {}
     return {**{key: table[name] for key, name in keys.items() if name in table}, **given}
@@ -100,7 +101,7 @@ class Fields(Part):
     """Temperature of the lanes minus the ground's mean, K."""
 
     def paint(self, shape: Shape, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
-        """Paint by splitting the map down to the given size, then bending it so that edges are not straight."""
+        """Paint: split the map down to the given size, then bend it so that edges are not straight."""
         draw = stream(seed, "fields")
         offsets, lanes = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         half = self.lane_mrad * px_per_mrad / 2
@@ -117,7 +118,7 @@ class Fields(Part):
                 continue
             rows, columns = slice(round(y), round(y + h)), slice(round(x), round(x + w))
             offsets[rows, columns] = draw.standard_normal()
-            if half:  # without lanes, seams through pixels would leave traces
+            if half:  # without lanes, seams inside pixels would be visible
                 along = _inner_share(np.arange(float(columns.start), columns.stop), x, x + w, half)
                 down = _inner_share(np.arange(float(rows.start), rows.stop), y, y + h, half)
                 lanes[rows, columns] = 1 - down[:, None] * along
@@ -156,9 +157,9 @@ class Roads(UniformCover):
     """Winding roads across the image."""
 
     count: Annotated[int, Field(ge=1, le=50)] = 2
-    """Number on a map of 1024 px."""
+    """Number of roads on a map of 1024 px."""
     width_mrad: Annotated[Positive, Plausible(0.05, 300, "mrad", "a track of 2 m is 0.1 mrad wide 20 km away")] = 2.0
-    """Width, mrad."""
+    """Width of a road, mrad."""
     contrast_k: KelvinDifference | None = None
     """Temperature minus the ground's mean, K; by default that of the ground's `hour`, else 6."""
 
@@ -184,9 +185,9 @@ class Water(UniformCover):
     """Ponds and lakes of one temperature."""
 
     share: Annotated[float, Field(gt=0, lt=1)] = 0.1
-    """Share of the ground."""
+    """Share of the ground covered by water."""
     size_mrad: Feature = 80.0
-    """Size of the largest, mrad."""
+    """Size of the largest ponds and lakes, mrad."""
     contrast_k: KelvinDifference | None = None
     """Temperature minus the ground's mean, K; by default that of the ground's `hour`, else -8."""
 

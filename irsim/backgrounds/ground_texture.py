@@ -1,4 +1,5 @@
-"""Textures on level ground in perspective: `GroundTexture` for ground of a known height, `draped` for landscapes."""
+"""Textures on level ground in perspective: `GroundTexture` for ground of a known height, `perspective_texture` for
+landscapes."""
 
 from __future__ import annotations
 
@@ -150,7 +151,7 @@ class GroundTexture:
         return self._octaves[number]
 
 
-def draped(texture: Floats, grid: PanoramaGrid, below: Floats, finer: float, ifov_rad: float) -> Floats:
+def perspective_texture(texture: Floats, grid: PanoramaGrid, below: Floats, finer: float, ifov_rad: float) -> Floats:
     """Return a periodic texture on a landscape's ground, (rows, cols); at the horizon a texel is 1 / `finer` px wide.
 
     below: (rows, cols) px below the horizon. Near ground has texels as long as wide, in perspective. Ground so far that
@@ -164,7 +165,7 @@ def draped(texture: Floats, grid: PanoramaGrid, below: Floats, finer: float, ifo
     return np.asarray(cv2.remap(closed(texture), x, y, cv2.INTER_LINEAR))
 
 
-def draped_cover(inside: Floats, grid: PanoramaGrid, below: Floats, ifov_rad: float) -> Floats:
+def perspective_cover(inside: Floats, grid: PanoramaGrid, below: Floats, ifov_rad: float) -> Floats:
     """Return the cover of each pixel, (rows, cols) 0..1, by an area on a landscape's ground, `below` px below the
     horizon.
 

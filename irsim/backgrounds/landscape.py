@@ -13,7 +13,7 @@ from irsim.backgrounds.air import ground_path
 from irsim.backgrounds.base import FARTHEST, ClearLayer, GroundRadiance, Layer, Names, Surfaces, ViewDirection
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.ground_cover import COVER_KEYS, Fields, Hour, Roads, Water, by_hour, leaves_k, typical
-from irsim.backgrounds.ground_texture import VANISHING_PX, draped, draped_cover
+from irsim.backgrounds.ground_texture import VANISHING_PX, perspective_cover, perspective_texture
 from irsim.backgrounds.layers import masked_clouds
 from irsim.backgrounds.panorama import Cylinder, Panorama, PanoramaGrid
 from irsim.backgrounds.sky import Sky
@@ -69,7 +69,7 @@ class PlaneLayer:
 
 
 class TerrainLayer:
-    """Opaque layer: the clear sky, and the ground before it."""
+    """Opaque layer: the clear sky, and the ground in front of it."""
 
     name = "country"
     range_m = FARTHEST
@@ -113,16 +113,16 @@ class Landscape(Sky):
     hills_mrad: Annotated[NotNegative, Plausible(0, 100, "mrad", "mountains of 3 km, 30 km away, are 100")] = 0.5
     """Standard deviation of the horizon's elevation, mrad."""
     far_woods_mrad: Annotated[NotNegative, Plausible(0, 30, "mrad", "trees of 30 m, 1 km away, are 30")] = 0.0
-    """Mean height of the woods along the horizon, mrad; they are as warm as the first row of `trees`. The default is
-    1.5 with such rows: between their trees a bare horizon would be a straight line."""
+    """Mean height of the woods along the horizon, mrad, at the temperature of the first row of `trees`. Default: 1.5
+    with `trees`, else 0."""
     hour: Hour = "any"
-    """day or night: default temperatures are typical of it."""
+    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
     fields: Fields | None = None
     roads: Roads | None = None
-    """Roads that narrow towards the horizon, where they have their width: a road of w metres, seen from h metres up,
-    has 40 ifov_mrad w / h there."""
+    """Roads that narrow towards the horizon, where `width_mrad` holds: 40 ifov_mrad w / h for w metres seen from h
+    metres above the ground."""
     water: Water | None = None
-    """Ponds and lakes on level ground; their size is that at the horizon, nearer ones are larger."""
+    """Ponds and lakes on level ground; `size_mrad` holds at the horizon, and nearer ones appear larger."""
     clutter: Clutter | None = None
     trees: Several[Trees] = ()
     """Rows of trees."""
@@ -206,12 +206,12 @@ class Landscape(Sky):
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, context.seed)[1]
-            yield "fields", 1.0, draped(painted, grid, below, 1.0, unit) + (kelvin + self.ground_k) / 2
+            yield "fields", 1.0, perspective_texture(painted, grid, below, 1.0, unit) + (kelvin + self.ground_k) / 2
         for name, cover in (("water", self.water), ("roads", self.roads)):
             if cover is not None:
                 inside = cover.inside((TILE, TILE), px_per_mrad, context.seed).astype(np.float32)
                 warmth = self.ground_k + typical(cover.contrast_k, self.hour, name)
-                yield name, draped_cover(inside, grid, below, unit), np.full_like(kelvin, warmth)
+                yield name, perspective_cover(inside, grid, below, unit), np.full_like(kelvin, warmth)
         if self.clutter is not None:
             spots, offset = self.clutter.paint_perspective(below, px_per_mrad, context.seed)
             yield "clutter", spots, self.ground_k + offset
@@ -235,7 +235,9 @@ class Landscape(Sky):
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = FINER ** (1 - np.mean(self.betas) / 2)
-        kelvin = draped(field, grid, below, 1.0, unit) + near * weaker * draped(field, grid, below, FINER, unit)
+        kelvin = perspective_texture(field, grid, below, 1.0, unit) + near * weaker * perspective_texture(
+            field, grid, below, FINER, unit
+        )
         return self.ground_k + self.spread_k * kelvin, cover, below
 
     def _distant_woods(
@@ -243,7 +245,7 @@ class Landscape(Sky):
     ) -> tuple[Floats | float, Floats | float]:
         """Return cover and light at the camera, (rows, cols) each, of woods along the horizon; 0 without them.
 
-        Their range is the one at which trees have their apparent height, but at least that of the rows of trees.
+        They lie at the range at which trees have the given apparent height, and not nearer than the rows of trees.
         """
         if self.far_woods_mrad == 0:
             return 0.0, 0.0

@@ -17,7 +17,7 @@ from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 WIDE = 2048
-"""Least width of a panorama, px. It is mirrored past its ends: seamless, and seldom in view."""
+"""Least width of a panorama, px. It is mirrored past its ends, without a seam."""
 
 VERTICAL_MARGIN = 256
 """Extent of a panorama above and below the first frame, px; its outermost rows extend beyond."""
@@ -67,14 +67,15 @@ class Panorama(PeriodicTexture):
     def on(cls, grid: PanoramaGrid, picture: Floats, psf: PSF) -> Panorama:
         """Return a picture on a grid, blurred by the lens.
 
-        For a PSF with wings rows are added above and below, or the light of the wings would extend for ever.
+        For a PSF with wings rows are added above and below; otherwise the light of the wings would be extended without
+        end.
         """
         wings = 0 if isinstance(psf, GaussianPSF) else psf.support_px
         sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")
         return cls(grid.shape, blurred(sharp, psf), (0.0, 0.0), float(grid.columns[0]), float(grid.rows[0]) - wings)
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
-        """Return the picture's column and row that each pixel sees, (rows, cols) float32 each."""
+        """Return the picture's column and row at each pixel, (rows, cols) float32 each."""
         columns = chart.at_pixels(chart.u - shift_px[0] - self.left)
         rows = chart.at_pixels(chart.v - shift_px[1] - self.top)
         return columns, np.clip(rows, 0, self.padded.shape[0] - 1)
@@ -98,7 +99,7 @@ class ParallaxSurface(Protocol):
         ...
 
     def contains(self, place: Place) -> bool:
-        """Whether a camera place is within the surface."""
+        """Return True if a camera place is within the surface."""
         ...
 
 
@@ -163,7 +164,7 @@ def from_origin(view_direction: ViewDirection, surface: ParallaxSurface) -> View
 
 
 def is_outside(view_direction: ViewDirection, surface: ParallaxSurface) -> bool:
-    """Whether the camera has passed through a surface; then it is not drawn."""
+    """Return True if the camera has passed through a surface, which is then not drawn."""
     places = [view_direction.place] if view_direction.key is None else [view_direction.place, view_direction.key.place]
     return not all(map(surface.contains, places))
 

@@ -35,7 +35,7 @@ MOST_SIGMAS = 3.5
 folded into half of it (`folded`), uniformly distributed, have the sigma of the noise."""
 ENOUGH = 0.1
 """Least share of unclipped pixels that gives the sigma of a frame's noise. Clipped pixels and black bars have no noise
-and are left out; in a frame that is nearly all clipped, the rest shows objects."""
+and are left out; in a nearly clipped frame the other pixels show objects."""
 
 
 class Recorded(Background):
@@ -43,43 +43,44 @@ class Recorded(Background):
 
     Counts are converted to radiance by the recording's own camera curve, if known and of the same band; else linearly
     between black bodies of `range_k`: L = L0 + (L1 - L0) count / full. An object changes a pixel's radiance, and its
-    count by that change. The recorded noise stays: the pixel's deviation from its eight neighbours, up to the size of
-    noise. Small objects and edges deviate more and are covered; texture as weak as noise is not. All other pixels keep
-    their counts bit for bit. The camera needs the recording's size and depth; its detector, noise and motion have no
-    effect on the recorded frames.
+    count by that change. The recorded noise is kept: the deviation of a pixel from its eight neighbours, up to the
+    magnitude of noise. Recorded small objects and edges deviate more, so inserted objects cover them; texture as weak
+    as noise stays. All other pixels keep their counts bit for bit. The camera needs the recording's size and depth; its
+    detector, noise and motion have no effect on the recorded frames.
     """
 
     has_noise: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
     file: FileName
-    """The recording; relative names are resolved beside the scenario, then in the working directory."""
+    """File of the recording; a relative path is searched beside the scenario, then in the working directory."""
     start: Index = 0
-    """Its frame that becomes frame 0."""
+    """Number of the recorded frame that becomes frame 0."""
     past_end: Literal["loop", "hold"] = "loop"
-    """After its last frame: loop to the first, or hold the last."""
+    """Frames after the last recorded one: loop to the first, or hold the last."""
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] | None = None
-    """Black bodies of count 0 and full scale, K; by default the recording's own scale, or 220 to 400 without one."""
+    """[low, high] temperatures of black bodies at count 0 and full scale, K. Default: the recording's own scale, or 220
+    to 400 without one."""
     digest: str = ""
-    """Digest of the recording's bytes; filled in, or compared if given: a changed recording is another scene."""
+    """Digest of the recording, filled in automatically; a given digest must match the file."""
 
     @model_validator(mode="before")
     @classmethod
-    def _look_inside(cls, data: Any) -> Any:
+    def _add_digest(cls, data: Any) -> Any:
         return with_digest(data, lambda file: _digest(_opened(file)))
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys with the recording's scale. The digest is no default: it is written in short texts too."""
+        """Return the keys with the recording's scale. The digest is not among them: short texts contain it too."""
         if "range_k" in given or not isinstance(given.get("file"), str):
             return given
         try:
             return {**given, "range_k": _opened(given["file"]).header.range_k}
-        except (InputError, OSError):  # reported by `_look_inside`
+        except (InputError, OSError):  # reported by `_add_digest`
             return given
 
     @model_validator(mode="after")
-    def _start_is_there(self) -> Recorded:
+    def _start_exists(self) -> Recorded:
         frames = len(self.recording)
         if self.start >= frames:
             raise _wrong("start", f"{self.file} has no frame {self.start}; allowed: 0 to {frames - 1}")
@@ -103,7 +104,7 @@ class Recorded(Background):
 
     @property
     def recording(self) -> Recording:
-        """The recording, opened. InputError if it has changed since the scene was read."""
+        """Opened recording. Raises InputError if the file changed since the scenario was read."""
         found = _opened(self.file)
         check_unchanged(self.file, self.digest, _digest(found))
         return found
@@ -175,8 +176,7 @@ class Footage:
     def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
         """Return the counts of frame `index` with objects, before rounding and clipping: see `RecordedLayer`.
 
-        The covered share of each pixel loses the recorded noise, which arises in the camera; it is added back, or
-        objects would be holes in the noise.
+        The noise arises in the camera, so the recorded noise of the covered share of each pixel is added to the object.
         """
         counts = self.counts(index)
         added = self._scale.rise(self._light(counts), light)
@@ -201,8 +201,8 @@ def recorded_noise(counts: Image, full: int) -> Floats:
 def folded(deviation: Floats, most: float) -> Floats:
     """Return values up to +-`most` unchanged, and larger ones folded to and fro between +-`most` / 2.
 
-    The function is continuous and nowhere flat. So a bright pixel keeps its noise about another value, possibly with
-    the opposite sign. Clipped at `most` it would lose its noise; replaced by other noise it would blink near `most`.
+    The function is continuous and nowhere flat. A bright pixel thus keeps its noise about another value, possibly with
+    the opposite sign. Clipping at `most` would remove the noise; a replacement would blink near `most`.
     """
     off = np.abs(deviation)
     back = most - np.abs(off - most)

@@ -37,11 +37,13 @@ OCTAVES = 12
 """Octaves with equal shares of the slope variance: from tens of metres to centimetres."""
 
 LEAST_WIND = 1.0
-"""m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J. Marine Research 13 (1954) 198, abstract). Below,
-the slope variance falls linearly to 0: the constant of their fit, 0.003, was never measured in a calm."""
+"""Least wind of the fit, m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J. Marine Research 13 (1954) 198,
+abstract). Below, the slope variance falls linearly to 0: the constant of their fit, 0.003, was never measured in a
+calm."""
 
 SHORTEST_M = 1e-3
-"""Least longest wave that is drawn, m; below, in winds under 0.035 m/s, waves are roughness to any camera."""
+"""Least length of the longest wave for waves to be drawn, m; below it, at winds under 0.035 m/s, waves are
+roughness."""
 
 LEAST_VARIANCE = 1e-5
 """Least slope variance for the glint: the sun's angular radius is 0.27 degrees."""
@@ -72,9 +74,9 @@ def slope_variance(wind_m_s: float) -> float:
 def visible_facets(mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
     """Return the mean grazing angle of the visible facets, rad, and the share of the variance that they have.
 
-    mean, variance: of the Gaussian distribution of grazing angles g of all facets, rad. A facet is visible in
-    proportion to its projected area, so to g > 0 (Saunders, J. Geophysical Research 72 (1967) 4643; Ross, Dion and
-    Potvin, J. Optical Society of America A 22 (2005) 2442). The mean E[g^2] / E[g] is within 12 % for means above
+    mean, variance: of the Gaussian distribution of grazing angles g of all facets, rad. The visibility of a facet is
+    proportional to its projected area, so to g if g > 0 (Saunders, J. Geophysical Research 72 (1967) 4643; Ross, Dion
+    and Potvin, J. Optical Society of America A 22 (2005) 2442). The mean E[g^2] / E[g] is within 12 % for means above
     -sigma, the share within 0.06 for means above 0; for mean 0 they are sqrt(pi / 2) sigma and 0.43.
     """
     seen = (mean + np.sqrt(mean * mean + 2 * np.pi * variance)) / 2
@@ -103,15 +105,15 @@ class Sea(Sky):
     water_k: Kelvin = 288.0
     """Temperature of the water, K."""
     wind_m_s: Annotated[float, Field(ge=0, le=25)] = 6.0
-    """Wind, m/s: it sets the slopes of the waves and the length of the longest."""
+    """Wind, m/s; sets the slopes of the waves and the length of the longest."""
     wind_deg: Degrees = 200.0
     """Direction in which the waves run: clockwise from straight ahead of the camera, degrees."""
     gusts: Fraction = 0.1
-    """Standard deviation of the slopes in space and time, as a share of their mean: 0.1 is a wind that is a fifth
-    stronger or weaker."""
+    """Standard deviation of the slopes in space and time, as a share of their mean; 0.1 corresponds to a fifth of the
+    wind."""
     sun_deg: SunPlace | None = None
-    """[azimuth right of the first pointing, elevation] of the sun that glints, degrees; by default there is none. The
-    scenario's atmosphere attenuates its light down to the water and on to the camera."""
+    """[azimuth right of the first pointing, elevation] of the sun, degrees. Default: no sun glint. The atmosphere
+    attenuates sunlight on its way to the water and to the camera."""
 
     switches: ClassVar[Switches] = {"waves": ("wind_m_s", 0.0), "gusts": ("gusts", 0.0), "sun": ("sun_deg", None)}
     surface: ClassVar[str] = "sea"
@@ -217,7 +219,7 @@ class SeaSurface:
     def _reflected_excess(self, grazing: Floats, down: Floats) -> Floats:
         """Return the radiance of facets minus the water's, at a grazing angle and `down` below the horizon.
 
-        Facets that mirror other water show the second reflection, taken as the sky at the horizon.
+        Facets that mirror other water show a second reflection, approximated by the sky at the horizon.
         """
         return _from_table(self._reflectance, grazing) * _from_table(
             self._sky_excess, np.maximum(2 * grazing - down, 0)

@@ -1,4 +1,4 @@
-"""Sky: a clear-sky gradient with elevation, and cloud layers before it."""
+"""Sky: a clear-sky gradient with elevation, and cloud layers in front of it."""
 
 from __future__ import annotations
 

@@ -22,10 +22,10 @@ from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Mean distance, m; the lower limit bounds the number of objects."""
-Feet = Callable[[Floats], Floats]
-"""Columns of the map (n,) -> rows of the map at which objects stand there."""
+FootRows = Callable[[Floats], Floats]
+"""Columns of the map (n,) -> rows of the feet of objects in those columns."""
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
-"""From a shed to the highest of towers (Burj Khalifa: 828 m)."""
+"""Size of a building, m: from a shed to the highest tower (Burj Khalifa, 828 m)."""
 
 FINE = 2
 """Supersampling of outlines: they are drawn on a finer grid, then averaged."""
@@ -41,15 +41,16 @@ RELIEF_M = 80.0
 RELIEF_BETA = 3.5
 """Slope of their spectrum: that of the hills at the horizon."""
 MOST_RELIEF = 4.0
-"""Limit of the relief that is allowed for, in `relief_m`."""
+"""Largest relief, in units of `relief_m`."""
 STAGGERED = 0.35
-"""Variation of the height from one object to the next, as a share of `relief_m`: by unequal distances."""
+"""Variation of the height from one object to the next, as a share of `relief_m`: their distances are unequal."""
 
 FLOOR_M, WINDOW_M = 3.0, 2.8
 """Distances between floors and between windows, m."""
 
 WINDOW_SHARES = (0.3, 1.3)
-"""Least and greatest temperature of a window, in `windows_k`: rooms are heated or aired at different times. By eye."""
+"""Least and greatest temperature of a window, in `windows_k`: rooms are heated or aired at different times. Chosen by
+eye."""
 
 
 class Canvas:
@@ -110,18 +111,18 @@ class Structure(Part):
     """Row of objects on the ground, all around the camera's first place."""
 
     id: Name
-    """Its name for --without, and in truth as an occluder."""
+    """Name for --without, and as an occluder in the ground truth."""
     range_m: Range = 800.0
     """Range, m; targets farther away are behind it."""
     relief_m: Annotated[NotNegative, Plausible(0, 50, "m", "500 m along a slope of 1 in 10 are 50 m")] = 0.0
-    """Standard deviation of the ground's height below it, m: feet rise and fall along the row, and by a third as much
-    from one to the next. At 0 they stand on one straight line."""
+    """Standard deviation of the ground's height along the row, m; adjacent feet differ by about a third as much. At 0
+    all feet stand on one straight line."""
 
     def base(self, grid: PanoramaGrid, height_m: float, ifov_rad: float) -> float:
         """Return the map row of its feet on level ground, seen from `height_m` above it."""
         return float(grid.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
-    def feet(self, grid: PanoramaGrid, base: float, context: SceneContext, kind: str) -> Feet:
+    def feet(self, grid: PanoramaGrid, base: float, context: SceneContext, kind: str) -> FootRows:
         """Return the rows of feet of a kind of object by column; `base` is the row on level ground."""
         if self.relief_m == 0:
             return lambda columns: np.full(len(columns), base)
@@ -155,19 +156,19 @@ class Buildings(Structure):
     }
 
     id: Name = "buildings"
-    """Its name for --without, and in truth as an occluder."""
+    """Name for --without, and as an occluder in the ground truth."""
     spacing_m: Spacing = 60.0
     """Mean distance between two buildings, m."""
     width_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (10.0, 30.0)
-    """Least and greatest width, m."""
+    """[least, greatest] width, m."""
     height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
-    """Least and greatest height of the walls, m."""
+    """[least, greatest] height of the walls, m."""
     temperature_k: Kelvin | None = None
     """Mean temperature of the walls, K; by default that of the `hour`, else 290."""
     spread_k: KelvinSpread = 2.0
-    """Standard deviation from building to building, K."""
+    """Standard deviation of temperature between buildings, K."""
     windows_k: KelvinDifference = 3.0
-    """Temperature of the windows minus the wall's, K; each window has 0.3 to 1.3 of it."""
+    """Temperature of the windows minus the wall's, K; single windows have 0.3 to 1.3 times this difference."""
     roof_k: KelvinDifference = -4.0
     """Temperature of the roof minus the wall's, K."""
 
@@ -193,7 +194,7 @@ class Buildings(Structure):
         return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, context)
 
     def windows(self, context: SceneContext) -> float:
-        """Return about the number of windows, which take nearly all the drawing time."""
+        """Return the approximate number of windows, which take nearly all the drawing time."""
         px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
         count = len(PanoramaGrid.of(context.geometry).columns) / max(self.spacing_m * px_per_m, NEAREST_PX)
         across, up = (float(np.mean(ends)) for ends in (self.width_m, self.height_m))

@@ -27,7 +27,7 @@ ROOM = 64
 """Repetition of a texture beyond a frame's size, px: key frames are larger."""
 
 SQUARE = 2048
-"""Greatest side of a texture that is square whatever the frame, px."""
+"""Largest side, px, up to which a texture is square for any frame."""
 
 BLOCK = 8
 """Frames that share a key frame; a worker of `--jobs` renders whole blocks."""
@@ -51,7 +51,7 @@ CUBIC_REACH = 2
 """Half width of cubic interpolation, px."""
 
 Move = tuple[float, float]
-"""px to the right and down."""
+"""Displacement (right, down), px."""
 
 
 def closed(texture: Floats) -> Floats:
@@ -175,7 +175,7 @@ class PeriodicTexture:
     """Periods, px, down and across."""
     padded: Floats
     phase: tuple[float, float]
-    """Texel coordinates of the map's (0, 0): a camera at rest sees texels without interpolation."""
+    """Texel coordinates of the map's (0, 0): a camera at rest needs no interpolation."""
 
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> PeriodicTexture:
@@ -188,7 +188,7 @@ class PeriodicTexture:
         return cls((high, wide), soft, phase)
 
     def places(self, chart: Chart, shift_px: Move) -> tuple[Floats, Floats]:
-        """Return the texture's column and row that each pixel sees, (rows, cols) float32 each."""
+        """Return the texture's column and row at each pixel, (rows, cols) float32 each."""
         u, v = chart.u - shift_px[0] + self.phase[0], chart.v - shift_px[1] + self.phase[1]
         # Whole periods are removed before float32, whose steps grow with distance. The frame's edge lies slightly
         # past the outermost nodes and may still be left of 0.

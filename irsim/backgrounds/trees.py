@@ -20,7 +20,7 @@ from irsim.rng import stream
 from irsim.types import Floats
 
 CROWDED = 1.4
-"""Greatest width of crowns, about, in distances between trees: crowns in a wood are narrow."""
+"""Approximate largest width of crowns, in distances between trees: crowns in a wood are narrow."""
 SLIMMEST = 0.42
 """Least width of a broadleaf crown, as a share of the tree's height."""
 
@@ -31,7 +31,7 @@ TYPICAL_MRAD = 1.5
 STRETCH = 40.0
 """Length of woods and of gaps between them, in mean heights."""
 CROWN = 2.0
-"""Length of their crowns, in mean heights."""
+"""Length of crowns of distant woods, in mean heights."""
 VARIATION = 0.8
 """Standard deviation of the height of woods along the horizon, as a share of the mean."""
 HEDGE = 0.4
@@ -41,7 +41,7 @@ RAGGED = 0.35
 TALLEST = 2.5
 """Limit of the height of woods, in mean heights, approached as a hyperbolic tangent."""
 DEPTH = 0.6
-"""Extent of their lower edge over the ground, as a share of their height."""
+"""Extent of the lower edge of distant woods over the ground, as a share of their height."""
 
 
 class Trees(Structure):
@@ -54,7 +54,7 @@ class Trees(Structure):
     }
 
     id: Name = "trees"
-    """Its name for --without, and in truth as an occluder."""
+    """Name for --without, and as an occluder in the ground truth."""
     height_m: Annotated[Metres, Plausible(0.2, 120, "m", "the tallest tree has 116")] = 14.0
     """Mean height, m; single trees differ by a quarter."""
     spacing_m: Spacing = 6.0
@@ -64,11 +64,11 @@ class Trees(Structure):
     conifers: Fraction = 0.25
     """Share of the trees that are conifers."""
     undergrowth: Fraction = 0.25
-    """Height of the bushes between them, as a share of the trees'."""
+    """Height of the bushes between the trees, as a share of the height of the trees; 0: none."""
     temperature_k: Kelvin | None = None
     """Mean temperature, K; by default that of the `hour`, else 288."""
     spread_k: KelvinSpread = 1.5
-    """Standard deviation of temperature, K: half of the variance from tree to tree."""
+    """Standard deviation of temperature, K; half of the variance is between trees."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.2
     """Slope of the spectrum within the crowns (real bare trees: 2.2)."""
 
@@ -145,7 +145,7 @@ class Trees(Structure):
         """
         coarser = int(np.ceil(max(size) * FINE / LARGEST))
         crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, draw)
-        hides, warmth = foliage.grown(crown, draw)
+        hides, warmth = foliage.leaves_of(crown, draw)
         canvas.stamp(foot, crown.middle, hides, kelvin + 0.7 * self.spread_k * warmth, coarser)
 
 

@@ -12,7 +12,8 @@ from irsim.rng import normals, stream
 from irsim.types import Floats
 
 GRAVITY = 9.81
-"""m/s2, rounded: the `STANDARD_GRAVITY` of trajectories, 0.03 % less, would change the waves of each seed."""
+"""Acceleration of gravity, m/s2, rounded; the `STANDARD_GRAVITY` of trajectories would change the waves of each
+seed."""
 
 TILE, PER_WAVE = 512, 16
 """Side of a wave texture, texels, and texels per wavelength at the middle of the octave."""
@@ -44,7 +45,7 @@ def directional_rms_rad(number: int) -> float:
 
 def train_rms_rad(number: int) -> float:
     """Return the standard deviation of directions in each of the two trains, truncated at 90 degrees, as all waves of a
-    train run forward. So octaves from the fourth on have 46 to 50 degrees together, and no more."""
+    train run forward. Both trains together thus have at most 46 to 50 degrees, reached from the fourth octave on."""
     return math.sqrt(directional_rms_rad(number) ** 2 - TRAIN_RAD**2)
 
 
@@ -57,7 +58,7 @@ def slope_components(number: int) -> tuple[float, float]:
 
 
 class WaveOctave:
-    """Octave of waves: two trains with groups of their own."""
+    """Octave of waves: two trains, each with its own groups."""
 
     def __init__(self, wind_m_s: float, wind_deg: float, number: int, seed: int) -> None:
         self.length_m = longest_wave(wind_m_s) / 2**number

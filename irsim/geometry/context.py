@@ -17,11 +17,11 @@ from irsim.types import Band, Floats
 class SceneObjects(Protocol):
     """Access to the other objects of a scene, for parts that follow, cross, hide or point at them."""
 
-    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
+    def target_positions(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions (n, 3) m of target `name` at frame numbers (n,), in the first camera frame."""
         ...
 
-    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
+    def camera_positions(self, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions (n, 3) m of the camera at frame numbers (n,), in the first camera frame."""
         ...
 
@@ -30,8 +30,8 @@ class SceneObjects(Protocol):
         ...
 
 
-NOTHING = Atmosphere()
-"""Atmosphere without any effect."""
+CLEAR_AIR = Atmosphere()
+"""Atmosphere without attenuation and path radiance."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class SceneContext:
     geometry  of the first camera frame
     rate_hz   frame rate
     band      spectral band
-    psf_px    sigma of the optical blur, px; for another PSF that of the Gaussian of about its width (see `psf`)
-    cast      the other objects of the scene, None if there are none
+    psf_px    sigma of the optical blur, px; for another PSF the sigma of a Gaussian of about its width (see `psf`)
+    objects   the other objects of the scene, None if there are none
     air       atmosphere between camera and objects
-    lens      point spread function if it is no Gaussian
+    lens      point spread function if it is not Gaussian
     ambient   radiance of the surroundings, W/m2/sr, unless the atmosphere defines it
     leaves_k  temperature of leaves at the background's hour, K; None if the background defines no hour
     """
@@ -55,8 +55,8 @@ class SceneContext:
     rate_hz: float
     band: Band
     psf_px: float
-    cast: SceneObjects | None = field(default=None, compare=False, repr=False)
-    air: Atmosphere = NOTHING
+    objects: SceneObjects | None = field(default=None, compare=False, repr=False)
+    air: Atmosphere = CLEAR_AIR
     lens: PSF | None = None
     ambient: float = 0.0
     leaves_k: float | None = None

@@ -40,18 +40,18 @@ class CameraPose:
         return self.context if self.lens is self.context.geometry else self.context.zoomed(self.lens)
 
     @cached_property
-    def carried(self) -> bool:
+    def has_moved(self) -> bool:
         """True if the camera has left its first position."""
         return any(self.place.tolist())
 
     @cached_property
     def climbed_m(self) -> float:
         """Height of the camera above its first position, m."""
-        return -float(self.place @ self.context.geometry.down) if self.carried else 0.0
+        return -float(self.place @ self.context.geometry.down) if self.has_moved else 0.0
 
     def distance_m(self, first: Box, range_m: float) -> float:
         """Return the distance, m, from the camera to the middle of a box seen by the first camera at `range_m`."""
-        if not self.carried:
+        if not self.has_moved:
             return range_m
         middle = self.context.geometry.place(np.array([first.cx, first.cy]), range_m)
         return float(np.linalg.norm(middle - self.place))
@@ -59,6 +59,6 @@ class CameraPose:
     def pixels(self, first: Floats, range_m: float) -> Floats:
         """Return (..., 2) px in this frame of points that the first camera sees at px `first` (..., 2), `range_m`."""
         points = self.context.geometry.directions(first)
-        if self.carried:
+        if self.has_moved:
             points = points * range_m - self.place
         return self.lens.project(points @ np.asarray(self.rotation).T)

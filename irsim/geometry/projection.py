@@ -19,12 +19,12 @@ import numpy as np
 from irsim.types import Floats
 
 SINGLE_THREADED = 2**18
-"""Multiplications of one matrix product up to which OpenBLAS, numpy's library, stays on one thread
-(SMP_THRESHOLD_MIN times GEMM_MULTITHREAD_THRESHOLD in its interface/gemm.c). Where several processes share the cores,
-its threads wait milliseconds for each other."""
+"""Multiplications of one matrix product up to which OpenBLAS, numpy's library, stays on one thread (SMP_THRESHOLD_MIN
+times GEMM_MULTITHREAD_THRESHOLD in its interface/gemm.c). If several processes share the cores, threads of OpenBLAS
+wait milliseconds for each other."""
 
 MIN_ROWS = 8
-"""Least rows of a block: smaller blocks cost more than the threads."""
+"""Least number of rows of a block: smaller blocks take longer than the threads."""
 
 
 def blocked_matmul(left: Floats, right: Floats) -> Floats:
@@ -59,7 +59,7 @@ def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Flo
 
 @lru_cache(maxsize=16)
 def _lifted(elevation: float) -> Floats:
-    """Return the rotation of the first pointing, cached since every frame needs it."""
+    """Return the rotation of the first pointing; cached for all frames."""
     rotation = gimbal(0.0, elevation, 0.0)
     rotation.setflags(write=False)
     return rotation

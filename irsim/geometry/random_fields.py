@@ -24,7 +24,7 @@ Betas = Annotated[tuple[Slope, Slope], Field(strict=False)]
 
 def _rises(values: tuple[float, ...]) -> tuple[float, ...]:
     if values and (len(values) < 2 or values[0] == values[-1] or any(b < a for a, b in pairwise(values))):
-        raise PydanticCustomError("histogram", "expected values that rise; allowed: two or more, least to greatest")
+        raise PydanticCustomError("histogram", "the values do not rise; allowed: two or more, least to greatest")
     return values
 
 
@@ -93,11 +93,11 @@ def profile(length: int, beta: float, correlation_px: float, seed: int, *address
     return np.asarray(line / line.std())
 
 
-def shaped(field: Floats, histogram: tuple[float, ...]) -> Floats:
+def with_histogram(field: Floats, histogram: tuple[float, ...]) -> Floats:
     """Return a Gaussian field (mean 0, variance 1) mapped to another histogram, again of mean 0 and variance 1.
 
-    histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) has few values
-               that stand out; empty returns the field unchanged
+    histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) has few large values;
+               empty returns the field unchanged
 
     Each value is replaced by that of equal rank, which changes the spectrum little.
     """

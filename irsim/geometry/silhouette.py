@@ -24,8 +24,8 @@ Ints = npt.NDArray[np.int64]
 FINENESS = ((16.0, 4), (100.0, 2), (math.inf, 1))
 """(largest side, px; cells a pixel on each axis) of the fine grid. With two cells a pixel alpha is within 0.0012 of the
 exact convolution at a blur of 0.6 px, and within 0.006 at 0.3 px. Small objects have twice as many: their light follows
-a shift smoothly enough for derivatives. Large objects are drawn on the pixels themselves, which bounds the cost: within
-0.015 and 0.046."""
+a shift smoothly enough for derivatives. Large objects are drawn on the pixels themselves, which bounds the cost; alpha
+is then within 0.015 and 0.046."""
 
 
 class LayeredPolygons(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 from irsim.types import Box, Floats, Slices
 
 AREA_ROUNDING = 1e-9
-"""Share of a sprite's area that rounding in sums of its pixels does not exceed."""
+"""Bound of the rounding error of a sum over a sprite's pixels, as a share of its area."""
 
 FULL_PATCH = slice(None), slice(None)
 """Slices of a whole patch."""
@@ -19,9 +19,9 @@ FULL_PATCH = slice(None), slice(None)
 
 @dataclass(frozen=True)
 class RequestedContrast:
-    """Contrast against the background that a target requests: exactly one of contrast_k, K, and scr is set.
+    """Requested contrast of a target against its background: exactly one of contrast_k, K, and scr is set.
 
-    gain  factor applied to the resulting difference to the background
+    gain  factor on the resulting difference from the background
     """
 
     contrast_k: float | None = None
@@ -55,8 +55,8 @@ class Sprite(NamedTuple):
     box        bounding box of the geometry, px
     range_m    distance from the camera, m
     area       px2 covered by the whole object, inside and outside the patch
-    requested  contrast that the object requests against its background
-    contrast   factor of the difference to the background
+    requested  requested contrast against the background
+    contrast   factor on the difference from the background
     samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
                all other fields belong to the middle of the exposure
 
@@ -79,7 +79,8 @@ class Sprite(NamedTuple):
 
     @property
     def whole(self) -> bool:
-        """True if the patch holds the whole object; bodies are drawn only as far as they can reach the frame."""
+        """True if the patch holds the whole object; parts of bodies whose light cannot reach the frame are not
+        drawn."""
         if self.samples is not None:
             return self.samples.whole
         (left, top, right, bottom), (rows, columns) = self.box.edges, self.cover.shape

@@ -42,7 +42,7 @@ FORKS = 7
 """Number of forks of a broadleaf tree's wood."""
 
 REACH = 0.8
-"""Boughs end within an ellipse of this share of the crown's width and height."""
+"""Size of the ellipse in which boughs end, as a share of the crown's width and height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,19 +144,19 @@ def _grid(high: float, wide: float, step: int = 1) -> tuple[Floats, Floats, floa
 
 
 class Foliage:
-    """Clumps of leaves at several scales, shared by a row of trees; each crown shows another part of the field."""
+    """Clumps of leaves at several scales, shared by a row of trees; each crown uses a different part of the field."""
 
     def __init__(self, size_px: float, leaves: float, seed: int, name: str) -> None:
         self._leaves = leaves
         self._clumps = power_law((LARGEST, LARGEST), 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
         self._bulge = RAGGED * MOST * np.tanh(self._clumps / MOST)
-        step = min(max(round(size_px / 40), 1), LARGEST // 4)  # a whole field would shift it onto itself
+        step = min(max(round(size_px / 40), 1), LARGEST // 4)  # a shift by a whole period would have no effect
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
         self._relief = (after - before) / (after - before).std()  # slopes that rise right and down face the light
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
         self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # normal distribution within 0.01
 
-    def grown(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
+    def leaves_of(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
         """Return (rows, cols) each: the opaque leaves of a crown, bool, and their warmth, about -1 to 1."""
         begins = draw.integers(LARGEST), draw.integers(LARGEST)
         part = np.ix_(

@@ -42,10 +42,10 @@ def beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 def long_paths(scenario: Scenario) -> Iterator[Notice]:
     """For each target that goes beyond the atmosphere's fit, the first reason why."""
     context = scenario.context
-    if context.air.preset == "none" or context.cast is None:
+    if context.air.preset == "none" or context.objects is None:
         return
     frames = watched(scenario.frames)
-    places = context.cast.standpoints(frames, context)
+    places = context.objects.camera_positions(frames, context)
     climbs = -places @ context.geometry.down
     for index, target in enumerate(scenario.targets):
         pose = target.path.positions(frames, context, target.id) - places

@@ -61,11 +61,11 @@ def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 def stays_behind(scenario: Scenario) -> Iterator[Notice]:
     """Ground that is infinitely far off under a camera that is carried."""
-    context, background, cast = scenario.context, scenario.background, scenario.context.cast
-    if not background.endless or background.surface_m is not None or cast is None:
+    context, background, objects = scenario.context, scenario.background, scenario.context.objects
+    if not background.endless or background.surface_m is not None or objects is None:
         return
     frames = watched(scenario.frames)
-    places = cast.standpoints(frames, context)
+    places = objects.camera_positions(frames, context)
     carried_m = float(np.linalg.norm(places, axis=1).max())
     if carried_m == 0:
         return
@@ -83,12 +83,12 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
 def left_behind(scenario: Scenario) -> Iterator[Notice]:
     """Clouds and rows of trees or buildings that a camera goes through, or half as far: they are around its first
     place, painted as it is seen from there, and not drawn from without."""
-    context, cast, shells = scenario.context, scenario.context.cast, list(scenario.background.parallax_surfaces())
-    if not shells or cast is None:
+    context, objects, shells = scenario.context, scenario.context.objects, list(scenario.background.parallax_surfaces())
+    if not shells or objects is None:
         return
     frames = watched(scenario.frames)
     level = context.geometry.world_rotation(np.zeros(3))
-    places = (cast.standpoints(frames, context) @ level).tolist()
+    places = (objects.camera_positions(frames, context) @ level).tolist()
     for name, at, shell in shells:
         for share, what in ((1.0, GONE), (FAR_ACROSS, ASLANT)):
             beyond = [not shell.contains((x / share, y / share, z / share)) for x, y, z in places]

@@ -25,8 +25,8 @@ def horizon_km(height_m: Floats) -> Floats:
 
 def beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Targets whose middle would be below the horizon, where the background says how high the camera is."""
-    context, cast, level = scenario.context, scenario.context.cast, scenario.background.surface_m
-    if level is None or cast is None:
+    context, objects, level = scenario.context, scenario.context.objects, scenario.background.surface_m
+    if level is None or objects is None:
         return
     looked = watched(scenario.frames, LOOKED)
     down = context.geometry.down
@@ -34,7 +34,7 @@ def beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
         frames = existing(target, looked)
         if not len(frames):
             continue
-        camera, places = cast.standpoints(frames, context), target.path.positions(frames, context, target.id)
+        camera, places = objects.camera_positions(frames, context), target.path.positions(frames, context, target.id)
         eye_m, middle_m = np.maximum(level - camera @ down, 0.0), np.maximum(level - places @ down, 0.0)
         range_km = np.linalg.norm(places - camera, axis=1) * 1e-3
         seen_km = horizon_km(eye_m) + horizon_km(middle_m)

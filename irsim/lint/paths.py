@@ -24,14 +24,14 @@ LASTS_S = 0.25
 
 def through_camera(scenario: Scenario) -> Iterator[Notice]:
     """Targets that go through the camera's place, behind which they are not seen any more."""
-    context, cast = scenario.context, scenario.context.cast
+    context, objects = scenario.context, scenario.context.objects
     looked = watched(scenario.frames, LOOKED)
     apart = np.diff(looked).max(initial=1)
     for index, target in enumerate(scenario.targets):
         frames = existing(target, looked)
-        if len(frames) < 2 or cast is None:
+        if len(frames) < 2 or objects is None:
             continue
-        places = target.path.positions(frames, context, target.id) - cast.standpoints(frames, context)
+        places = target.path.positions(frames, context, target.id) - objects.camera_positions(frames, context)
         steps = np.diff(places, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
         share = -np.sum(places[:-1] * steps, axis=1) / lengths  # of each step, where it comes nearest

@@ -1,8 +1,8 @@
 """Attitude of a body along its path: Euler angles, and one law for each class of target.
 
-Body axes: x forward, y right, z down. Angles are yaw, pitch, roll in that order (z-y'-x'', as
-aircraft count them: ISO 1151-1), against a level body that flies away along the first camera's
-axis: yaw turns the nose right, pitch lifts it, roll lowers the right wing.
+Body axes: x forward, y right, z down. Angles are yaw, pitch, roll in that order (z-y'-x'', ISO 1151-1), relative to a
+level body that flies away along the first camera's axis: yaw turns the nose right, pitch lifts it, roll lowers the
+right wing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from irsim.motion.base import Path
 from irsim.types import Floats
 
 STANDARD_GRAVITY = 9.80665
-"""m/s2, CGPM 1901."""
+"""Standard acceleration of gravity, m/s2 (CGPM 1901)."""
 
 AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """Body to camera vectors of a level body that flies away: x to z, y to x, z to y."""
@@ -91,7 +91,7 @@ class Posture(ABC):
     """Law that gives the attitude of a body from its path alone. A frame has the same attitude in every call."""
 
     @abstractmethod
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
         """Return (n, 3, 3) rotations from body to first camera frame at frame numbers (n,), fractional or not."""
 
 
@@ -106,7 +106,7 @@ TURNING_M_S = 0.5
 """Speed above which heading and pitch follow the velocity at the full rate, m/s. Below it the rate falls with the
 square of the speed, so a hovering body keeps its heading."""
 STANDING_M_S = 0.01
-"""A body slower than this in frame 0, m/s, faces right of the camera, level."""
+"""Speed, m/s, below which a body in frame 0 is level and faces right of the camera."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ class Upright(Posture):
     turn_deg_s: float = 180.0
     """Largest turn rate, degrees a second. The default is a choice: a person turns about in one second."""
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        whole, before, velocity, acceleration = _moving(way, frames)
-        heading = _headings(before, math.radians(self.turn_deg_s) / way.context.rate_hz)
-        return np.asarray(way.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        whole, before, velocity, acceleration = _moving(bound, frames)
+        heading = _headings(before, math.radians(self.turn_deg_s) / bound.context.rate_hz)
+        return np.asarray(bound.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
         """Return the body's up axis, (n, 3) unit vectors, from (n, 3) m/s and (n, 3) m/s², all as (right, ahead,
@@ -161,25 +161,25 @@ class Rotorcraft(Upright):
 class Pitched(Upright):
     """Body whose nose follows the velocity in heading and, within bounds, in pitch.
 
-    It never inverts: where the velocity passes through the vertical, the heading turns about at its rate.
+    The body never inverts: when the velocity passes through the vertical, the heading turns at its largest rate.
     """
 
     steepest_deg: float
     """Largest pitch up or down, degrees."""
     levels: bool = False
-    """Whether the pitch decreases again for paths steeper than that, to level for a vertical path."""
+    """True if the pitch decreases again for paths steeper than that, to level for a vertical path."""
     bank_deg: float = 0.0
     """Largest bank, degrees. The bank is that of coordinated flight: tan(bank) = lateral acceleration / g."""
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        whole, before, _, acceleration = _moving(way, frames)
-        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, way.context.rate_hz))
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        whole, before, _, acceleration = _moving(bound, frames)
+        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, bound.context.rate_hz))
         level = np.zeros(len(frames))
         right = np.stack([np.cos(yaw), -np.sin(yaw), level], axis=-1)
         upright = np.stack([-np.sin(pitch) * np.sin(yaw), -np.sin(pitch) * np.cos(yaw), np.cos(pitch)], axis=-1)
         most = math.radians(self.bank_deg)
         bank = np.arctan2(np.sum(acceleration * right, axis=1), STANDARD_GRAVITY).clip(-most, most)[:, None]
-        return np.asarray(way.axes @ _held(np.cos(bank) * upright + np.sin(bank) * right, yaw))
+        return np.asarray(bound.axes @ _held(np.cos(bank) * upright + np.sin(bank) * right, yaw))
 
     def _followed(self, velocity: Floats, rate_hz: float) -> tuple[Floats, Floats]:
         """Return heading and pitch (n,), rad, at whole frames from 0, for velocities (n, 3) m/s."""
@@ -192,14 +192,14 @@ class Pitched(Upright):
         return _headings(velocity, most), _followed(wanted, np.linalg.norm(velocity, axis=1), most, 0.0)
 
 
-def _moving(way: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _moving(bound: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the whole frames from 0, the velocities there, and velocities and accelerations at `frames` (n,).
 
-    Metres and seconds, along the axes of the path.
+    Units are m and s, along the axes of the path.
     """
     whole = np.arange(math.ceil(frames.max(initial=0.0)) + 1.0)
     moments, places = np.unique(np.concatenate([whole, frames]), return_inverse=True)
-    velocity, acceleration = way.motion(moments)
+    velocity, acceleration = bound.motion(moments)
     at_whole, asked = places[: len(whole)], places[len(whole) :]
     return whole, velocity[at_whole], velocity[asked], acceleration[asked]
 
@@ -258,15 +258,15 @@ class Arrow(Posture):
 
     banks: bool = False
 
-    def bodies(self, way: BoundPath, frames: Floats) -> Floats:
-        wide = _ROLL_S * way.context.rate_hz
+    def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
+        wide = _ROLL_S * bound.context.rate_hz
         around = np.add.outer([-wide, -_STEP, 0.0, _STEP, wide], frames).ravel()
-        entry, before, here, after, exit = np.split(way.positions(around), 5)
+        entry, before, here, after, exit = np.split(bound.positions(around), 5)
         step = after - before
         length = np.linalg.norm(step, axis=1, keepdims=True)
         nose = np.where(length > 2 * _STEP * _STANDING_M, step, [1.0, 0.0, 0.0])
         nose = nose / np.linalg.norm(nose, axis=1, keepdims=True)
-        right = np.cross(way.context.geometry.down, nose)
+        right = np.cross(bound.context.geometry.down, nose)
         level = np.linalg.norm(right, axis=1, keepdims=True)
         right = np.where(level > 1e-9, right / np.maximum(level, 1e-9), np.cross(nose, [1.0, 0.0, 0.0]))
         body = np.stack([nose, right, np.cross(nose, right)], axis=-1)
@@ -279,16 +279,16 @@ class Arrow(Posture):
 
 ARROW, AEROPLANE, UPRIGHT = Arrow(), Arrow(banks=True), Upright()
 MULTIROTOR = Rotorcraft(speed_m_s=20.0, tilt_deg=35.0, steepest_deg=35.0, turn_deg_s=200.0)
-"""DJI Mavic 2, data sheet: at most 72 km/h, 35 degrees of tilt and 200 degrees a second, in its sport mode. At
-50 km/h that makes 26 degrees; the data sheet's limit in its other mode is 25."""
+"""DJI Mavic 2, data sheet: at most 72 km/h, 35 degrees of tilt and 200 degrees a second, in its sport mode. The model
+tilts by 26 degrees at 50 km/h; the limit of the other mode on the data sheet is 25."""
 HELICOPTER = Rotorcraft(speed_m_s=70.0, tilt_deg=5.0, steepest_deg=60.0, turn_deg_s=60.0)
 """A choice: drag of a twelfth of the weight at a cruise of 136 knots. More bank than 60 degrees is aerobatics
 (14 CFR 91.307)."""
 BIRD = Pitched(steepest_deg=60.0, bank_deg=60.0, turn_deg_s=180.0)
 """Choices: a bird that turns at a bank of 60 degrees carries twice its weight."""
 VEHICLE = Pitched(steepest_deg=31.0, levels=True, turn_deg_s=60.0)
-"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet), roads and their vehicles stay far below; the rate
-is a choice. A steeper path is no path on the ground: it goes up or down the picture at a constant range."""
+"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet); roads are far less steep. The rate is a choice. A
+steeper path does not follow the ground, such as one up or down the picture at a constant range."""
 
 PostureName = Literal["arrow", "aeroplane", "bird", "multirotor", "helicopter", "vehicle", "upright"]
 POSTURES: dict[PostureName, Posture] = {

@@ -67,15 +67,15 @@ class Path(Kind):
 
     @property
     def level_m(self) -> float | None:
-        """Height of the unmoved camera above the level ground that the path lies on, m; None where unknown."""
+        """Height of the unmoved camera above the level ground of the path, m; None if unknown."""
         return None
 
     def refers(self) -> Mapping[str, str]:
-        """Return the ids of the targets that it refers to, by the key that names each."""
+        """Return the ids of the targets to which it refers, by key."""
         return {}
 
     def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
-        """Return why the path is infeasible at one of the frame numbers (n,), or None."""
+        """Return the reason why the path is infeasible at one of the frame numbers (n,); None if it is feasible."""
         return None
 
     def dynamics(self, context: SceneContext) -> Dynamics | None:
@@ -118,8 +118,8 @@ def world_to_first(vectors: Floats, context: SceneContext) -> Floats:
 class PixelPath(Path):
     """Path in pixels of the unmoved camera, with a range that changes at a constant rate.
 
-    A pixel stands for a direction: a camera that turns sees the target move. A target whose range has become negative
-    is behind the camera.
+    A pixel denotes a direction, so a rotation of the camera moves the target in the picture. A target at a negative
+    range is behind the camera.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"ground_m": ("range_m", "closing_m_s")}
@@ -129,8 +129,8 @@ class PixelPath(Path):
     closing_m_s: Speed = 0.0
     """Closing speed along the line of sight, m/s."""
     ground_m: Height | None = None
-    """For a target on level ground: height of the camera above the ground, m. The range then follows from the
-    direction, and range_m and closing_m_s are ignored."""
+    """Height of the camera above level ground on which the target moves, m. The range then follows from the direction,
+    and range_m and closing_m_s are ignored. Default: the range is given."""
 
     @property
     def level_m(self) -> float | None:
@@ -183,7 +183,7 @@ class CameraMotion(NamedKind):
         return np.ones(len(frames))
 
     def refers(self) -> Mapping[str, str]:
-        """Return the ids of the targets that it refers to, by the key that names each."""
+        """Return the ids of the targets to which it refers, by key."""
         return {}
 
 
@@ -221,5 +221,5 @@ def offsets_along_heading(
 
 
 def frames_of(seconds: float, context: SceneContext) -> float:
-    """Return a duration in frames, at least 1: random draws and turn rates hold for a frame at least."""
+    """Return a duration in frames, at least 1: random draws and turn rates are constant within a frame."""
     return max(seconds * context.rate_hz, 1.0)

@@ -101,7 +101,7 @@ class Vibration(CameraMotion):
 
 
 class Shake(CameraMotion):
-    """Random shaking with a given spectrum, of which only the shape counts.
+    """Random shaking with a spectrum of given shape.
 
     A sum of sinusoids of equal power with random phases, one from each of equally powerful bands of the spectrum.
     """
@@ -109,7 +109,7 @@ class Shake(CameraMotion):
     rms_px: NotNegative = 0.5
     """Root mean square of each axis, px at zoom 1: an angle, which a zoom magnifies."""
     spectrum: Annotated[Several[Node], Field(min_length=2)] = ((0.1, 1.0), (2.0, 1.0), (15.0, 0.02))
-    """List of [Hz, power density]: linear between these, zero outside."""
+    """List of [frequency in Hz, relative power density]: linear in between, zero outside."""
 
     @model_validator(mode="after")
     def _has_power(self) -> Shake:
@@ -175,9 +175,9 @@ class Platform(CameraMotion):
     velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """[east, north, up], m/s; north is level ahead at the first pointing."""
     path: Annotated[MetrePath, METRE_PATHS] | None = None
-    """A path in metres (`waypoints_m`, `turns_m`, ...) whose displacement since frame 0 is added."""
+    """Path in metres (`waypoints_m`, `turns_m`, ...) whose displacement since frame 0 is added. Default: none."""
     sway_m: Triple = (0.0, 0.0, 0.0)
-    """Amplitude of a periodic displacement, [east, north, up], m: a ship that rolls, a drone in gusts."""
+    """Amplitude of a periodic displacement, [east, north, up], m, such as of a rolling ship or a drone in gusts."""
     sway_period_s: Positive = 5.0
     """Period of the sway, s."""
 
@@ -199,7 +199,7 @@ class Tracks(CameraMotion):
     """
 
     target: Name
-    """Id of the target. Switched off with --without, it is followed but not drawn."""
+    """Id of the target. Switched off with --without, the target is followed but not drawn."""
     place_px: Pair | None = None
     """[x, y] at which the target is kept, px. Default: the middle of the picture."""
     lag_s: NotNegative = 0.0
@@ -209,17 +209,17 @@ class Tracks(CameraMotion):
         return {"target": self.target}
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:
-        if context.cast is None:
+        if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to follow; allowed: a target of the scenario")
         frames = np.asarray(frames, dtype=np.float64)
-        seen = context.cast.way(self.target, frames - self.lag_s * context.rate_hz, context)
-        seen = seen - context.cast.standpoints(frames, context)
+        seen = context.objects.target_positions(self.target, frames - self.lag_s * context.rate_hz, context)
+        seen = seen - context.objects.camera_positions(frames, context)
         geometry = context.geometry
         world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
         azimuth, elevation = _angles(world)
         place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
         # Pixel of the first focal length that corresponds to `place` at the zoom of each frame.
-        nearer = 1 - 1 / context.cast.zooms(frames, context)
+        nearer = 1 - 1 / context.objects.zooms(frames, context)
         directions = geometry.directions(place + nearer[:, None] * (geometry.principal - place))
         aside, above = _angles(directions)
         # The first estimate is exact on the optical axis; three Newton steps make it exact in the whole picture.

@@ -33,7 +33,7 @@ class CameraTrajectory:
         """Return the sum of motions: rotations and translations add, zooms multiply."""
         frames = np.asarray(frames, dtype=np.float64)
         turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, context) for motion in motions)], axis=0)
-        return cls(context.geometry, turns, standpoints(motions, frames, context), zooms(motions, frames, context))
+        return cls(context.geometry, turns, camera_positions(motions, frames, context), zooms(motions, frames, context))
 
     def lens(self, index: int) -> Geometry:
         """Return the geometry of frame `index` with its zoom."""
@@ -60,13 +60,13 @@ class CameraTrajectory:
 
 @lru_cache(maxsize=8)
 def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
-    """Return the rotation of a turn, cached: all parts of a frame, and all frames of a fixed camera, share it."""
+    """Return the rotation of a turn, cached for all parts of a frame and all frames of a fixed camera."""
     rotation = geometry.rotation(np.array(turn))
     rotation.flags.writeable = False
     return rotation
 
 
-def standpoints(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
+def camera_positions(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
     """Return the places of the camera, (n, 3) m, first camera frame, at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     ways = [motion.shifts(frames, context) for motion in motions]
@@ -81,16 +81,16 @@ def zooms(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext
 
 @dataclass(frozen=True, eq=False)
 class SceneMotion:
-    """The `SceneObjects` of a scenario: the paths of its targets by id, and the active camera motions."""
+    """`SceneObjects` of a scenario: the paths of its targets by id, and the active camera motions."""
 
     paths: Mapping[str, Path]
     motions: Sequence[CameraMotion]
 
-    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
+    def target_positions(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         return self.paths[name].positions(frames, context, name)
 
-    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
-        return standpoints(self.motions, frames, context)
+    def camera_positions(self, frames: Floats, context: SceneContext) -> Floats:
+        return camera_positions(self.motions, frames, context)
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
         return zooms(self.motions, frames, context)

@@ -25,7 +25,7 @@ def check_legs(legs: Sequence[tuple[float, float, float]]) -> None:
         if first < 0 or last <= first:
             raise PydanticCustomError(
                 "turns",
-                "the turn from frame {first} to {last} cannot be; allowed: [from, to, rate] with 0 <= from < to",
+                "the turn from frame {first} to {last} is impossible; allowed: [from, to, rate] with 0 <= from < to",
                 {"first": first, "last": last, "at": ("turns", index)},
             )
     if any(b < a for a, b in pairwise(ends)):
@@ -90,7 +90,7 @@ class Spline:
         start, wanted = starts[piece], inside - lengths[piece]
         width = starts[piece + 1] - start
         parameter = start + width * wanted / (lengths[piece + 1] - lengths[piece])
-        for _ in range(4):  # Newton: the table's guess is near, and the error squares in each round
+        for _ in range(4):  # Newton: the first guess from the table is close, and the error is squared in each step
             error = self._length(start, parameter) - wanted
             parameter = parameter - error / np.linalg.norm(self.slope(parameter), axis=-1)
         tangent = self.slope(parameter)

@@ -52,7 +52,7 @@ class RandomTurns:
     sharpest  largest random turn rate, rad per frame; rates are uniform in ± sharpest
     hold      mean length of a turn, frames
     ease      time constant with which the turn rate follows, frames, at least 1
-    box       region that it steers back into, harder than `sharpest` if necessary; None: no steering
+    box       region into which the path steers back, faster than `sharpest` if necessary; None: no steering
     """
 
     start: tuple[float, float]
@@ -131,14 +131,14 @@ def _check(box: tuple[float, float, float, float] | None, key: str, names: str) 
 class Manoeuvre(PixelPath):
     """Coordinated turns at constant speed, with turn rates drawn at random times and approached smoothly.
 
-    Near the edge of `keep_in_px` the path steers back, harder than `turn_deg` if necessary (up to 1 rad per frame, so
-    a box that is crossed in a few frames is left). `turn_deg: 0` is straight until it has to steer.
+    Near the edge of `keep_in_px` the path steers back, faster than `turn_deg` if necessary. The limit of 1 rad per
+    frame is too low for a box that is crossed in a few frames. With `turn_deg: 0` the path is straight until it steers.
     """
 
     start: Pair
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
-    """Px per frame."""
+    """Speed, px per frame."""
     heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
@@ -148,7 +148,7 @@ class Manoeuvre(PixelPath):
     ease_frames: Turns = 5.0
     """Time constant of the turn rate, frames."""
     keep_in_px: Edges | None = None
-    """[left, top, right, bottom] of the region it stays in, px. Default: the frame less a tenth on each side."""
+    """[left, top, right, bottom] of the region of the path, px. Default: the frame less a tenth on each side."""
 
     @model_validator(mode="after")
     def _box_is_open(self) -> Manoeuvre:
@@ -174,22 +174,21 @@ class ManoeuvreM(HeadedPath):
     """Coordinated turns in level flight at constant speed, with turn rates drawn at random times and approached
     smoothly.
 
-    `turn_g: 0` is straight until it has to steer back into `keep_in_m`.
+    With `turn_g: 0` the path is straight until it steers back into `keep_in_m`.
     """
 
     speed_m_s: Annotated[Positive, TOP_SPEED] = 200.0
     """Ground speed, m/s."""
     turn_g: NotNegative = 3.0
-    """Lateral acceleration of the sharpest random turn, in g; its rate is turn_g g / speed. Rates are uniform in ±
-    that."""
+    """Lateral acceleration of the sharpest random turn, in g. Turn rates are uniform in ± turn_g g / speed."""
     hold_s: Positive = 3.0
     """Mean length of one turn, s; at least one frame."""
     ease_s: NotNegative = 0.5
     """Time constant of the turn rate, s; at least one frame."""
     keep_in_m: Edges | None = None
-    """[west, south, east, north] of the region it stays in, m from the first place of the camera; east is right of it,
-    north level ahead. Near the edge it pulls more than turn_g if necessary, up to 1.5 speed_m_s^2 / shorter side in g:
-    15 g at 200 m/s in 4 km. Default: no limits."""
+    """[west, south, east, north] of the region of the path, m from the first camera position; east is right of it,
+    north level ahead. Near the edge the acceleration exceeds turn_g if necessary, up to 1.5 speed_m_s^2 / shorter side
+    in g: 15 g at 200 m/s in 4 km. Default: no limits."""
 
     @model_validator(mode="after")
     def _box_is_open(self) -> ManoeuvreM:
@@ -280,7 +279,7 @@ class Jump(PixelPath):
     start: Pair
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
-    """Px per frame."""
+    """Speed, px per frame."""
     heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
@@ -304,7 +303,7 @@ class Jump(PixelPath):
 class JumpM(HeadedPath):
     """Level flight at constant speed, with a turn rate that jumps at random among a few values.
 
-    Its lateral acceleration is speed_m_s times the turn rate in rad/s: 8 degrees a second at 200 m/s are 2.8 g.
+    The lateral acceleration is speed_m_s times the turn rate in rad/s: 8 degrees a second at 200 m/s are 2.8 g.
     """
 
     rates_deg_s: Annotated[Several[Turning], Field(min_length=1)] = (0.0, 8.0, -8.0)
@@ -321,7 +320,7 @@ class JumpM(HeadedPath):
         return self.displaced(ahead, right, self.climb(frames, context), context)
 
     def dynamics(self, context: SceneContext) -> Dynamics:
-        """Return one mode for each rate, without noise. The state lies along north, east, up, whatever `axes`."""
+        """Return one mode for each rate, without noise. The state lies along north, east, up for any `axes`."""
         step, modes = 1 / context.rate_hz, len(self.rates_deg_s)
         transitions = np.zeros((modes, 6, 6))
         transitions[:, :4, :4] = [coordinated_turn(math.radians(rate), step) for rate in self.rates_deg_s]

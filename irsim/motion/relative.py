@@ -1,4 +1,4 @@
-"""Paths relative to another target: following it, thrown from it, crossing its path."""
+"""Paths relative to another target: follow, thrown, crossing."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from irsim.types import Floats
 
 
 class RelativePath(Path):
-    """Path that depends on that of another target."""
+    """Path that depends on the path of another target."""
 
     target: Name
-    """Id of the other target. Switched off with --without, it is not drawn but its path remains."""
+    """Id of the other target. Its path remains if the target is switched off with --without."""
 
     def refers(self) -> Mapping[str, str]:
         return {"target": self.target}
 
     def other(self, frames: Floats, context: SceneContext) -> Floats:
         """Return the positions of the other target, (n, 3) m, first camera frame."""
-        if context.cast is None:
+        if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to refer to; allowed: a target of the scenario")
-        return context.cast.way(self.target, np.asarray(frames, dtype=np.float64), context)
+        return context.objects.target_positions(self.target, np.asarray(frames, dtype=np.float64), context)
 
 
 def level_heading(velocity: Floats, context: SceneContext) -> Floats:
-    """Return the horizontal direction of a velocity, (3,) unit vector; right in the picture where there is none."""
+    """Return the horizontal direction of a velocity, (3,) unit vector; right in the picture if the velocity is
+    vertical."""
     down = context.geometry.down
     ahead = velocity - (velocity @ down) * down
     length = np.linalg.norm(ahead)
@@ -50,7 +51,7 @@ class Follow(RelativePath):
     lag_frames: NotNegative = 0.0
     """Delay, frames."""
     offset_px: Pair = (0.0, 0.0)
-    """[right, down] of the other target, px of the unmoved camera."""
+    """Offset [right, down] from the other target, px of the unmoved camera."""
     farther_m: Number = 0.0
     """Range beyond that of the other target, m; negative: nearer."""
 
@@ -63,12 +64,12 @@ class Follow(RelativePath):
 
 
 class Thrown(RelativePath):
-    """Ballistic path with drag, released from another target at a given frame. Before that it does not exist."""
+    """Ballistic path with drag, released from another target at a given frame. The target does not exist before."""
 
     at_frame: NotNegative
-    """Frame of release, the first in which it exists (a flare is dark in it, unless its rise_s is 0)."""
+    """Frame of release, the first in which the target exists; a flare is dark in it unless `rise_s` is 0."""
     velocity_m_s: Velocity = (0.0, 0.0, -20.0)
-    """[right, ahead, up] of the other target's heading, in addition to its velocity, m/s."""
+    """Velocity relative to the other target, [right, ahead, up] along its heading, m/s."""
     slow_s: Positive = 1.0
     """Time constant of the drag, s: the velocity approaches g slow_s downwards as exp(-t / slow_s) (linear drag)."""
 
@@ -112,19 +113,19 @@ class Crosses(Crossing):
     """Straight line in the picture that meets another target's path at a given frame and angle."""
 
     angle_deg: Angle = 90.0
-    """Angle from the direction of the other target, degrees, positive clockwise, as a fixed camera sees it; the motion
-    of a camera changes the angle in its picture. A target at rest counts as moving right."""
+    """Angle from the direction of the other target, degrees, positive clockwise, in the picture of a fixed camera;
+    camera motion changes the angle. Another target at rest counts as moving right."""
     miss_px: Number = 0.0
-    """Miss distance at that frame, across the relative motion, px; positive: it passes right of the other, as seen
+    """Miss distance at that frame, across the relative motion, px; positive: to the right of the other target, as seen
     along the relative motion."""
     speed: PixelSpeed = 2.0
-    """Px per frame."""
+    """Speed, px per frame."""
     farther_m: Number = 0.0
-    """Range beyond that of the other at that frame, m; negative: nearer, so it occludes the other."""
+    """Range beyond that of the other target at that frame, m; negative: nearer, so this target occludes the other."""
 
     def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, float]:
-        """Return, at that frame, the other's position (2,) px, its velocity (2,) px per frame, ours, and its
-        range, m."""
+        """Return at that frame the other's position (2,) px, both velocities (2,) px per frame, the other's first, and
+        the other's range, m."""
         around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
         before, here, after = context.geometry.project(around)
         step = after - before
@@ -151,7 +152,7 @@ class Crosses(Crossing):
 class CrossesM(Crossing):
     """Straight line in space at constant speed that passes another target at a given frame, angle and distance.
 
-    The angle is that in space; `crosses` sets the angle in the picture.
+    The angle is measured in space; `crosses` sets the angle in the picture.
     """
 
     angle_deg: Angle = 90.0
@@ -169,8 +170,8 @@ class CrossesM(Crossing):
     """Speed, m/s."""
 
     def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return, at that frame, the other's position (3,) m, its velocity (3,) m/s, ours, and the unit normal (3,) of
-        the plane of the two, first camera frame."""
+        """Return at that frame the other's position (3,) m, both velocities (3,) m/s, the other's first, and the unit
+        normal (3,) of their plane, first camera frame."""
         before, here, after = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
         velocity = (after - before) * context.rate_hz
         course, speed = level_heading(velocity, context), np.linalg.norm(velocity)

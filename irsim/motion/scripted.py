@@ -123,7 +123,7 @@ class Weave(PixelPath):
     start: Pair
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 0.0
-    """Along the line, px per frame."""
+    """Speed along the line, px per frame."""
     heading_deg: Degrees = 0.0
     """Direction of the line, degrees: 0 right, 90 down."""
     amplitude_px: NotNegative = 10.0
@@ -153,7 +153,8 @@ class WeaveM(HeadedPath):
     phase_deg: Degrees = 0.0
     """Phase at frame 0, degrees; the path starts at `start_m` for any phase."""
     tilt_deg: Degrees = 0.0
-    """Plane of the weave about the line, degrees: 0 level, first to the right; 90 vertical, first up."""
+    """Rotation of the plane of the weave about the line, degrees: 0 level, first to the right; 90 vertical, first
+    up."""
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         seconds = np.asarray(frames, dtype=np.float64) / context.rate_hz
@@ -182,7 +183,9 @@ def _check(points: tuple[tuple[float, ...], ...], frames: tuple[float, ...] | No
         raise PydanticCustomError("waypoints", "the frames do not rise; allowed: rising frames", {"at": ("frames",)})
     if speed is not None and any(a == b for a, b in pairwise(points)):
         raise PydanticCustomError(
-            "waypoints", "a point stands twice in a row; allowed with a speed: points that differ", {"at": ("points",)}
+            "waypoints",
+            "two consecutive points are equal; allowed with a speed: points that differ",
+            {"at": ("points",)},
         )
 
 
@@ -202,9 +205,9 @@ class Waypoints(PixelPath):
     points: Annotated[Several[Pair], Field(min_length=2)]
     """List of [x, y], px."""
     frames: Several[Number] | None = None
-    """Frame at which each point is passed; or give `speed`."""
+    """Frames at which the points are passed; alternative to `speed`."""
     speed: Annotated[Positive, TOP_PIXEL_SPEED] | None = None
-    """Constant speed along the curve from the first point at frame 0, px per frame; or give `frames`."""
+    """Constant speed along the curve from the first point at frame 0, px per frame; alternative to `frames`."""
 
     @model_validator(mode="after")
     def _one_pace(self) -> Waypoints:
@@ -221,9 +224,9 @@ class WaypointsM(MetrePath):
     points: Annotated[Several[Triple], Field(min_length=2)]
     """List of positions, m."""
     frames: Several[Number] | None = None
-    """Frame at which each point is passed; or give `speed_m_s`."""
+    """Frames at which the points are passed; alternative to `speed_m_s`."""
     speed_m_s: Annotated[Positive, TOP_SPEED] | None = None
-    """Constant speed along the curve from the first point at frame 0, metres a second; or give `frames`."""
+    """Constant speed along the curve from the first point at frame 0, m/s; alternative to `frames`."""
 
     @model_validator(mode="after")
     def _one_pace(self) -> WaypointsM:
@@ -272,7 +275,7 @@ class Dive(MetrePath):
     speed_m_s: Annotated[Positive, TOP_SPEED] = 200.0
     """Speed along the path, m/s."""
     heading_deg: Degrees = 90.0
-    """Degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
+    """Direction, degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
     at_frame: NotNegative = 30.0
     """Frame at which the dive begins."""
     angle_deg: Steepness = 30.0
@@ -303,8 +306,8 @@ class DivePx(PixelPath):
     speed: PixelSpeed = 2.0
     """Speed along the path, px per frame."""
     heading_deg: Degrees = 0.0
-    """Direction before the dive, degrees: 0 right, 180 left; to the right it turns clockwise, to the left
-    anticlockwise."""
+    """Direction before the dive, degrees: 0 right, 180 left; the dive turns clockwise to the right, anticlockwise to
+    the left."""
     at_frame: NotNegative = 30.0
     """Frame at which the dive begins."""
     angle_deg: Steepness = 30.0

@@ -151,17 +151,17 @@ class StopAndGoProfile:
     ease: float
     vary: float
 
-    def way(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+    def distance(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         """Return the distance since frame 0, (n,), at frame numbers (n,)."""
         frames = np.asarray(frames, dtype=np.float64)
-        times, speeds = self.paces(float(frames.max(initial=0.0)), context, name)
+        times, speeds = self.speed_nodes(float(frames.max(initial=0.0)), context, name)
         ways = np.append(0.0, np.cumsum((speeds[1:] + speeds[:-1]) / 2 * np.diff(times)))
         leg = np.clip(np.searchsorted(times, frames, side="right") - 1, 0, len(times) - 2)
         part, span = frames - times[leg], times[leg + 1] - times[leg]
         gain = np.where(frames < 0, 0.0, (speeds[leg + 1] - speeds[leg]) / span)
         return np.asarray(ways[leg] + speeds[leg] * part + gain * part**2 / 2)
 
-    def paces(self, last: float, context: SceneContext, name: str) -> tuple[Floats, Floats]:
+    def speed_nodes(self, last: float, context: SceneContext, name: str) -> tuple[Floats, Floats]:
         """Return frames and speeds between which the speed is linear, to beyond frame `last`."""
         shortest = (1 - self.vary) * (self.go + self.stop)
         count = int(last / shortest) + 2
@@ -196,7 +196,7 @@ class StopAndGo(PixelPath):
 
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         stops = StopAndGoProfile(self.speed, self.go_frames, self.stop_frames, self.ease_frames, self.vary)
-        way = stops.way(frames, context, name)
+        way = stops.distance(frames, context, name)
         return np.asarray(np.asarray(self.start) + way[:, None] * unit(self.heading_deg))
 
 
@@ -219,5 +219,5 @@ class StopAndGoM(HeadedPath):
         stops = StopAndGoProfile(
             1.0, frames_of(self.go_s, context), self.stop_s * rate_hz, self.ease_s * rate_hz, self.vary
         )
-        seconds = stops.way(frames, context, name) / rate_hz
+        seconds = stops.distance(frames, context, name) / rate_hz
         return self.displaced(self.speed_m_s * seconds, np.zeros_like(seconds), self.climb_m_s * seconds, context)

@@ -31,26 +31,26 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 class Occluder(NamedKind):
     """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    It has either a place or an intent: the target to hide, and when. `irsim.scenario.placement_all` turns an intent
-    into a place.
+    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement_all` turns an
+    intent into a place.
     """
 
     placement_keys: ClassVar[tuple[str, ...]] = ()
-    """The keys that define its place."""
+    """Keys that define the place."""
     translucent: ClassVar[bool] = False
-    """True if it hides a smaller fraction by a lower density; otherwise by a smaller size."""
+    """True if a smaller fraction is hidden by a lower density; False: by a smaller size."""
     slender: ClassVar[bool] = False
-    """True if a wide one is implausible: `irsim check` warns if a moving camera makes it wide."""
+    """True if a large width is implausible: `irsim check` warns if a moving camera requires it."""
 
     range_m: Range
-    """Metres from the first camera position; it hides farther objects."""
+    """Distance from the first camera position, m; the occluder hides farther objects."""
     hides: Name | None = None
-    """Id of a target to hide, in place of its own place."""
+    """Id of the target to hide; it replaces the keys of the place. Default: none."""
     frames: Stretch | None = None
-    """[first, last] frame, both counted, in which to hide it."""
+    """[first, last] frame, inclusive, in which the target is hidden; required with `hides`."""
     fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Least fraction to hide, in those frames, of the part of the target inside the picture (to 0.001; of 1 all but a
-    trace). 0.2 more raises a warning."""
+    """Least hidden fraction, in those frames, of the part of the target inside the picture; accurate to 0.001. An
+    excess of 0.2 raises a warning."""
 
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:
@@ -85,13 +85,13 @@ class Occluder(NamedKind):
 
     @abstractmethod
     def draw(self, pose: CameraPose) -> Sprite | None:
-        """Return the sprite for a camera pose, None if it is out of view.
+        """Return the sprite for a camera pose; None if the occluder is out of view.
 
-        Its `range_m` is the distance of its middle from the camera (`CameraPose.distance_m`).
+        The `range_m` of the sprite is the distance of its middle from the camera (`CameraPose.distance_m`).
         """
 
     def extent(self, context: SceneContext) -> Box | None:
-        """Return a box around it in all frames, px of the first camera; None if unknown."""
+        """Return the bounding box over all frames, px of the first camera; None if unknown."""
         return None
 
     def covering(self, window: Box, density: float, context: SceneContext) -> Self:
@@ -107,7 +107,7 @@ class Occluder(NamedKind):
         return self
 
     def shortfall(self, placed: Occluder) -> tuple[str, str] | None:
-        """Return a key whose value the intent's placement could not honour, and a reason; None if it honoured all."""
+        """Return (key, reason) of a value that the placement by intent does not meet; None if it meets all."""
         return None
 
     def placed(self, **place: object) -> Self:
@@ -116,7 +116,7 @@ class Occluder(NamedKind):
 
 
 def required(value: T | None) -> T:
-    """Return the value of a placement key; ValueError if it is unset since an intent is not yet placed."""
+    """Return the value of a placement key. Raises ValueError if it is unset, as before placement by intent."""
     if value is None:
         raise ValueError("the occluder has no place yet: irsim.scenario.placement_all finds it")
     return value
@@ -153,10 +153,11 @@ class Opaque(Occluder):
     temperature_k: Kelvin = 290.0
     """Temperature, kelvin."""
     emissivity: Fraction = 0.95
+    """Emissivity."""
 
     @abstractmethod
     def facets(self, context: SceneContext) -> Sequence[Facet]:
-        """Return its facets, the nearest first, in px of the first camera."""
+        """Return the facets, the nearest first, in px of the first camera."""
 
     def extent(self, context: SceneContext) -> Box | None:
         return bounding_box(np.concatenate([points for points, _ in self.facets(context)]))

@@ -21,15 +21,15 @@ from irsim.types import Bools, Floats, arrays_frozen
 CELLS = 512
 """Cells along the longer side of a crown's texture."""
 PROPORTIONS = 4
-"""Proportions, height to width, for which textures exist, per factor of two; those between are stretched."""
+"""Number of textures per factor of two in height to width; they are stretched to proportions in between."""
 SLIMMEST = 3.0
 """Largest log2 of height to width for which textures exist; slimmer crowns are stretched."""
 CORE = 0.6
 """Extent of the gapless elliptic core, as a share of the crown's width and height."""
 FADING = 0.2
-"""Width of the transition around the core, in the same units."""
+"""Width of the transition around the core, as a share of the crown's width and height."""
 CENTRE = np.array([0.0, -0.5])
-"""Middle of the crown, in widths and heights of it from its foot."""
+"""Middle of the crown relative to its foot, in crown widths and heights."""
 RIM = 1
 """Gapless margin around a covered window, cells: drawing interpolates between cells."""
 HALVINGS = 10
@@ -37,7 +37,7 @@ HALVINGS = 10
 THICK = 0.065
 """Width of the trunk at the crown, as a share of the crown's width."""
 BARK = 0.8
-"""Temperature excess of wood on its lit side, and deficit on the other, in standard deviations of the leaves'."""
+"""Temperature excess of wood on its lit side, and deficit on the other, in standard deviations of leaf temperature."""
 SAMPLES = 2
 """Texture samples on each axis of a grid cell, at the middles of its quarters."""
 
@@ -48,8 +48,8 @@ class CrownTexture:
 
     leaves  mask of opaque leaves
     warmth  of a lone crown, mean 0 and variance 1 over the leaves
-    joined  warmth of one of several crowns: of clumps and of the sides of the tree alone, so that no crown's dark lower
-            edge lies on the lit top of the next
+    joined  warmth of one of several stacked crowns: shaded from side to side only, so that no dark lower edge lies on
+            the lit top of the next crown
     wood    mask of boughs behind the leaves
     side    illumination of the boughs, -1 to 1
     reach   (2, 2) left, top and right, bottom of the arrays from the crown's foot, in widths and heights of the crown
@@ -79,13 +79,13 @@ def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTex
     x, y = np.arange(columns) - crown.middle, np.arange(rows) - (rows - 1)
     radius = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
     dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - radius) / FADING, 1))
-    opaque, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
+    opaque, warmth = Foliage(CELLS, leaves, seed, name).leaves_of(Crown(dense, crown.shade, crown.middle), draw)
     boughs = np.zeros((rows, columns), np.uint8)
     for limb in wood(high, wide, THICK * wide, draw):
         cv2.fillConvexPoly(
             boughs, np.rint((limb + np.array([crown.middle, rows - 1])) * 16).astype(np.int32), 1, shift=4
         )
-    # A round trunk is lit on its left and dark on its right; a thinner bough shows less of both.
+    # A round trunk is lit on its left and dark on its right; thinner boughs less so.
     half = max(round(THICK * wide / 2), 1)
     near = cv2.blur(boughs.astype(np.float32), (2 * half + 1, 1), borderType=cv2.BORDER_CONSTANT)
     lit_side = np.roll(near, -half, axis=1) - np.roll(near, half, axis=1)
@@ -104,10 +104,11 @@ def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTex
 
 
 def largest_gapless(texture: CrownTexture, wide: float, tall: float) -> tuple[float, Floats]:
-    """Return the largest factor by which a rectangle still fits without gaps into a crown, and its middle (2,) there.
+    """Return the largest scale factor at which a rectangle fits into a crown without gaps, and its middle (2,).
 
-    wide, tall  of the rectangle, in widths and heights of the crown, as is the middle, measured from the crown's foot;
-                at factor 1 it fits into the core around the crown's middle
+    wide, tall  of the rectangle at factor 1, at which it fits into the core of the crown
+
+    All lengths are in crown widths and heights; the middle is relative to the crown's foot.
     """
     sums = cv2.integral((texture.leaves | texture.wood).astype(np.uint8))
     cells = np.array(texture.leaves.shape[::-1]) / (texture.reach[1] - texture.reach[0])
@@ -137,7 +138,7 @@ class TreeTemperatures:
 
 @dataclass(frozen=True, eq=False)
 class Billboard:
-    """Flat picture standing in space.
+    """Flat upright picture.
 
     light  (rows, cols, 2) float32, the covered share of each cell and that share times its radiance
     """
@@ -179,7 +180,7 @@ def crown_billboard(
 ) -> Billboard:
     """Return the billboard of a crown.
 
-    Of several crowns only the lowest shows wood: behind the gaps of the others lie leaves of the next.
+    Of several crowns only the lowest has visible wood: leaves of the next crown lie behind the gaps of the others.
     """
     warmth = texture.joined if several else texture.warmth
     kelvin = temperatures.leaves_k + temperatures.spread_k * warmth

@@ -1,6 +1,6 @@
 """An occluding cloud of smoke: partly transparent, growing, drifting, fading.
 
-Its optical depth is a smooth profile with puffs; billows displace its edge, modulate its depth and its temperature.
+The optical depth is a smooth profile with puffs; billows displace the edge and modulate optical depth and temperature.
 Numbers without a source were chosen by eye.
 """
 
@@ -39,19 +39,19 @@ _RISES = 0.5
 _SIDE = 256
 """Side of the periodic fields of billows, texels."""
 _TEXELS = 40.0
-"""Texels per half of the smoke's lesser side, which is also the size of the largest billows."""
+"""Texels per half of the shorter side; the largest billows have that size."""
 _DEPTH_SLOPE = 11 / 3
 """Spectral slope of depth and warmth: that of a scalar mixed by turbulence (Obukhov 1949)."""
 _EDGE_SLOPE = 5.5
 """Spectral slope of the edge's displacement: steeper, so that billows are round."""
 _ROLLING = 0.35
-"""Speed of the two counter-moving fields, halves of the lesser side a second; vertically six tenths of it."""
+"""Speed of the two counter-moving fields, in halves of the shorter side a second; the vertical speed is 0.6 of that."""
 _DISPLACEMENT = 0.32
 """Standard deviation of the edge's displacement, half sizes."""
 _MOST = 1.5
 """Largest displacement in units of _DISPLACEMENT."""
 _INNER = 0.9
-"""Radius, in half sizes, within which billows displace nothing: there the smoke hides as much as without them."""
+"""Radius, in half sizes, within which billows displace nothing, so that the opacity there is the nominal one."""
 _OUTER = 1.4
 """Radius from which on billows displace in full."""
 _MODULATION = 0.5
@@ -59,7 +59,7 @@ _MODULATION = 0.5
 
 
 class Smoke(Occluder):
-    """A cloud of smoke: dense in the middle, with rolling puffs at its edge; it hides by its optical depth."""
+    """A cloud of smoke: dense in the middle, with rolling puffs at the edge."""
 
     placement_keys: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
     translucent: ClassVar[bool] = True
@@ -72,28 +72,28 @@ class Smoke(Occluder):
     }
 
     center_px: Pair | None = None
-    """[x, y] of its middle at full size, px of the first camera."""
+    """[x, y] of the middle at full size, px of the first camera."""
     size_px: Size | None = None
-    """[width, height] of its dense part at full size, px."""
+    """[width, height] of the dense part at full size, px of the first camera."""
     opacity: Annotated[float, Field(ge=0, le=_DENSEST)] = 0.9
-    """Share of the background's light absorbed by its dense part at full size; smoke with `hides` uses `fraction`."""
+    """Share of the background's light absorbed by the dense part at full size; smoke with `hides` uses `fraction`."""
     temperature_k: Kelvin = 288.0
-    """Temperature, kelvin: it emits as much as it absorbs."""
+    """Temperature, kelvin; emissivity equals absorptance."""
     billows: Fraction = 1.0
-    """Strength of billows, which displace its edge and vary its depth: 0 is a smooth cloud. Placed by `hides`,
-    billowing smoke rises above the target and is at least half as high as wide."""
+    """Strength of the billows that displace the edge and vary the optical depth, 0 to 1; 0 is a smooth cloud. Billowing
+    smoke placed by `hides` rises above the target and is at least half as high as wide."""
     spread_k: KelvinSpread = 0.5
-    """Standard deviation of its temperature between billows, kelvin."""
+    """Standard deviation of temperature between billows, kelvin."""
     begins_frame: Number | None = None
-    """Frame at which it begins to grow; default: present from the start."""
+    """Frame at which growth begins; default: full size from the start."""
     grow_frames: NotNegative = 15.0
-    """Duration of its growth, frames."""
+    """Duration of growth, frames."""
     lasts_frames: NotNegative | None = None
-    """Time from full size until it begins to fade, frames; default: it never fades."""
+    """Time at full size before fading begins, frames; default: no fading."""
     fade_frames: NotNegative = 30.0
-    """Duration of its fading, frames."""
+    """Duration of fading, frames."""
     drift_px_s: Pair = (0.0, 0.0)
-    """[right, down] wind, px a second of the first camera."""
+    """Drift with the wind, [right, down], px of the first camera a second."""
 
     def draw(self, pose: CameraPose) -> Sprite | None:
         context = pose.context
@@ -111,7 +111,7 @@ class Smoke(Occluder):
         drift = np.asarray(self.drift_px_s) * since / context.rate_hz
         (x, y), (wide, tall) = required(self.center_px) + drift, required(self.size_px)
         scale = _YOUNG + (1 - _YOUNG) * grown + 0.3 * (1 - left)
-        # The local axes as this frame sees them: accurate enough for an object without sharp edges.
+        # The projection is linearised about the middle: accurate enough for an object without sharp edges.
         around = np.array([[x, y], [x + 1, y], [x, y + 1]])
         middle, right, down = pose.pixels(around, self.range_m)
         zoom = np.array([np.hypot(*(right - middle)), np.hypot(*(down - middle))])
@@ -197,7 +197,7 @@ def _puffs(seed: int, name: str) -> tuple[Floats, Floats, Floats]:
 def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> Floats:
     """Return displacement of the edge, depth and warmth (rows, cols, 3), of mean 0 and variance 1 each.
 
-    x (cols,), y (rows,)  places from its middle, in halves of its lesser side
+    x (cols,), y (rows,)  places from the middle, in halves of the shorter side
     time                  s
     """
     field = _periodic_fields(seed, name)
@@ -213,7 +213,7 @@ def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> F
 
 
 def _displaced(u: Floats, v: Floats, displacement: Floats, billows: float) -> tuple[Floats, Floats]:
-    """Return the places (rows, cols) each in smooth smoke shown at u (cols,), v (rows,), in half sizes."""
+    """Return the places (rows, cols) each in smooth smoke that billows move to u (cols,), v (rows,), in half sizes."""
     radius = np.hypot(u, v[:, None])
     share = np.clip((radius - _INNER) / (_OUTER - _INNER), 0, 1)
     out = billows * _DISPLACEMENT * _MOST * np.tanh(displacement / _MOST) * share

@@ -34,14 +34,14 @@ def foot_below_picture(window: Box, context: SceneContext) -> tuple[float, float
 
 
 class Bar(Opaque):
-    """A flat rectangle, given as the first camera sees it: a screen, a wall, a strip of cloud."""
+    """A flat rectangle in the picture of the first camera, such as a screen, a wall or a strip of cloud."""
 
     placement_keys: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
 
     center_px: Pair | None = None
-    """[x, y] of its middle, px."""
+    """[x, y] of the middle, px of the first camera."""
     size_px: Size | None = None
-    """[width, height], px."""
+    """[width, height], px of the first camera."""
     angle_deg: Degrees = 0.0
     """Clockwise rotation, degrees; 0 if placed by intent."""
 
@@ -62,13 +62,13 @@ class Pole(Opaque):
     switches: ClassVar[Switches] = {"arm": ("arm_px", 0.0)}
 
     foot_px: Pair | None = None
-    """[x, y] of the middle of its foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the first camera."""
     height_px: Positive | None = None
-    """From foot to top, px."""
+    """Height from foot to top, px of the first camera."""
     width_px: Positive | None = None
-    """Width, px."""
+    """Width, px of the first camera."""
     arm_px: NotNegative = 0.0
-    """Length of a cross-arm near its top, px; none if placed by intent."""
+    """Length of the cross-arm near the top, px of the first camera; 0 if placed by intent."""
 
     def facets(self, context: SceneContext) -> list[Facet]:
         (x, y), high, wide = required(self.foot_px), required(self.height_px), required(self.width_px)
@@ -95,9 +95,9 @@ class Building(Opaque):
     switches: ClassVar[Switches] = {"windows": ("windows", (0, 0))}
 
     foot_px: Pair | None = None
-    """[x, y] of the middle of its foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the first camera."""
     size_px: Size | None = None
-    """[width, height], px."""
+    """[width, height], px of the first camera."""
     windows: Annotated[tuple[Panes, Panes], Field(strict=False)] = (4, 3)
     """Number of windows [across, down]; [0, 0] is a bare wall."""
     window_k: Kelvin = 285.0

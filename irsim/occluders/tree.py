@@ -41,13 +41,13 @@ LEAST_TRUNK = 1.15
 FLARE = 1.35
 """Widening of the trunk at its foot."""
 LEVELS = np.array([0.0, 0.25, 0.5, 0.7, 0.85, 1.0])
-"""Ends of the trunk's pieces as shares of its way down: it widens most at its foot."""
+"""Ends of the trunk's pieces, as shares of its length from the top: it widens most at the foot."""
 STRIPS = 6
 """Pieces of the trunk across, from its lit side to the other."""
 ROUND = 0.3
 """Rise of the foot's edges above its middle, as a share of its width: a round trunk seen from above."""
 STREAKS = 0.4
-"""Standard deviation of temperature between the trunk's pieces, in units of the leaves'."""
+"""Standard deviation of temperature between the trunk's pieces, in units of that of the leaves."""
 LONE = 1.8
 """Largest height of a tree with one crown, in heights of the crown."""
 LOWER = 0.38
@@ -55,11 +55,11 @@ LOWER = 0.38
 WIDER = 1.25
 """Size of a crown relative to the crown above."""
 MOST_TIERS = 20
-"""Most crowns of a tree."""
+"""Largest number of crowns of a tree."""
 LEAVES_K = 290.0
 """Default temperature of leaves, K."""
 WARMER_K = 1.0
-"""Default excess of the trunk's temperature over the leaves', K."""
+"""Default temperature of the trunk minus that of the leaves, K."""
 BARE = 0.12
 """Share of a tree's height that its crowns leave free above the foot."""
 NEARLY = 1e-9
@@ -75,18 +75,19 @@ class Tree(Occluder):
     temperature_k: Kelvin | None = None
     """Mean temperature of the leaves, kelvin; default: by the background's `hour`, else 290."""
     emissivity: Fraction = 0.95
+    """Emissivity."""
     foot_px: Pair | None = None
-    """[x, y] of the middle of its foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the first camera."""
     height_px: Positive | None = None
-    """From foot to top, px."""
+    """Height from foot to top, px of the first camera."""
     crown_px: Size | None = None
-    """[width, height] of the crown, px."""
+    """[width, height] of the crown, px of the first camera."""
     tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
-    """Number of crowns one below the other, each larger than the one above, as of a fir; none ends below the foot.
-    Default: one. Placed by `hides` its top crown hides the target, and a long trunk gets more crowns by default; a
-    given number is reduced, with a warning, where the ground leaves no room."""
+    """Number of stacked crowns, each larger than the one above, as on a fir; all end above the foot. Default: 1, or
+    with `hides` as many as the trunk has room for; the top crown then hides the target. With `hides` a number too large
+    for the height above the ground is reduced, with a warning."""
     leaves: Fraction = 0.8
-    """Opaque share of the crown's outer part: 0.4 is a bare tree. The middle is always opaque."""
+    """Opaque share of the outer part of the crown: 0.4 is a bare tree. The middle is always opaque."""
     trunk_k: Kelvin | None = None
     """Temperature of trunk and boughs, kelvin; default: 1 K above that of leaves at the background's `hour`, else
     291."""
@@ -165,7 +166,7 @@ class Tree(Occluder):
         aside, above = (CORE * function(CORNER) for function in (math.sin, math.cos))
         wide = window.w / aside
         tall = max(window.h / above, 0.9 * wide)
-        # Parts of this crown beyond its core are gapless, so a smaller crown hides the window and less around it.
+        # Parts of the crown beyond its core are gapless too, so a smaller crown covers the window, and less around it.
         times, (right, down) = largest_gapless(self._texture(tall / wide, context), window.w / wide, window.h / tall)
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall

@@ -5,10 +5,10 @@ In-band transmittance does not follow Beer's law, as strong lines saturate. It i
     tau(R) = exp(-a R^b),  R in km,
 
 fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other paths are cut
-into layers: water, air and haze thin out with height, and a path counts as the level path with the same column of
-absorbers. Ozone, high above that path, is added (`irsim.physics.climate`). Each step of a path emits as a black body
-in proportion to its absorption (Kirchhoff's law), at a temperature that goes from that of the air at its start to that
-at its end. So behind an opaque path everything has the temperature of the air.
+into layers: water, air and haze thin out with height, and a path is equivalent to the level path with the same column
+of absorbers. Ozone, high above that path, is added (`irsim.physics.climate`). Each step of a path emits as a black body
+in proportion to its absorption (Kirchhoff's law), at temperatures from that of the air at its start to that at its end.
+An opaque path thus has the radiance of the air.
 """
 
 from __future__ import annotations
@@ -87,10 +87,10 @@ class Atmosphere(Part):
     preset: ClimateName | Literal["none"] = "none"
     """Model atmosphere: its absorption and its temperatures."""
     visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
-    """Visibility, km, for haze. Fitted at 5 and 23; extinction goes with its inverse elsewhere."""
+    """Visibility in haze, km. It is fitted at 5 and 23; elsewhere extinction is proportional to its inverse."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
-    """Height of the camera above the sea, m; at least its height above the background's ground, and exactly that above
-    a `sea`."""
+    """Height of the camera above the sea, m. The height above the background's ground replaces a lower value; above a
+    `sea` it replaces any value."""
     temperature_k: AirKelvin | None = None
     """Air temperature at sea level, kelvin; all heights shift with it. By default that of the preset."""
     surroundings_k: Kelvin | None = None
@@ -106,7 +106,7 @@ class Atmosphere(Part):
 
     @property
     def is_clear(self) -> bool:
-        """Whether there is neither attenuation nor path radiance."""
+        """True if there is neither attenuation nor path radiance."""
         return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
 
     def path(
@@ -143,7 +143,7 @@ class Atmosphere(Part):
         return self._path_to_space(band, elevation_rad)[0]
 
     def _path_to_space(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
-        """Return `path` to the top of the atmosphere."""
+        """Return (transmittance, path radiance in W/m2/sr) to the top of the atmosphere."""
         elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
         base = EARTH_KM + self.altitude_m * 1e-3
         rise = base * np.sin(elevation)
@@ -184,7 +184,7 @@ class Atmosphere(Part):
         return np.asarray(clean + haze(haze_km) / self.visibility_km)
 
     def notices(self, band: Band) -> Iterator[Notice]:
-        """Yield a notice for each value that is allowed but outside the fit; places are those within this part."""
+        """Yield a notice for each value that is allowed but outside the fit; places are relative to this part."""
         if self.preset == "none":
             return
         near, far = FIT_VISIBILITY_KM
@@ -192,7 +192,7 @@ class Atmosphere(Part):
             yield Notice(
                 ("visibility_km",),
                 f"{self.visibility_km:g} km lies beyond the fitted {near:g} to {far:g} km; "
-                "haze goes with the inverse of visibility",
+                "haze is extrapolated with the inverse of visibility",
             )
         name = _fitted(band)
         apart = band_mismatch(band, name)

@@ -20,9 +20,9 @@ ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter",
 FIT_KM = (0.5, 20.0)
 """Lengths of the fitted paths, km; the fit is extrapolated beyond."""
 FIT_HEIGHT_KM = 0.1
-"""Their height above the sea, km."""
+"""Height of the fitted paths above the sea, km."""
 FIT_VISIBILITY_KM = (5.0, 23.0)
-"""Their two visibilities, km."""
+"""Two visibilities of the fitted paths, km."""
 FIT_ERROR = 0.022
 """Largest error of the fitted transmittance."""
 
@@ -66,20 +66,21 @@ AIR_KM = 7.0
 1976)."""
 MIXED: dict[BandName, float] = {"mwir": 0.048, "lwir": 0.0}
 """Share of well-mixed gases in the absorption at the height of the fit: in MWIR carbon dioxide at 4.3 um, which
-dominates above the water. In LWIR it is negligible beside ozone."""
+dominates above most of the water vapour. In LWIR it is negligible beside ozone."""
 
 OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
-"""(a, b): a vertical path through all ozone has the depth a, a path with x times as much a x^b (its band at 9.6 um
-saturates). In MWIR it is negligible, 0.015.
+"""(a, b): a vertical path through all ozone has the depth a, a path with x times as much ozone the depth a x^b (the
+band at 9.6 um saturates). In MWIR it is negligible, 0.015.
 
-These, `MIXED` and `Climate.gas_km` are fitted together to runs of LOWTRAN7 (revision 4.2, rural haze of 23 km): clear
+`OZONE`, `MIXED` and `Climate.gas_km` are fitted together to runs of LOWTRAN7 (revision 4.2, rural haze of 23 km): clear
 skies of the four climates at elevations of 90, 30, 10, 5, 1 and 0 degrees from 0, 0.1, 1.5, 3, 5, 8, 10, 12, 15 and 20
 km. From sea level the error is at most 2.6 K, from all heights 7 K, root mean square 2.1 K; for level paths of 2 to
 50 km at these heights at most 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ
 by 15 % either way)."""
 OZONE_KM = (22.0, 5.0)
-"""Height of ozone, and its standard deviation, km: most lies at 15 to 30 km, the densest at 22 km (U.S. Standard
-Atmosphere 1976, its ozone of mid latitudes). Below 8 km there is less than 1 %: the ozone there is in the fit."""
+"""Height of ozone, and its standard deviation, km: most ozone lies at 15 to 30 km, with the maximum at 22 km
+(U.S. Standard Atmosphere 1976, its ozone of mid latitudes). Below 8 km there is less than 1 %: the ozone there is
+in the fit."""
 
 
 def ozone(height_km: Floats) -> Floats:

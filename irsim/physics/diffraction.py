@@ -14,7 +14,7 @@ from irsim.types import Floats
 
 AIRY_SUPPORT = 24.0
 """Half width of the drawn area in Airy widths (wavelength x F-number). 0.8 % of an Airy pattern's light lies farther
-out; it is aliased into the drawn area, so none is lost."""
+out; it is aliased into the drawn area, so the sum of the PSF is 1."""
 
 FADE = 0.9
 """Share of the support from which the PSF fades to zero: its edge must not jump as the point moves."""
@@ -27,7 +27,7 @@ WING_SUPPORTS = 4
 """Half width of the wings, in supports of the cosine series: at their end they have fallen to a 64th."""
 
 LATTICE_SUM = 9.03362
-"""Sum of (m^2 + n^2)^(-3/2) over all whole m and n but (0, 0): 4 zeta(3/2) beta(3/2)."""
+"""Sum of (m^2 + n^2)^(-3/2) over all integers m and n except (0, 0): 4 zeta(3/2) beta(3/2)."""
 
 NEAR_PERIODS = [(m, n) for m in range(-2, 3) for n in range(-2, 3) if (m, n) != (0, 0)]
 """Periods of the cosine series whose wings are subtracted one by one."""
@@ -107,7 +107,8 @@ class _CosineSeries:
         return np.asarray(np.cos(2 * np.pi * np.outer(offsets, self.frequencies)) * factors * ends)
 
     def slopes(self, offsets: Floats, fine: int) -> Floats:
-        """Return the same, (m, n), for light of density 12 t, t from -1/2 to 1/2 across the cell: first moment 1."""
+        """Return each cosine integrated over pixels, (m, n), for light of density 12 t, t from -1/2 to 1/2 across a
+        cell."""
         half = np.pi * self.frequencies / fine
         with np.errstate(divide="ignore", invalid="ignore"):
             moment = np.where(half > 0, np.sin(half) / half**2 - np.cos(half) / half, 0.0)

@@ -53,7 +53,7 @@ def sphere_crossings(base: float, rise: Floats, radius: float) -> tuple[Floats, 
 
 
 def path_radiance(transmittance: Floats, depth: Floats, blackbody: Floats) -> Floats:
-    """Return the light emitted along paths, as it arrives, (...).
+    """Return the path radiance at the camera, W/m2/sr, (...).
 
     Arrays hold the values at the stations: transmittance and optical depth from the camera, and the black-body
     radiance of the air, linear in the optical depth between stations.

@@ -128,7 +128,7 @@ def gaussian_kernels(support: int, fine: int, sigma_px: float) -> tuple[Floats, 
     Both are closed integrals of the Gaussian over cell and pixel. Rows of the first sum to one, of the second to zero,
     and mirrored cells have mirrored rows: light is conserved and centroids stay. Read only.
     """
-    # Of pixels from cells, px.
+    # Offsets of pixels from cells, px.
     offsets = np.arange(-support, support + 1) - ((np.arange(fine) + 0.5) / fine - 0.5)[:, None]
     ahead, behind = offsets + 0.5 / fine, offsets - 0.5 / fine
     once_ahead, twice_ahead = _pixel_antiderivatives(ahead, sigma_px)

@@ -56,7 +56,7 @@ def band_fault(band: Band) -> str | None:
 def planck(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floats:
     """Return the spectral radiance of a black body, W/m2/sr/um (Planck's law)."""
     wavelength = np.asarray(wavelength_um) * 1e-6
-    exponent = np.minimum(_C2 / (wavelength * temperature_k), 700.0)  # exp(700) is near the float's end
+    exponent = np.minimum(_C2 / (wavelength * temperature_k), 700.0)  # exp(709.8) overflows a float64
     return np.asarray(_C1L / wavelength**5 / np.expm1(exponent) * 1e-6)
 
 

@@ -36,7 +36,7 @@ class Turbulence(Part):
     aperture_m: Metres = 0.05
     """Diameter of the camera's entrance pupil, m."""
     wind_m_s: NotNegative = 3.0
-    """Crosswind, m/s: it sets how fast tilt and scintillation change; at 0 they are frozen."""
+    """Crosswind, m/s; sets the rate of change of tilt and scintillation, which are frozen at 0."""
 
     def tilt_rms(self, band: Band) -> float:
         """Return the standard deviation of the angle of arrival on one axis, rad."""
@@ -48,8 +48,8 @@ class Turbulence(Part):
     def blur_rms(self, band: Band) -> float:
         """Return the sigma of the Gaussian blur of one short exposure, rad.
 
-        Tilt and blur together make the long exposure; the blur has the rest of its variance. It is 0 for an aperture
-        small beside Fried's r0: then images only wander.
+        Its variance is that of the long exposure minus that of tilt. It is 0 for an aperture much smaller than Fried's
+        r0: such images wander without blur.
         """
         if self.cn2 == 0:
             return 0.0

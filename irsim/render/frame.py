@@ -194,7 +194,7 @@ class Renderer:
         occluding = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, occluding, strict=True):
             if sprite is not None:
-                first_m = occluder.range_m if pose.carried else None
+                first_m = occluder.range_m if pose.has_moved else None
                 yield NamedSprite(occluder.name, apply_atmosphere(sprite, pose), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:

@@ -26,10 +26,10 @@ def shipped(folder: str) -> dict[str, Path]:
     return {path.stem: path for place in _places() for path in sorted((place / folder).glob("*.yaml"))}
 
 
-def find(path: str | PathLike[str], wants: str = "examples") -> Path:
-    """Return the file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
+def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
+    """Return the file at a path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
 
-    wants   folder whose names the error lists where a name without a folder is unknown
+    default_folder  folder whose names the error lists for an unknown name without a folder
     """
     path_of(path)
     wanted = fspath(path)
@@ -45,9 +45,9 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
         return Path(path)
     elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if is_there(place / f"{wanted}.yaml"))
     hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
-    if not folder and wants != "examples":
-        names = {f"{wants}/{known}": file for known, file in shipped(wants).items()}
-    kind = "suite" if (folder or wants) == "suites" else "scenario"
+    if not folder and default_folder != "examples":
+        names = {f"{default_folder}/{known}": file for known, file in shipped(default_folder).items()}
+    kind = "suite" if (folder or default_folder) == "suites" else "scenario"
     raise InputError(
         f"{wanted}: there is no such file and no shipped {kind} of that name"
         f"{allowed_text(sorted(names), None if hint else wanted)}{hint}"
@@ -55,7 +55,7 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
 
 
 def start_text(kind: str) -> str:
-    """Return a commented scenario to start from. InputError where there is none of that kind."""
+    """Return the text of a commented scenario as a start. Raises InputError for an unknown kind."""
     known = shipped("new")
     if kind not in known:
         raise InputError(f"{kind}: there is no such kind of scenario{allowed_text(sorted(known), kind)}")
@@ -63,7 +63,7 @@ def start_text(kind: str) -> str:
 
 
 def write_new(path: Path, text: str) -> None:
-    """Write the text to a new file; InputError where the file exists."""
+    """Write the text to a new file. Raises InputError if the file exists."""
     if os.path.lexists(path):
         raise InputError(f"{path}: is there already, and a new scenario replaces nothing; allowed: -o FILE")
     with atomic_text(path) as file:
@@ -71,7 +71,8 @@ def write_new(path: Path, text: str) -> None:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs. Relations between keys are not in it."""
+    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs. It does not contain relations between
+    keys."""
     return {"$schema": DIALECT, **Scenario.model_json_schema(), "title": "irsim scenario"}
 
 

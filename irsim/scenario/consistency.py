@@ -1,4 +1,4 @@
-"""Consistency of a scenario's parts: each check raises its faults with their places."""
+"""Consistency of a scenario's parts: each check raises one error with all its faults and their places."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def check_frames(arrivals: Sequence[int], frames: int) -> None:
 
 
 def check_ids(parts: Iterable[tuple[str, KeyPath]], used: Iterable[UsedName]) -> None:
-    """Check that no two parts have one id and that every name in use exists."""
+    """Check that no two parts share an id and that every name in use exists."""
     _raise_all([*_used_twice(parts), *_unknown(used)])
 
 
@@ -90,7 +90,7 @@ def check_trajectories(targets: Sequence[Target], frames: int, context: SceneCon
 
 
 def check_references(references: Iterable[Reference]) -> None:
-    """Check that paths that refer to other targets form no circle."""
+    """Check that references between the paths of targets form no circle."""
     refers = {source: (target, place) for source, target, place in references if source}
     for first in refers:
         chain = [first]
@@ -114,11 +114,11 @@ def check_severities(severity: int, severities: Mapping[str, Sequence[object]]) 
         if length - 1 > most:
             raise PydanticCustomError(
                 "severities",
-                "{length} values where another key has {fewer}; allowed: as many under each key",
+                "{length} values where another key has {fewer}; allowed: the same number for each key",
                 {"length": length, "fewer": most + 1, "at": ("severities", key)},
             )
     if severity > most:
-        allowed = f"0 to {most}" if most else "0, for there are no severities"
+        allowed = f"0 to {most}" if most else "0, as there are no severities"
         raise PydanticCustomError(
             "severity",
             "{given} is out of range; allowed: {allowed}",

@@ -1,6 +1,6 @@
 """Expectations of a scenario: rules for the track of its target.
 
-A scenario only states them; irtrack replays the scene and judges.
+A scenario declares them; irtrack evaluates them on a replay of the scene.
 """
 
 from __future__ import annotations
@@ -17,34 +17,35 @@ class Expectation(Kind):
     """Rule for the track of a target."""
 
     target: Name | None = None
-    """Id of its target; default: the followed one."""
+    """Id of the target; default: the target to track (`follow`)."""
 
 
 class NeverLost(Expectation):
-    """The track is not lost while the target is visible."""
+    """Expectation that the track is not lost while the target is visible."""
 
 
 class ErrorBelow(Expectation):
-    """The centre error stays below a bound while the target is visible."""
+    """Expectation that the centre error stays below a bound while the target is visible."""
 
     px: Positive
-    """The bound, px."""
+    """Bound of the centre error, px."""
     share: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Fraction of those frames in which it holds: 0.95 allows one in twenty to be worse."""
+    """Least share of the visible frames in which the bound holds: 0.95 allows one in twenty to be worse."""
 
 
 class ReacquiredWithin(Expectation):
-    """The track is back on the target soon after each time that it was occluded, out of view or absent."""
+    """Expectation that the track is back on the target soon after each time of occlusion, absence or being out of
+    view."""
 
     frames: Index
-    """Number of frames from the first in which it is visible again."""
+    """Largest number of frames from the first one in which the target is visible again."""
 
 
 class HonestWhileHidden(Expectation):
-    """The track does not report a target as visible that is occluded, out of view or absent."""
+    """Expectation that the track does not report an occluded, absent or out-of-view target as visible."""
 
     within: Index = 5
-    """Number of frames after it vanished in which the report may still stand."""
+    """Number of frames after the target vanishes in which it may still be reported as visible."""
 
 
 EXPECTATIONS = Family(

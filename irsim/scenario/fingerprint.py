@@ -1,4 +1,4 @@
-"""Digest of the code on which a scene's pixels and truth depend: it tells results of different code apart."""
+"""Digest of the code on which a scene's pixels and truth depend: it distinguishes results of different code."""
 
 from __future__ import annotations
 
@@ -19,28 +19,27 @@ NOT_PIXELS = (
     *("lint", "errors.py", "scenario/loader.py", "scenario/severity.py", "scenario/catalog.py"),
     *("scenario/validation.py", "config/diagnostics.py", "config/overrides.py", "config/schema.py"),
     *("config/relative_paths.py", "config/serialization.py", "config/yaml_text.py"),
-    # share frames out among processes: each is the same as drawn alone (see below)
+    # distribute frames among processes: each is the same as drawn alone (see below)
     *("render/balance.py", "render/workers.py", "render/division.py", "render/interrupts.py"),
     *("render/shared_memory.py", "render/worker.py"),
-    # vary scenes, generate them, and hold tracks to rules
+    # vary and generate scenes, and declare expectations of tracks
     *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
     # show, write and measure rendered frames
     *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
     *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
     *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),
-    # commands, and ways in
+    # commands and entry points
     *("__main__.py", "cli", "render/sources.py"),
 )
-"""Packages and files of irsim that no pixel and no truth depends on.
+"""Packages and files of irsim without effect on pixels and ground truth.
 
-Worker processes belong to them: a test holds frames equal without these modules, alone and backwards, and by two
-processes."""
+Worker processes belong to them: a test compares frames drawn alone, in reverse order, and by two processes."""
 
 
 def scene_code(scene: Part) -> str:
     """Return the hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
 
-    The version alone would not do: in a checkout, and in a user's module, code changes without it.
+    The version number does not suffice: code in a checkout or in a user's module changes without it.
     """
     digest = hashlib.blake2b(rendering_code().encode(), digest_size=16)
     for kind in sorted(set(_foreign_kinds(scene)), key=lambda kind: kind.kind):
@@ -49,9 +48,9 @@ def scene_code(scene: Part) -> str:
 
 
 def without_names(part: object, value: Any) -> Any:
-    """Return a part's plain value less the names of files whose digest stands beside them.
+    """Return a part's plain value without the names of files whose digest it contains.
 
-    A file's content counts, not its folder or the spelling of its name.
+    The content of a file matters, not its folder or the spelling of its name.
     """
     if isinstance(part, tuple | list):
         return [without_names(*pair) for pair in zip(part, value, strict=True)]
@@ -62,14 +61,14 @@ def without_names(part: object, value: Any) -> Any:
 
 
 def _is_named(part: Part) -> bool:
-    """Return whether the part's key `file` is a file's name."""
+    """Return True if the part's key `file` is the name of a file."""
     field = type(part).model_fields.get(FILE)
     return field is not None and any(isinstance(item, Located) for item in field.metadata)
 
 
 @lru_cache
 def rendering_code() -> str:
-    """Return the hex digest of irsim's code without `NOT_PIXELS`, and of whether the kernels are compiled."""
+    """Return the hex digest of irsim's code without `NOT_PIXELS`, and of the flag for compiled kernels."""
     here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
@@ -94,7 +93,7 @@ def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
 
 
 def _source(kind: type[Kind]) -> bytes:
-    """Return the source file of a class; nothing where there is none, as of a class typed into a prompt."""
+    """Return the source file of a class; empty for a class defined interactively."""
     try:
         return Path(inspect.getsourcefile(kind) or "").read_bytes()
     except (TypeError, OSError):

@@ -1,6 +1,6 @@
 """Loading and writing scenarios. All errors in a user's text are raised here, with their places.
 
-The way of a file: `read_document` (YAML with places, absolute file names), `apply_overrides`, `validate_scenario`.
+Steps: `read_document` (YAML with places, absolute file names), `apply_overrides`, `validate_scenario`.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ SUITE_KEYS = {"sources", "trackers"}
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
     """Return the scenario in a YAML file, or the shipped one of that name, with KEY=VALUE overrides.
 
-    A shell's pipe, `<(command)`, is a file too. InputError: a line for each fault, 'file:line:column: key: problem;
-    allowed: ...'.
+    A shell pipe, `<(command)`, is a file too. Raises InputError with one line for each fault, 'file:line:column: key:
+    problem; allowed: ...'.
     """
     return validate_scenario(*apply_overrides(read_document(path, Scenario), overrides))
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
-    """Return the scenario in a YAML text; errors call the text `name`. InputError as `load`.
+    """Return the scenario in a YAML text, called `name` in errors. Raises InputError as `load`.
 
-    trusted   False for a text out of a file (a recording, a results file): it must run no code, so a user's own kinds
-              are known only where their modules are imported already
+    trusted   False for a text in a recording or a results file: no code is run, so a user's own kinds are known only if
+              their modules are imported already
     """
     if not isinstance(text, str):
         raise InputError(f"{name}: a {type(text).__name__} is no text; allowed: the YAML text of a scenario")
@@ -53,11 +53,11 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
 
 
 def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] | None = None) -> str:
-    """Return the scenario as YAML text; `loads` gives the equal scenario.
+    """Return the scenario as YAML text; `loads` returns an equal scenario.
 
     short    without defaults, else with every key
-    folder   folder of the text's file: names of other files become relative to it, and `load` gives the equal scenario
-             when all are moved together. None: absolute names
+    folder   folder of the text's file: names of other files become relative to it, so all can be moved together.
+             None: absolute names
     """
     document = scenario_document(expect_scenario("the text", scenario), brief_value if short else plain_value)
     if folder is not None:
@@ -68,8 +68,8 @@ def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] |
 def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """Return the scenario with values at override keys, such as {"targets.jet.path.speed": 3.0}.
 
-    Such a key does not vary: it leaves `severities` and `vary`. Values mean the same as in YAML: `1e3` is an integer
-    too. InputError as `load`, with the place 'KEY=VALUE', and for values that YAML cannot write.
+    Changed keys are removed from `severities` and `vary`. Values are read as in YAML: `1e3` is an integer too. Raises
+    InputError as `load`, with the place 'KEY=VALUE', and for values that YAML cannot represent.
     """
     document = scenario_document(expect_scenario("a change", scenario))
     given: list[KeyPath] = []
@@ -87,7 +87,7 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
 
 
 def values_of(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
-    """Return a scenario's values at override keys, as in YAML; None where there is nothing."""
+    """Return a scenario's values at override keys, as in YAML; None for missing values."""
     return values_at(scenario_document(scenario), scenario, keys)
 
 
@@ -104,9 +104,9 @@ class LoadedPart(Generic[AnyPart]):
         return error_line(self.document, at, name, problem)
 
 
-def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "examples") -> LoadedPart[AnyPart]:
-    """Return the part in a YAML file, or the shipped one of that name; InputError as `load`. `wants` as in `find`."""
-    document = read_document(path, part, wants)
+def read_part(path: str | PathLike[str], part: type[AnyPart], default_folder: str = "examples") -> LoadedPart[AnyPart]:
+    """Return the part in a YAML file, or the shipped one of that name (see `find`). Raises InputError as `load`."""
+    document = read_document(path, part, default_folder)
     document = replace(document, value=whole_numbers(document.value))
     return LoadedPart(validate_part(document, part), document)
 
@@ -114,15 +114,15 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
 def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     """Return a part from plain values by its keys, such as a tracker from its parameters; `1e3` is an integer too.
 
-    InputError: a line for each fault, 'name: key: problem; allowed: ...'.
+    Raises InputError with one line for each fault, 'name: key: problem; allowed: ...'.
     """
     return validate_part(Document(name, as_yaml_value(values, name), {(): name}, {}), part)
 
 
-def read_document(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:
+def read_document(path: str | PathLike[str], root: type[Part], default_folder: str = "examples") -> Document:
     """Return the document of a `root` in a file, or in the shipped one of that name (see `find`), with absolute names
     of files."""
-    file = find(path, wants)
+    file = find(path, default_folder)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: {_recording_problem(file)}")
     if file.is_file() and is_binary(file) and not is_meant_as_text(file):
@@ -134,7 +134,7 @@ def read_document(path: str | PathLike[str], root: type[Part], wants: str = "exa
 
 
 def apply_overrides(document: Document, overrides: Iterable[str]) -> tuple[Document, list[KeyPath]]:
-    """Return a scenario's document with overrides, and their paths. InputError: all faults of overrides."""
+    """Return a scenario's document with overrides, and their paths. Raises InputError with all faults of overrides."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
@@ -164,10 +164,10 @@ def scenario_document(scenario: Scenario, as_value: Callable[[Scenario], Any] = 
 
 
 def _recording_problem(file: Path) -> str:
-    """Return why a file that is a recording, by its content or its name, is no YAML."""
+    """Return the problem of a file that is a recording by its content or name, instead of YAML."""
     if begins_as_recording(file):
-        return "is a recording, no YAML; irsim info describes it"
+        return "is a recording, not YAML; irsim info describes it"
     allowed = "allowed: YAML text, in a file whose name ends in .yaml"
     if file.stat().st_size == 0:
-        return f"is empty, no recording and no YAML; {allowed}"
-    return f"has the name of a recording and is none, it does not begin as one; {allowed}"
+        return f"is empty, neither a recording nor YAML; {allowed}"
+    return f"has the name of a recording, but not its first bytes; {allowed}"

@@ -43,7 +43,7 @@ Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length
 """Values of a key by severity, from 0 on."""
 
 METADATA = {"about", "like", "severity", "severities", "vary", "expect"}
-"""Keys that change no pixel and no truth: severities only through the values that they put elsewhere."""
+"""Keys that change neither pixels nor ground truth; severities act through the values of other keys."""
 
 
 def _split(given: object) -> object:
@@ -52,14 +52,14 @@ def _split(given: object) -> object:
 
 
 def expect_names(without: Iterable[str]) -> tuple[str, ...]:
-    """Return the names to switch off. InputError for a single text, whose letters would be taken for names."""
+    """Return the names to switch off. Raises InputError for a single text, whose letters would be taken as names."""
     if isinstance(without, str) or not isinstance(without, Iterable):
         raise InputError(f"without {without!r}: allowed: a list of names, such as [{str(without)!r}]")
     return tuple(without)
 
 
 def expect_scenario(action: str, given: object, hint: str = "") -> Scenario:
-    """Return the scenario `given`, the argument of `action`; InputError where it is none."""
+    """Return the scenario `given`, the argument of `action`. Raises InputError if it is not a scenario."""
     if isinstance(given, Scenario):
         return given
     how = f"irsim.load({given!r})" if isinstance(given, str) else "irsim.load"
@@ -72,7 +72,7 @@ class Scenario(Part):
     about: str = ""
     """Purpose of this scenario."""
     like: BackgroundClass | None = None
-    """Class of real backgrounds that its own resembles; `irsim realism` compares it with that."""
+    """Class of real backgrounds with which `irsim realism` compares the background. Default: none."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     """Seed of all random numbers of the scene."""
     frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
@@ -85,11 +85,12 @@ class Scenario(Part):
     follow: Name | None = None
     """Id of the target to track; default: the first."""
     without: Annotated[Several[Switch], BeforeValidator(_split, json_schema_input_type=Several[Switch] | str)] = ()
-    """Names of parts and settings to switch off, a list or a text with commas; all else stays the same, bit for bit."""
+    """Names of parts and settings to switch off, a list or a text with commas. The rest of the scene is unchanged, bit
+    for bit."""
     severity: Annotated[int, Field(ge=0, le=99)] = 0
-    """Index of the values of `severities` that hold; 0 is the benign case."""
+    """Index of the current values in `severities`; 0 is the benign case."""
     severities: Mapping[str, Levels] = {}
-    """Override keys, such as `camera.netd_mk`, each with a list of its values from severity 0 on."""
+    """Override keys, such as `camera.netd_mk`, each with its list of values from severity 0 on."""
     vary: Mapping[str, Annotated[Variation, VARIATIONS]] = {}
     """Override keys, each with a range of values for `irsim sample` and for searches."""
     expect: Several[Annotated[Expectation, EXPECTATIONS]] = ()
@@ -97,7 +98,7 @@ class Scenario(Part):
 
     @property
     def context(self) -> SceneContext:
-        """Facts that all parts of the scene share."""
+        """Properties that all parts of the scene share."""
         camera = self.camera
         cast = SceneMotion({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
@@ -119,7 +120,7 @@ class Scenario(Part):
 
     @property
     def air(self) -> Atmosphere:
-        """The atmosphere without switched-off settings, with the camera at the height that its background gives."""
+        """Atmosphere without switched-off settings, at the camera height that the background sets."""
         turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
         still = switched_off(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
         altitude_m = self.background.altitude_m(still.altitude_m)
@@ -127,8 +128,8 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides pixels and truth: values, code and contents of files; not `METADATA` nor names
-        of files."""
+        """Hex digest of all inputs to pixels and ground truth: values, code and contents of files; without `METADATA`
+        and names of files."""
         from irsim import __version__
 
         value = without_names(self, json.loads(self.model_dump_json(exclude=METADATA)))
@@ -137,7 +138,7 @@ class Scenario(Part):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that it is read from besides its text: a recorded background, meshes."""
+        """Files that the scenario reads besides its text: a recorded background, meshes."""
         return (*self.background.files, *(file for target in self.targets for file in target.shape.files))
 
     @property
@@ -147,17 +148,17 @@ class Scenario(Part):
 
     @property
     def motions(self) -> tuple[CameraMotion, ...]:
-        """The camera's motions that are switched on."""
+        """Motions of the camera that are switched on."""
         return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
 
     @property
     def whole(self) -> Scenario:
-        """The same scene with nothing switched off."""
+        """Scene with nothing switched off."""
         return self.model_copy(update={"without": ()})
 
     @property
     def shown(self) -> Scenario:
-        """The same scene with switched-off settings of its parts at the value without effect."""
+        """Scene with switched-off settings of its parts at the value without effect."""
         return switched_off(self, self._off) if self.without else self
 
     @property
@@ -166,7 +167,7 @@ class Scenario(Part):
         return set(self.without) - {name for name, _ in self._parts()}
 
     def is_on(self, name: str) -> bool:
-        """Return whether the part or setting of that name is switched on."""
+        """Return True if the part or setting of that name is switched on."""
         return name not in self.without
 
     def names(self) -> Iterator[tuple[str, KeyPath]]:

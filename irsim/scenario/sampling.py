@@ -1,7 +1,6 @@
 """Sampling: the space of scenes that a scenario's `vary` spans, drawn at random or searched.
 
-A *point* has a value for each key that is searched. Nuisances follow from the scene's seed instead: another seed gives
-the same point under other circumstances.
+A *point* holds a value for each key that is searched. Values of nuisance keys follow from the scene's seed.
 """
 
 from __future__ import annotations
@@ -36,11 +35,11 @@ class Knob:
     """Override key."""
     variation: Variation
     benign: Any
-    """The value at severity 0."""
+    """Value at severity 0."""
 
     @property
     def severities(self) -> range:
-        """Severities, 0 the benign value; negative ones where values lie on both sides of it."""
+        """Severities: 0 is the benign value, negative ones lie on its other side."""
         return self.variation.severities(self.benign)
 
 
@@ -59,15 +58,15 @@ class Variations:
         return {knob.key: knob.benign for knob in self.knobs}
 
     def at(self, shares: Sequence[float]) -> Point:
-        """Return the point at quantiles from 0 to 1, one for each knob; uniform ones are fair draws. InputError for
-        anything else."""
+        """Return the point at quantiles from 0 to 1, one for each knob; uniform quantiles give random draws. Raises
+        InputError for other values."""
         place = self._coordinates("shares", shares)
         if not all(isinstance(share, int | float | np.integer | np.floating) and 0 <= share <= 1 for share in place):
             raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
         return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
     def at_severities(self, severities: Sequence[int]) -> Point:
-        """Return the point at a severity for each knob, one of its `severities`; InputError for anything else."""
+        """Return the point at a severity for each knob, one of its `severities`. Raises InputError for other values."""
         steps = self._coordinates("severities", severities)
         return {
             knob.key: knob.variation.at_severity(_severity(knob, step), knob.benign)
@@ -75,15 +74,15 @@ class Variations:
         }
 
     def draw(self, seed: int) -> Point:
-        """Return the random point of a seed; InputError for anything but an integer."""
+        """Return the random point of a seed. Raises InputError for a seed that is not an integer."""
         whole_number("seed", seed)
         return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
 
     def concrete(self, point: Point, seed: int | None = None) -> Scenario:
-        """Return the scenario at a point, without variations; nuisances by the scene's seed, default: its own.
+        """Return the scenario at a point, without variations; `seed` sets the nuisances, default: the scene's own seed.
 
-        Keys missing from the point have their benign values; it may hold nuisances too. InputError where no scenario
-        can be made of it.
+        Keys missing from the point have their benign values; it may hold nuisances too. Raises InputError if the
+        scenario is invalid.
         """
         if not isinstance(point, Mapping):
             raise InputError(
@@ -115,7 +114,7 @@ class Variations:
 
 
 def _severity(knob: Knob, given: Any) -> int:
-    """Return one of a knob's severities; InputError for anything else."""
+    """Return one of a knob's severities. Raises InputError for other values."""
     try:
         severity = as_int(given)
     except TypeError:
@@ -141,7 +140,7 @@ def variations(scenario: Scenario) -> Variations:
 def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Scenario]:
     """Draw `n` scenarios, from number `start` on, from a scenario's `vary`, each with its own scene seed.
 
-    Draw k is the same for any `n`. InputError where nothing varies, and where no scenario can be made of a draw.
+    Draw k is the same for any `n`. Raises InputError if nothing varies or a drawn scenario is invalid.
     """
     expect_scenario("sample", scenario)
     for name, given in (("n", n), ("seed", seed), ("start", start)):
@@ -162,7 +161,7 @@ def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Sc
 
 
 def sample_names(name: str, n: int) -> list[str]:
-    """Return the file names of `n` samples: NAME-0.yaml and on, with as many digits as the last needs."""
+    """Return the file names of `n` samples: NAME-0.yaml and on, padded to the digits of the last number."""
     return [f"{name}-{index:0{len(str(n - 1))}}.yaml" for index in range(n)]
 
 
@@ -175,7 +174,9 @@ def sample_texts(
     folder: Path,
     progress: Callable[[int], None] | None = None,
 ) -> list[str]:
-    """Return `n` draws of `sample` as YAML texts, headed by the values drawn and the command. InputError as `sample`.
+    """Return `n` draws of `sample` as YAML texts, headed by the drawn values and the command.
+
+    Raises InputError as `sample`.
 
     name     of the scenario
     repeat   the command that draws them

@@ -1,4 +1,4 @@
-"""Severities of a document: the values that it lists under `severities`, put where they belong."""
+"""Severities of a document: the values under `severities`, applied to their keys."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from irsim.config.yaml_text import Document, dotted
 from irsim.errors import InputError
 
 _NOT_VARIABLE = {"about", "seed", "expect", "severities", "vary"}
-"""Keys that make a scene no harder: they cannot stand in a table."""
+"""Keys without effect on the difficulty of a scene, not allowed under `severities` and `vary`."""
 _VARIABLE = "keys that change the picture, such as camera.netd_mk"
 
 
 def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:
     """Return the document with the values of its severity.
 
-    given   paths set by hand: such a key, or one within it, keeps its value and leaves the tables
+    given   paths set by hand: such a key, or one within it, keeps its value and is removed from the tables
 
-    Where no key is left under `severities`, all severities are the same, and the document's becomes 0. Only valid
-    entries are applied: validation reports the others, `table_faults` keys that lead nowhere.
+    If no key is left under `severities`, all severities are equal and the severity becomes 0. Only valid entries are
+    applied: validation reports the others, `table_faults` the keys that do not exist.
     """
     fixed, faults = list(given), table_faults(document, root)
     lists = [values for values in table(document, "severities").values() if isinstance(values, list)]
@@ -44,7 +44,7 @@ def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath
 
 
 def table_faults(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
-    """Return error lines of table keys that lead nowhere or cannot vary, by table and key."""
+    """Return error lines of table keys that do not exist or cannot vary, by table and key."""
     faults = {}
     for name, key in table_entries(document):
         try:
@@ -62,7 +62,7 @@ def _without_entry(document: Document, name: str, key: str) -> Document:
 
 
 def _path(document: Document, name: str, key: str, root: type[Part]) -> KeyPath:
-    # The value does not matter here: only the path does.
+    # Only the path matters here, not the value.
     return set_value(document, key, None, _place(document, name, key), root)[1]
 
 

@@ -23,11 +23,11 @@ from irsim.scenario.severity import apply_severity, table_faults
 from irsim.scenario.variation import Choice
 
 _LONGEST = 40
-"""Most characters of a quoted value."""
+"""Largest number of characters of a quoted value."""
 
 
 def validate_scenario(document: Document, given: Iterable[KeyPath] = (), all_severities: bool = False) -> Scenario:
-    """Return the scenario of a document at its severity; InputError with a line for each fault.
+    """Return the scenario of a document at its severity. Raises InputError with one line for each fault.
 
     given            paths of values set by hand: they do not vary
     all_severities   validate the scenario at its other severities too
@@ -55,7 +55,7 @@ def notice_line(document: Document, notice: Notice, prefix: str = "") -> str:
 
 
 def values_at(document: Document, scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
-    """Return the values of the document's scenario at override keys; None where there is nothing."""
+    """Return the values of the document's scenario at override keys; None for missing values."""
     tree = plain_value(scenario)
     found = {}
     for key in keys:
@@ -67,8 +67,8 @@ def values_at(document: Document, scenario: Scenario, keys: Iterable[str]) -> di
 
 
 def scenario_with(document: Document, key: str, value: Any, place: str) -> Scenario:
-    """Return the document's scenario with another value at an override key, which then does not vary; InputError where
-    it is not valid."""
+    """Return the document's scenario with another value at an override key, which then does not vary. Raises InputError
+    if it is invalid."""
     changed, path = set_value(document, key, value, place, Scenario)
     return validate_part(apply_severity(changed, Scenario, [path]), Scenario)
 
@@ -80,7 +80,7 @@ def short_text(value: Any) -> str:
 
 
 def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Iterator[str]:
-    """Yield faults of a scenario that is valid by its model."""
+    """Yield faults of a scenario that passes the validation of its model."""
     for notice in (*unmet(scenario), *_range_faults(document, scenario)):
         yield notice_line(document, notice)
     if all_severities:
@@ -94,8 +94,8 @@ def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Ite
 
 
 def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: bool) -> list[str]:
-    """Return faults of valid table entries beside invalid ones; none where the scenario without its tables has faults,
-    as entries are tried in it."""
+    """Return faults of valid table entries beside invalid ones. Entries are tried in the scenario without its tables;
+    none are returned if that scenario has faults."""
     in_tables = table_faults(document, Scenario)
     rest = replace(document, value={**document.value, "severity": 0, **{name: {} for name in TABLES}})
     faults: list[str] = []
@@ -117,7 +117,7 @@ def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: 
 
 
 def _range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
-    """Yield ranges with values of which no scenario can be made, each value tried alone."""
+    """Yield ranges with values that give an invalid scenario, each value tried alone."""
     for key, base in values_at(document, scenario, scenario.vary).items():
         variation = scenario.vary[key]
         benign = base if variation.benign is None else variation.benign
@@ -126,7 +126,7 @@ def _range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("vary", key), misfit)
             continue
         values = {("benign",): benign, **variation.probes()}
-        # Each value of a choice counts by itself; of a span the first fault is enough.
+        # Each value of a choice is reported; of a span only the first fault.
         most = None if isinstance(variation, Choice) else 1
         yield from islice(_invalid_values(document, key, values), most)
 

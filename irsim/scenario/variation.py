@@ -1,8 +1,8 @@
 """Variations: the ranges of values under `vary`, to draw from and to search.
 
-A variation gives a value for a quantile from 0 to 1 (a Monte Carlo draw is a uniform quantile, a search moves in the
-cube of them), or for an integer severity, where 0 is the benign value and every step leads farther from it (failures
-are shrunk towards 0).
+A variation returns a value for a quantile from 0 to 1: a Monte Carlo draw is a uniform quantile, and a search moves in
+the cube of quantiles. It also returns a value for an integer severity: 0 is the benign value, each step leads farther
+from it, and failures are shrunk towards 0.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STEPS = 5
 """Severities from the benign value to an end of a range."""
 
 _BETWEEN = math.pi / 10
-"""A quantile at which few ranges have an integer: a key that takes only integers fails there."""
+"""Quantile at which few ranges yield an integer, so that keys restricted to integers fail."""
 
 CUT_SD = 4.0
 """Default ends of a normal distribution, in standard deviations: the cut lowers its deviation by 0.05 %."""
@@ -32,28 +32,28 @@ class Variation(Kind):
     """Range of values of one key."""
 
     benign: Any = None
-    """The value at severity 0; default: the scenario's own."""
+    """Value at severity 0; default: the value of the scenario."""
     nuisance: bool = False
-    """Whether it follows from the scene's seed and is not searched."""
+    """True if the value follows from the scene's seed and is not searched."""
 
     @abstractmethod
     def quantile(self, share: float) -> Any:
-        """Return the quantile of a share, 0 to 1: the value below which that share of the draws lies."""
+        """Return the quantile of a share, 0 to 1."""
 
     @abstractmethod
     def probes(self) -> dict[tuple[str | int, ...], Any]:
-        """Return values to try before any draw, the outermost among them, by their path for error messages."""
+        """Return values for validation, including both ends, by their path for error messages."""
 
     @abstractmethod
     def severities(self, benign: Any) -> range:
-        """Return the severities; negative ones lead to the low end, where the benign value lies inside."""
+        """Return the severities; negative ones lead to the low end if the benign value lies inside."""
 
     @abstractmethod
     def at_severity(self, severity: int, benign: Any) -> Any:
         """Return the value at one of the `severities`."""
 
     def misfit(self, benign: Any) -> str | None:
-        """Return why that benign value does not fit; None where it does."""
+        """Return the reason why the benign value does not fit; None if it fits."""
         return None
 
 
@@ -196,7 +196,7 @@ class Choice(Variation):
     """One of several values of any type, uniformly distributed; a severity is an index in the list."""
 
     values: Annotated[tuple[Any, ...], Field(strict=False, min_length=1, max_length=1000)]
-    """The values, the benign one or the mildest first."""
+    """List of values, the benign or the mildest one first."""
 
     def quantile(self, share: float) -> Any:
         return self.values[min(int(share * len(self.values)), len(self.values) - 1)]

@@ -14,13 +14,13 @@ from irsim.targets.parts import (
     JointAngle,
     RigidTransform,
     Solid,
+    attached,
     ball,
     block,
     hinge,
     joint_angle,
     limb,
     mirrored,
-    on,
     plate,
     profile,
     shifted,
@@ -33,11 +33,11 @@ _FIGHTER_TAILPLANE = plate(((-0.32, 0.02), (-0.43, 0.18), (-0.49, 0.18), (-0.47,
 
 
 class Fighter(Body):
-    """A jet with cropped delta wings, one fin and a hot nozzle that only its tail shows."""
+    """A jet with cropped delta wings, one fin and a hot nozzle that is visible from behind only."""
 
     default_posture: ClassVar[Posture] = AEROPLANE
     picture_poses: ClassVar[tuple[Angles, ...]] = ((70.0, 10.0, -50.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
-    # The MiG-25 at its limit for short dashes, Mach 3 at height (Mach 2.83 for longer): 885 m/s.
+    # MiG-25: Mach 3 at altitude for short dashes, 885 m/s (Mach 2.83 sustained).
     max_speed_m_s: ClassVar[float | None] = 900.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.01, 0.004, 0.004), (0.41, 0.005, 0.02, 0.02), (0.22, 0.0, 0.043, 0.043)),
@@ -62,7 +62,7 @@ class Fighter(Body):
     length_m: Length = 15.0
     """Length, m."""
     engine_k: Kelvin = 400.0
-    """Temperature of the nozzle's outside, kelvin."""
+    """Temperature of the outside of the nozzle, kelvin."""
 
 
 # Proportions of the common single-aisle twins: 37.6 m long, 34 m span, 4 m across.
@@ -80,7 +80,7 @@ class Airliner(Body):
 
     default_posture: ClassVar[Posture] = AEROPLANE
     picture_poses: ClassVar[tuple[Angles, ...]] = ((60.0, 20.0, 25.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
-    # In a jet stream: 825 mph over the ground, 369 m/s (a Boeing 747 over the Atlantic, February 2020).
+    # Ground speed in a jet stream: 825 mph, 369 m/s (a Boeing 747 over the Atlantic, February 2020).
     max_speed_m_s: ClassVar[float | None] = 370.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
@@ -109,7 +109,7 @@ class Airliner(Body):
     length_m: Length = 37.6
     """Length, m."""
     temperature_k: Kelvin = 272.0
-    """Temperature of the skin, kelvin: air at cruising height is cold, friction warms it by some 25 K."""
+    """Temperature of the skin, kelvin: about 25 K above the cold air at cruising height, by friction."""
     engine_k: Kelvin = 420.0
     """Temperature of the nozzles, kelvin."""
 
@@ -150,7 +150,7 @@ class Helicopter(Body):
     switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
     rotational_symmetry: ClassVar[Mapping[str, int]] = {"rotor_hz": 4}
     picture_poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
-    # The Eurocopter X3, which has propellers too: 255 kn, 131 m/s (2013); the Westland Lynx of 1986: 111 m/s.
+    # Eurocopter X3, a compound helicopter: 255 kn, 131 m/s (2013); Westland Lynx: 111 m/s (1986).
     max_speed_m_s: ClassVar[float | None] = 135.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
@@ -174,12 +174,12 @@ class Helicopter(Body):
         mirrored(_SKID),
         *_STRUTS,
         *map(mirrored, _STRUTS),
-        *on("rotor", *map(_main_blade, range(4))),
-        *on("tail", *_TAIL_BLADES),
+        *attached("rotor", *map(_main_blade, range(4))),
+        *attached("tail", *_TAIL_BLADES),
     )
 
     length_m: Length = 14.0
-    """Length of the fuselage with its tail, m; the main rotor is 1.16 times that across."""
+    """Length of the fuselage with its tail, m; the diameter of the main rotor is 1.16 times that."""
     temperature_k: Kelvin = 290.0
     """Temperature of the skin, kelvin."""
     engine_k: Kelvin = 460.0
@@ -191,7 +191,7 @@ class Helicopter(Body):
     windows_emissivity: Fraction = 0.85
     """Emissivity of the windows: glass in the thermal infrared."""
     rotor_hz: NotNegative = 4.3
-    """Turns of the main rotor a second; the tail rotor turns five times as fast."""
+    """Rotation rate of the main rotor, turns a second; the tail rotor turns five times as fast."""
     rotor_deg: JointAngle = 30.0
     """Angle of the main rotor in frame 0, degrees."""
 
@@ -219,7 +219,7 @@ def _motor_corner(name: str) -> tuple[Solid, ...]:
         limb((x * 0.25, y * 0.2, -0.02), (x * 0.89, y * 0.883, -0.03), 0.035, 0.028),
         limb((x, y, 0.0), (x, y, _ROTOR_Z), 0.045, 0.042, "motors_k", sides=8),
         limb((x, y, 0.0), (x, y, 0.11), 0.02, 0.012),
-        *on(name, blades),
+        *attached(name, blades),
     )
 
 
@@ -243,7 +243,7 @@ class Quadrotor(Body):
     )
 
     length_m: Length = 0.45
-    """Length over the rotors of a side, m: 0.45 for a camera drone, above 1 for one that carries loads."""
+    """Length from the front to the rear rotor tips, m: 0.45 for a camera drone, above 1 for a cargo drone."""
     temperature_k: Kelvin = 294.0
     """Temperature of body and arms, kelvin."""
     motors_k: Kelvin = 320.0
@@ -252,8 +252,8 @@ class Quadrotor(Body):
     """Temperature of the battery, kelvin."""
     rotors_k: Kelvin = 288.0
     """Temperature of the rotors, kelvin."""
-    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: they would seem to stand
-    """Turns of the rotors a second; neighbours turn against each other."""
+    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: the rotors would appear at rest
+    """Rotation rate of the rotors, turns a second; adjacent rotors turn in opposite directions."""
     rotor_deg: JointAngle = 20.0
     """Angle of the rotors in frame 0, degrees."""
 
@@ -270,14 +270,13 @@ _BOTTOM_FIN = profile(((-0.36, 0.025), (-0.44, 0.16), (-0.5, 0.16), (-0.5, 0.025
 
 
 class Missile(Body):
-    """A slender missile with wings and fins, its seeker's dome hot by friction, and a bright plume behind it.
+    """A slender missile with wings and fins, a seeker dome heated by friction, and a bright plume.
 
-    The plume is part of the body: it counts for box and centre. It is thin gas, so its emissivity is
-    low, but nothing is seen through it.
+    The plume is part of the body and counts for box and centre. Its emissivity is low, but it is opaque.
     """
 
     picture_poses: ClassVar[tuple[Angles, ...]] = ((70.0, 20.0, 45.0), (90.0, 0.0, 0.0), (50.0, 35.0, 20.0))
-    # Of air-to-air missiles the R-37M, Mach 6 at height: 1800 m/s. Ballistic ones are another matter.
+    # R-37M, an air-to-air missile: Mach 6 at altitude, 1800 m/s. Ballistic missiles are excluded.
     max_speed_m_s: ClassVar[float | None] = 2000.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.0, 0.008, 0.008), (0.475, 0.0, 0.022, 0.022), (0.44, 0.0, 0.032, 0.032), material="dome_k"),
@@ -294,7 +293,7 @@ class Missile(Body):
     )
 
     length_m: Length = 3.0
-    """Length, m; the plume adds 0.7 of it."""
+    """Length without the plume, m; the plume is 0.7 times as long."""
     temperature_k: Kelvin = 330.0
     """Temperature of the skin, kelvin."""
     dome_k: Kelvin = 380.0

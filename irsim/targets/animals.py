@@ -17,12 +17,12 @@ from irsim.targets.parts import (
     JointAngle,
     RigidTransform,
     Solid,
+    attached,
     ball,
     hinge,
     joint_angle,
     limb,
     mirrored,
-    on,
     plate,
     tube,
 )
@@ -49,10 +49,10 @@ class Bird(Body):
         ball((0.38, 0.0, -0.015), (0.085, 0.07, 0.07), "head_k"),
         limb((0.467, 0.0, 0.005), (0.54, 0.0, 0.017), 0.03, 0.006),
         plate(((-0.22, -0.05), (-0.22, 0.05), (-0.5, 0.13), (-0.5, -0.13)), -0.02, 0.005, "wings_k"),
-        *on("left_arm", mirrored(_INNER_WING)),
-        *on("right_arm", _INNER_WING),
-        *on("left_hand", mirrored(_OUTER_WING)),
-        *on("right_hand", _OUTER_WING),
+        *attached("left_arm", mirrored(_INNER_WING)),
+        *attached("right_arm", _INNER_WING),
+        *attached("left_hand", mirrored(_OUTER_WING)),
+        *attached("right_hand", _OUTER_WING),
     )
 
     length_m: Length = 0.6
@@ -64,11 +64,11 @@ class Bird(Body):
     wings_k: Kelvin = 290.0
     """Temperature of wings and tail, kelvin."""
     beat_hz: NotNegative = 3.0
-    """Wing beats a second."""
+    """Rate of the wing beats, beats a second."""
     beat_deg: Annotated[float, Field(ge=0, le=80)] = 38.0
-    """The wings' angle above and below level at the ends of a beat, degrees."""
+    """Amplitude of the beat: angle of the wings above and below level, degrees."""
     phase_deg: JointAngle = 70.0
-    """Place in the beat in frame 0, degrees; at 90 the wings are up."""
+    """Phase of the beat in frame 0, degrees; at 90 the wings are up."""
 
     def joints(self, time: float) -> Mapping[str, RigidTransform]:
         phase = joint_angle(self.phase_deg, self.beat_hz, time)
@@ -99,14 +99,14 @@ def _body_side(side: int) -> tuple[Solid, ...]:
         return point[0] + x, side * point[1], point[2] + z
 
     return (
-        *on(f"{name}_hip", limb(at(_HIP, z=-0.02), at(_KNEE), 0.056, 0.036, sides=8)),
-        *on(
+        *attached(f"{name}_hip", limb(at(_HIP, z=-0.02), at(_KNEE), 0.056, 0.036, sides=8)),
+        *attached(
             f"{name}_knee",
             limb(at(_KNEE, z=-0.02), at(_ANKLE), 0.036, 0.024),
             limb(at(_ANKLE, x=-0.03, z=0.015), at(_ANKLE, x=0.1, z=0.025), 0.024, 0.018, "shoes_k"),
         ),
-        *on(f"{name}_shoulder", limb(at(_SHOULDER, z=-0.015), at(_ELBOW), 0.034, 0.027)),
-        *on(
+        *attached(f"{name}_shoulder", limb(at(_SHOULDER, z=-0.015), at(_ELBOW), 0.034, 0.027)),
+        *attached(
             f"{name}_elbow",
             limb(at(_ELBOW, z=-0.01), at(_WRIST), 0.027, 0.02),
             ball(at(_WRIST, z=0.03), (0.022, 0.016, 0.035), "face_k"),
@@ -115,7 +115,8 @@ def _body_side(side: int) -> tuple[Solid, ...]:
 
 
 class Pedestrian(Body):
-    """A walking person: warm face and hands, clothes less so, cool shoes; arms swing against the legs."""
+    """A walking person: warm face and hands, cooler clothes, cool shoes; each arm swings opposite to the leg of its
+    side."""
 
     default_posture: ClassVar[Posture] = UPRIGHT
     switches: ClassVar[Switches] = {"stride": ("stride_hz", 0.0)}
@@ -164,11 +165,11 @@ class Pedestrian(Body):
     shoes_k: Kelvin = 293.0
     """Temperature of the shoes, kelvin."""
     stride_hz: NotNegative = 0.95
-    """Strides (two steps) a second."""
+    """Stride rate, strides (two steps each) a second."""
     stride_deg: Annotated[float, Field(ge=0, le=60)] = 24.0
-    """The thighs' angle ahead of upright and behind it at the ends of a step, degrees."""
+    """Amplitude of the stride: angle of the thighs ahead of and behind upright, degrees."""
     phase_deg: JointAngle = 80.0
-    """Place in the stride in frame 0, degrees; at 90 the right leg is ahead."""
+    """Phase of the stride in frame 0, degrees; at 90 the right leg is ahead."""
 
     def joints(self, time: float) -> Mapping[str, RigidTransform]:
         phase = joint_angle(self.phase_deg, self.stride_hz, time)
@@ -177,7 +178,7 @@ class Pedestrian(Body):
         for name, side, own in (("right", 1, phase), ("left", -1, phase + math.pi)):
             hip, knee, shoulder, elbow = ((x, side * y, z) for x, y, z in (_HIP, _KNEE, _SHOULDER, _ELBOW))
             thigh = hinge(hip, _Y_AXIS, size * math.sin(own))
-            # The knee bends while the leg swings forward, most a quarter of a turn before it is ahead.
+            # The knee bends while the leg swings forward, most strongly 90 degrees of phase before the leg is ahead.
             shin = hinge(knee, _Y_AXIS, -size * (0.35 + 1.0 * max(0.0, math.cos(own + 0.35)) ** 2))
             arm = hinge(shoulder, _Y_AXIS, -0.9 * size * math.sin(own))
             joints |= {

@@ -46,11 +46,11 @@ class Shape(Kind):
     rotational_symmetry: ClassVar[Mapping[str, int]] = {}
     """Keys of rotation or oscillation rates, Hz, each with the number of identical positions in one turn."""
     default_posture: ClassVar[Posture] = ARROW
-    """Attitude of its kind along its path."""
+    """Attitude law of the kind along its path."""
     grounded: ClassVar[bool] = False
-    """True if its kind stands on the ground or floats on the sea."""
+    """True if the kind stands on the ground or floats on the sea."""
     max_speed_m_s: ClassVar[float | None] = None
-    """Highest known ground speed of its kind, m/s; None if not applicable."""
+    """Highest known ground speed of the kind, m/s; None if not applicable."""
     picture_poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Typical attitudes for pictures in the documentation."""
     picture_background_k: ClassVar[float] = 262.0
@@ -59,16 +59,16 @@ class Shape(Kind):
     """Typical downward viewing angle for pictures, degrees; negative from below."""
 
     flicker: Annotated[Flicker, FLICKERS] = Steady()
-    """Change of its brightness over time."""
+    """Change of the brightness over time; default: constant."""
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that it is read from."""
+        """Files from which the shape is read."""
         return ()
 
     @property
     def warning(self) -> tuple[str, str] | None:
-        """A key and the reason why its value is allowed but suspicious; None if all is plausible."""
+        """(key, reason) of a value that is allowed but implausible; None without one."""
         return None
 
     @property
@@ -77,12 +77,12 @@ class Shape(Kind):
         return self.default_posture
 
     def brightness(self, view: View) -> float:
-        """Return the factor of all its light due to flicker."""
+        """Return the factor on the radiance due to flicker."""
         return self.flicker.factor(view.time, view.context.seed, view.name)
 
     @property
     def default_class(self) -> str:
-        """Its class in the ground truth unless the scenario sets one."""
+        """Class in the ground truth unless the scenario sets one."""
         return self.kind
 
     @abstractmethod

@@ -33,13 +33,13 @@ class Body(Shape):
     `engine_emissivity` if the body has it, else the entry `engine` of `emissivities`, else `emissivity`.
 
     Each part is drawn by the exact outline of its convex hull, and parts hide each other in depth order
-    (`Polyhedra.depth_order`). Intersecting parts of different material are split first (`split_intersections`), except
-    those on different joints and those that would become many pieces: where their order changes, the light of a shipped
-    body jumps by less than 1 %.
+    (`Polyhedra.depth_order`). Intersecting parts of different material are split first (`split_intersections`). Parts
+    on different joints and parts that would become many pieces stay whole: a change of their depth order changes the
+    light of a shipped body by less than 1 %.
     """
 
     solids: ClassVar[tuple[Solid, ...]]
-    """Its parts, for a body of length 1."""
+    """Parts of the body, at length 1."""
 
     length_m: Length
     """Length, m."""
@@ -66,10 +66,11 @@ class Body(Shape):
         return hash((type(self), self.length_m, self.temperature_k))  # cheap: needed for each body in each frame
 
     def __eq__(self, other: object) -> bool:
-        return self is other or (type(self) is type(other) and vars(self) == vars(other))  # a fifth of pydantic's time
+        # Five times as fast as pydantic's.
+        return self is other or (type(self) is type(other) and vars(self) == vars(other))
 
     def joints(self, time: float) -> Mapping[str, RigidTransform]:
-        """Return the transforms of its joints at a time, s, with translations in body lengths."""
+        """Return the transforms of the joints at a time, s, with translations in body lengths."""
         return {}
 
     def draw(self, view: View) -> Sprite | None:
@@ -92,7 +93,7 @@ class RestPose:
 
     @cached_property
     def table(self) -> kernels.Form:
-        """Its tables for the compiled kernel."""
+        """Tables for the compiled kernel."""
         body, topology = self.polyhedra, self.polyhedra.topology
         tables = topology.firsts, topology.corner, topology.edges, topology.material
         planes = body.vertices, body.normals, body.offsets, body.penetration
@@ -103,10 +104,10 @@ class PosedBody(NamedTuple):
     """A body in a view.
 
     rest        rest pose
-    transforms  of its joints, translations in units of `scale`
+    transforms  of the joints, translations in units of `scale`
     scale       length of the body, m
     view        pose relative to the camera
-    brightness  factor of its light
+    brightness  factor on the radiance
     """
 
     rest: RestPose

@@ -18,7 +18,7 @@ class Flicker(Kind):
 
     @abstractmethod
     def factor(self, time: float, seed: int, name: str) -> float:
-        """Return the factor of all its light at a time, s; random kinds use a stream of seed and target name."""
+        """Return the factor on the radiance at a time, s; random kinds use a stream of seed and target name."""
 
 
 class Steady(Flicker):
@@ -29,16 +29,16 @@ class Steady(Flicker):
 
 
 class Blink(Flicker):
-    """Alternately bright and dim."""
+    """Square wave between two brightnesses."""
 
     period_s: Positive = 1.0
     """Period, s."""
     bright: Annotated[float, Field(gt=0, lt=1)] = 0.5
-    """Bright share of the period."""
+    """Share of the period at the nominal brightness."""
     dim: NotNegative = 0.5
-    """Factor in the dim phase; above 1 it is the brighter one."""
+    """Brightness factor in the rest of the period; above 1 the rest is brighter."""
     phase: Fraction = 0.0
-    """Phase in frame 0, a share of the period; a period begins bright."""
+    """Phase in frame 0, as a share of the period; the period begins at the nominal brightness."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         return 1.0 if (time / self.period_s + self.phase) % 1.0 < self.bright else self.dim
@@ -50,19 +50,19 @@ class Wave(Flicker):
     hz: Positive = 1.0
     """Frequency, Hz."""
     depth: Fraction = 0.3
-    """Amplitude, a share of the brightness."""
+    """Amplitude, as a share of the brightness."""
     phase: Fraction = 0.0
-    """Phase in frame 0, a share of the period; a period begins at the mean, rising."""
+    """Phase in frame 0, as a share of the period; the period begins at the mean brightness, rising."""
 
     def factor(self, time: float, seed: int, name: str) -> float:
         return 1.0 + self.depth * math.sin(2 * math.pi * (self.hz * time + self.phase))
 
 
 class Flutter(Flicker):
-    """Random log-normal variation with mean 1, as of a flame.
+    """Random log-normal variation with mean 1, for example of a flame.
 
-    The logarithm interpolates normal numbers n_k at knots `correlation_s` apart: cos(a) n_k + sin(a) n_(k+1), a from 0
-    to a right angle, so that its variance is constant.
+    The logarithm interpolates standard normal numbers n_k at knots `correlation_s` apart: cos(a) n_k + sin(a) n_(k+1).
+    The angle a runs from 0 to pi/2, so the variance is constant.
     """
 
     rms: Annotated[float, Field(ge=0, le=2)] = 0.2

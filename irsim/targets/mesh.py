@@ -29,7 +29,7 @@ from irsim.types import Band, Box, Floats
 SAMPLES = 3
 """Visibility samples per cell and axis, where faces differ in temperature."""
 MIN_SAMPLES = 128
-"""Least samples across a body: even a distant one has the right share of light from each face."""
+"""Least number of samples across a body, for the right share of light from each face at long range."""
 _FINEST_PX = 1e-6
 """Least spacing of samples: a body seen edge-on has no width."""
 
@@ -46,16 +46,16 @@ _AXES: dict[str, tuple[int, int, int]] = {
 class MeshShape(Shape):
     """A body from an OBJ or STL file: a closed surface with one temperature or one for each material.
 
-    Its outline is exact, as for all bodies. Faces of different temperature are distinguished at samples 1/6 px apart,
-    at least 128 across. Its position is the middle of its extent.
+    The outline is exact, as for all bodies. Faces of different temperature are resolved by samples 1/6 px apart, at
+    least 128 across the body. The position of the body is the middle of its bounding box.
     """
 
     file: FileName
     """Mesh file, .obj or .stl; a relative path is searched beside the scenario, then in the working directory."""
     length_m: Length
-    """Length of its longest side, m; the unit of the file does not matter."""
+    """Length of the longest side of the bounding box, m; the unit of the file does not matter."""
     lies_as: PostureName = "arrow"
-    """Attitude along its path. arrow: nose along the velocity; aeroplane, bird: also banks in turns; multirotor,
+    """Attitude along the path. arrow: nose along the velocity; aeroplane, bird: also banks in turns; multirotor,
     helicopter: tilts with speed, turns and braking; vehicle: follows the ground; upright: never tilts."""
     axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
         "x forward, z up"
@@ -70,7 +70,7 @@ class MeshShape(Shape):
     emissivities: Mapping[str, Fraction] = Field(default_factory=dict)
     """Emissivities of materials by name."""
     digest: str = ""
-    """Digest of the mesh file, filled in automatically; a given one must match: a changed mesh is another scene."""
+    """Digest of the mesh file, filled in automatically; a given digest must match the file."""
 
     @model_validator(mode="before")
     @classmethod
@@ -99,7 +99,7 @@ class MeshShape(Shape):
 
     @property
     def mesh(self) -> Triangles:
-        """The mesh in its file. Raises InputError if the file changed since the scenario was read."""
+        """Mesh in the file. Raises InputError if the file changed since the scenario was read."""
         mesh = read_mesh(self.file)
         check_unchanged(self.file, self.digest, mesh.digest)
         return mesh
@@ -114,8 +114,8 @@ class MeshShape(Shape):
         if not gaps:
             return None
         return "file", (
-            f"{self.file} is no closed surface: at {gaps} of its edges a face is missing or inverted; faces show "
-            "from outside only, so it may be drawn with holes"
+            f"{self.file} is not a closed surface: at {gaps} of its edges a face is missing or inverted; faces are "
+            "visible from outside only, so holes may appear"
         )
 
     def draw(self, view: View) -> Sprite | None:

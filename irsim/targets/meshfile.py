@@ -16,7 +16,7 @@ from irsim.config.paths import Stamp, is_irregular, stamp
 from irsim.types import Floats
 
 MAX_FACES = 20_000
-"""Most triangles of a mesh: drawing time is about proportional to them."""
+"""Largest number of triangles of a mesh: the drawing time is about proportional to it."""
 MAX_COORDINATE = 1e12
 """Largest coordinate of a mesh, in any unit: squares and cubes of larger ones overflow."""
 MAX_CACHED = 64
@@ -24,7 +24,7 @@ MAX_CACHED = 64
 
 
 class MeshError(ValueError):
-    """Unreadable mesh; its text is one line with the file and, in text files, the line number."""
+    """Error for an unreadable mesh: one line with the file and, in text files, the line number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,8 @@ class Triangles:
 
     vertices  (V, 3)
     faces     (F, 3) vertex numbers, counter-clockwise as seen from outside
-    group     (F,) material group of each face;  groups  their names
+    group     (F,) material group of each face
+    groups    names of the groups
     digest    of the file
     gaps      number of edges where the surface is open or its faces are inconsistently oriented
     """
@@ -78,7 +79,7 @@ def _read(path: str, stamp: Stamp) -> Triangles:
     if len(faces) > MAX_FACES:
         raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MAX_FACES}")
     if not np.abs(corners).max() <= MAX_COORDINATE:  # nan, too
-        raise MeshError(f"{path}: a coordinate is no number, or too large; allowed: up to {MAX_COORDINATE:g}")
+        raise MeshError(f"{path}: a coordinate is not a number, or too large; allowed: up to {MAX_COORDINATE:g}")
     # Coincident vertices are merged, so that adjacent faces share edges (in STL each face has its own corners).
     size = float(np.ptp(corners, axis=0).max())
     if not size > 0:
@@ -159,7 +160,7 @@ def _three_numbers(words: list[str]) -> tuple[float, ...]:
     try:
         return tuple(float(word) for word in words)
     except ValueError:
-        raise ValueError(f"{' '.join(words)!r} are no coordinates; allowed: three numbers") from None
+        raise ValueError(f"{' '.join(words)!r} are not coordinates; allowed: three numbers") from None
 
 
 def _vertex_index(word: str, count: int) -> int:
@@ -167,7 +168,7 @@ def _vertex_index(word: str, count: int) -> int:
     try:
         number = int(word.partition("/")[0])
     except ValueError:
-        raise ValueError(f"{word!r} is no corner; allowed: a vertex number") from None
+        raise ValueError(f"{word!r} is not a corner; allowed: a vertex number") from None
     if not (1 <= number <= count or 1 <= -number <= count):
         raise ValueError(f"vertex {number} does not exist; allowed: 1 to {count}")
     return number - 1 if number > 0 else count + number
@@ -182,7 +183,7 @@ def _stl(path: str, data: bytes) -> _Parsed:
     # The header of a binary file may begin with 'solid' too, but text holds no zero byte.
     if not text.lstrip().startswith(b"solid") or b"\0" in text:
         raise MeshError(
-            f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
+            f"{path}: {len(data)} bytes are not an STL file; allowed: 84 and 50 for each of its {count} triangles"
         )
     corners, open_at, number = [], 0, 0
     for number, line in enumerate(text.decode("utf-8", errors="replace").splitlines(), start=1):

@@ -34,7 +34,7 @@ class Solid:
     """Convex hull of points.
 
     points    at least four that do not lie in a plane
-    material  key of the body that holds its temperature
+    material  temperature key of the body, such as `engine_k`
     joint     joint of the body that moves it; empty for a fixed part
     """
 
@@ -125,7 +125,7 @@ def tilted(solid: Solid, rise: float) -> Solid:
     return replace(solid, points=tuple((x, y, z - rise * y) for x, y, z in solid.points))
 
 
-def on(joint: str, *solids: Solid) -> tuple[Solid, ...]:
+def attached(joint: str, *solids: Solid) -> tuple[Solid, ...]:
     """Return the solids attached to a joint."""
     return tuple(replace(solid, joint=joint) for solid in solids)
 

@@ -22,10 +22,10 @@ from irsim.targets.base import Shape, View
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
-"""Temperature difference at 300 K whose radiance cuts off a point's spread: brighter points have wider wings."""
+"""Radiance threshold for the wings of a point's PSF, as a temperature difference at 300 K, K."""
 
 SMALL_PX = 1.0
-"""Diameter from which on a point is drawn as a disc."""
+"""Diameter, px, above which a point is drawn as a disc."""
 
 _BURNT_OUT = 1e-3
 """Share of full intensity below which a flare is absent."""
@@ -38,11 +38,11 @@ the ellipse's box."""
 
 
 class Point(Shape):
-    """A point target: its area gives its share of a pixel, and the optics spread its light.
+    """Point target: an area smaller than a pixel, blurred by the optics.
 
-    It replaces the share phi of one pixel's light, the ratio of its solid angle to the pixel's, spread by the blur.
-    Above one pixel in diameter it becomes a disc of that area with blurred edges. Below, the blur is widened by the
-    disc's variance, so that neither light nor width jump at the transition.
+    It replaces the share phi of one pixel's light, distributed by the PSF; phi is the ratio of its solid angle to the
+    pixel's. Above one pixel in diameter it becomes a disc of that area with blurred edges. Below, the blur is widened
+    by the disc's variance, so that light and width are continuous at the transition.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = dict.fromkeys(
@@ -54,13 +54,13 @@ class Point(Shape):
     temperature_k: Kelvin = 350.0
     """Temperature, kelvin."""
     emissivity: Fraction = 0.95
+    """Emissivity."""
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point minus that of its background, K, in place of `temperature_k`; computed with
-    nothing switched off."""
+    """Apparent temperature of the point minus that of its background, K; replaces `temperature_k`. `without` does not
+    affect the result."""
     scr: Number | None = None
-    """Signal-to-clutter ratio against its background and the camera's noise there, in place of `temperature_k`;
-    negative if darker (a point emits no less than nothing, so a cold one needs an area); computed with nothing switched
-    off."""
+    """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. Negative:
+    darker than the background, to the limit that `area_m2` allows. `without` does not affect the result."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
@@ -123,8 +123,8 @@ class Flare(Point):
     temperature_k: Kelvin = 2000.0
     """Temperature of the fire, kelvin (magnesium and teflon: about 2000)."""
     rise_s: NotNegative = 0.15
-    """Time constant of ignition, to 63 %, s. Above 0 it is dark in the frame of its throw, and in the ground truth from
-    the next frame on."""
+    """Time constant of ignition, to 63 %, s. Above 0 the flare is dark in the frame of release and enters the ground
+    truth one frame later."""
     burn_s: NotNegative = 2.5
     """Burning time before it begins to fade, s."""
     fade_s: Positive = 0.6
@@ -135,7 +135,7 @@ class Flare(Point):
         return "decoy"
 
     def intensity(self, age_s: float) -> float:
-        """Return its intensity 0..1 at a time after it was thrown, s."""
+        """Return the intensity, 0..1, at a time after release, s."""
         if age_s == math.inf:
             return 1.0
         risen = 1 - math.exp(-age_s / self.rise_s) if self.rise_s > 0 else float(age_s >= 0)
@@ -156,6 +156,7 @@ class HotSpot(Shape):
     temperature_k: Kelvin = 330.0
     """Temperature, kelvin."""
     emissivity: Fraction = 0.95
+    """Emissivity."""
 
     @property
     def default_class(self) -> str:

@@ -16,7 +16,7 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Pose-independent connectivity of several convex polyhedra, the topology.
+    """Pose-independent connectivity of several convex polyhedra.
 
     vertex_part  (V,) part of each vertex; those of one part are contiguous
     face_part    (F,) part of each face, contiguous too
@@ -60,11 +60,11 @@ class Topology:
 
     @cached_property
     def all(self) -> PartSubset:
-        """Subset of all topology."""
+        """Subset of all parts."""
         return self.subset(tuple(range(self.count)))
 
     def subset(self, parts: tuple[int, ...]) -> PartSubset:
-        """Return the subset of the given topology."""
+        """Return the subset of the given parts."""
         return _subset(self, parts)
 
     @cached_property
@@ -168,7 +168,7 @@ class Polyhedra:
 
     @cached_property
     def least_penetrated(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
-        """(parts, parts) the face of either of two parts that the other penetrates least, and True if of the second."""
+        """(parts, parts) least penetrated face of each pair of parts, and True if it belongs to the second part."""
         faces, part = self.topology.faces, np.arange(self.topology.count)
         least = faces[part, np.argmin(self.penetration[:, faces], axis=2)]
         crossed = self.penetration[part[:, None], least]
@@ -176,7 +176,7 @@ class Polyhedra:
         return np.where(of_second, least, least.T), np.asarray(of_second)
 
     def depth_order(self, eye: Floats, pixels: Floats) -> Ints:
-        """Return the rank (parts,) of each part in depth order as seen from `eye` (3,); rank 0 is hidden by none.
+        """Return the rank (parts,) of each part in depth order as seen from `eye` (3,); rank 0 is the nearest.
 
         pixels  (V, 2) projected vertices
 

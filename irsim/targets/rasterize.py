@@ -102,7 +102,7 @@ def _faces_outside(start: Floats, stop: Floats, count: Ints, one: Ints, other: I
     # Clockwise as seen with y down: a downward edge has the inside on its left.
     sign = np.where(y1 > y0, 1, -1) * count[against]
     seen = np.bincount(piece[right], sign[right], minlength=len(edge)).astype(np.int64)
-    # The count is that right of the piece; left of it m differs by its own count.
+    # `seen` is m on the right of the piece; on its left m differs by the piece's own count.
     own = np.where(stop[edge, 1] > start[edge, 1], 1, -1) * count[edge]
     return np.asarray(np.minimum(seen, seen + own))
 

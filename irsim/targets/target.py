@@ -1,4 +1,4 @@
-"""A target of a scenario: its shape, its path, and its absences."""
+"""A target of a scenario: shape, path and absences."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ class Target(Part):
     switches: ClassVar[Switches] = {"spin": ("spin_deg_s", (0.0, 0.0, 0.0)), "absences": ("absent", ())}
 
     id: Name
-    """Its name in ground truth, overrides and --without."""
+    """Name in the ground truth, in overrides and for --without."""
     cls: Name | None = None
-    """Its class in the ground truth; default: the shape's kind (flares and hot spots: decoy)."""
+    """Class in the ground truth; default: the kind of the shape, or decoy for flares and hot spots."""
     shape: Annotated[Shape, SHAPES]
-    """Its appearance."""
+    """Shape and temperatures."""
     path: Annotated[Path, PATHS]
-    """Its motion."""
+    """Path of the target."""
     attitude_deg: Triple = (0.0, 0.0, 0.0)
-    """Yaw, pitch, roll added to the attitude along its path, degrees."""
+    """[yaw, pitch, roll] added to the attitude along the path, degrees."""
     spin_deg_s: Annotated[tuple[Turning, Turning, Turning], Field(strict=False)] = (0.0, 0.0, 0.0)
-    """Rates of yaw, pitch, roll, degrees a second."""
+    """Rates of [yaw, pitch, roll], degrees a second."""
     contrast: Annotated[float, Field(ge=0, le=2)] = 1.0
-    """Factor of its difference to the background; below 1 it is fainter, 0 is invisible."""
+    """Factor on the difference from the background: below 1 fainter, 0 invisible."""
     absent: Several[Stretch] = ()
-    """List of [first, last] frames, both counted, in which it is absent: not drawn, and without ground truth."""
+    """List of [first, last] frames, inclusive, in which the target is absent: neither drawn nor in the ground truth."""
 
     @model_validator(mode="after")
     def _absences_are_ranges(self) -> Target:
@@ -47,6 +47,6 @@ class Target(Part):
         return self
 
     def exists(self, frame: int) -> bool:
-        """Return True if it is present in a frame."""
+        """Return True if the target is present in a frame."""
         absent = self.absent and any(first <= frame <= last for first, last in self.absent)
         return frame >= self.path.begins and not absent

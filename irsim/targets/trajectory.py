@@ -21,42 +21,42 @@ class TargetTrajectory:
 
     positions  (n, 3) m at frames offset, 1 + offset, ...
     attitudes  (n, 3, 3) body vectors to vectors of the first camera frame
-    mount      the camera at these frames
+    camera     trajectory of the camera at these frames
     """
 
     target: Target
-    mount: CameraTrajectory
+    camera: CameraTrajectory
     positions: Floats
     attitudes: Floats
     offset: float = 0.0
 
     @classmethod
     def of(
-        cls, target: Target, mount: CameraTrajectory, context: SceneContext, offset: float = 0.0
+        cls, target: Target, camera: CameraTrajectory, context: SceneContext, offset: float = 0.0
     ) -> TargetTrajectory:
-        """Return the trajectory over the frames of a camera, each `offset` frames later."""
-        numbers = np.arange(float(len(mount.turns))) + offset
+        """Return the trajectory at the frames of a camera trajectory, each `offset` frames later."""
+        numbers = np.arange(float(len(camera.turns))) + offset
         attitude = attitudes(
             target.path, numbers, context, target.id, target.attitude_deg, target.spin_deg_s, target.shape.posture
         )
-        return cls(target, mount, target.path.positions(numbers, context, target.id), attitude, offset)
+        return cls(target, camera, target.path.positions(numbers, context, target.id), attitude, offset)
 
     @cached_property
     def _poses(self) -> tuple[Floats, Floats]:
         """Positions (n, 3) m and attitudes (n, 3, 3) in the camera frame of each frame.
 
-        Computed for all frames at once: a product for one frame alone costs a hundred times its share.
+        They are computed for all frames at once: separate products for each frame take a hundred times as long.
         """
-        mount = self.mount
-        positions = np.einsum("nij,nj->ni", mount.rotations, self.positions - mount.places)
-        return positions, np.einsum("nij,njk->nik", mount.rotations, self.attitudes)
+        camera = self.camera
+        positions = np.einsum("nij,nj->ni", camera.rotations, self.positions - camera.places)
+        return positions, np.einsum("nij,njk->nik", camera.rotations, self.attitudes)
 
     def first_m(self, index: int, pose: CameraPose) -> float | None:
-        """Return its distance from the first camera position at frame `index`, m; None if the camera is still there."""
-        return float(np.linalg.norm(self.positions[index])) if pose.carried else None
+        """Return the distance from the first camera position at frame `index`, m; None if the camera has not moved."""
+        return float(np.linalg.norm(self.positions[index])) if pose.has_moved else None
 
     def view(self, index: int, pose: CameraPose) -> View:
-        """Return its view from the camera of frame `index`."""
+        """Return the view from the camera of frame `index`."""
         positions, attitudes = self._poses
         rate_hz, number, target = pose.context.rate_hz, index + self.offset, self.target
         age = max(number - target.path.begins, 0.0) / rate_hz

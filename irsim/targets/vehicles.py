@@ -37,7 +37,8 @@ _CAR_SIDE_GLASS = tuple(
 
 
 def _car_pane(low: float, high: float, inside: float) -> Solid:
-    """Return a windscreen or rear window by x at the belt line, at the roof and of a point behind the glass."""
+    """Return a windscreen or rear window from its x at the belt line and at the roof, and x of a point behind the
+    glass."""
     rim = [(low, side * 0.155, _CAR_BELT - 0.008) for side in (-1, 1)] + [
         (high, side * 0.125, _CAR_ROOF + 0.012) for side in (-1, 1)
     ]
@@ -45,7 +46,7 @@ def _car_pane(low: float, high: float, inside: float) -> Solid:
 
 
 class Car(Body):
-    """A saloon car: warm bonnet and wheels, windows that mirror the cold sky."""
+    """A saloon car: warm bonnet and wheels, windows that reflect the cold sky."""
 
     default_posture: ClassVar[Posture] = VEHICLE
     grounded: ClassVar[bool] = True
@@ -108,7 +109,7 @@ class Truck(Body):
     picture_poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     picture_background_k: ClassVar[float] = 284.0
     picture_depression_deg: ClassVar[float] = 12.0
-    # Racing lorries are held to 160 km/h, 44 m/s (FIA); those on roads to less.
+    # FIA limit for racing lorries: 160 km/h, 44 m/s.
     max_speed_m_s: ClassVar[float | None] = 50.0
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.5, -0.06), (0.5, -0.18), (0.46, -0.29), (0.32, -0.29), (0.32, -0.06)), -0.135, 0.135, "cab_k"),
@@ -174,7 +175,7 @@ _TANK_TURRET = Solid(
 )
 
 
-# Six road wheels a side, sprocket and idler higher, clear of the track: touching parts have no certain depth order.
+# Six road wheels a side, sprocket and idler higher, clear of the track: the depth order of touching parts is undefined.
 _TANK_WHEELS = tuple(
     wheel((x, 0.262, z), radius, 0.02, "wheels_k")
     for x, z, radius in (
@@ -186,14 +187,14 @@ _TANK_WHEELS = tuple(
 
 
 class Tank(Body):
-    """Hull, turret and a long barrel, hot road wheels in warm tracks, and a hot engine deck at the rear."""
+    """A tank: hull, turret and a long barrel, hot road wheels in warm tracks, and a hot engine deck at the rear."""
 
     default_posture: ClassVar[Posture] = VEHICLE
     grounded: ClassVar[bool] = True
     picture_poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     picture_background_k: ClassVar[float] = 288.0
     picture_depression_deg: ClassVar[float] = 12.0
-    # Guinness World Records of 2002, a Scorpion: 82 km/h, 23 m/s; ungoverned ones of others are said to reach 100.
+    # Guinness World Records of 2002, a Scorpion: 82 km/h, 23 m/s; ungoverned tanks reportedly reach 100 km/h.
     max_speed_m_s: ClassVar[float | None] = 30.0
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.46, -0.05), (0.40, 0.07), (-0.44, 0.07), (-0.48, -0.09), (0.22, -0.11)), -0.15, 0.15),
@@ -212,7 +213,7 @@ class Tank(Body):
     )
 
     length_m: Length = 7.0
-    """Length of the hull, m; the barrel reaches 0.3 of it further, as those of the common 120 and 125 mm guns do."""
+    """Length of the hull, m; the barrel extends beyond it by 0.3 of that, as common 120 and 125 mm guns do."""
     temperature_k: Kelvin = 298.0
     """Temperature of the hull, kelvin."""
     engine_k: Kelvin = 350.0
@@ -220,11 +221,11 @@ class Tank(Body):
     turret_k: Kelvin = 304.0
     """Temperature of the turret, kelvin."""
     barrel_k: Kelvin = 316.0
-    """Temperature of the barrel, kelvin: warm for a while after it has fired."""
+    """Temperature of the barrel, kelvin; the default is that of a gun fired recently."""
     tracks_k: Kelvin = 308.0
     """Temperature of the tracks, kelvin."""
     wheels_k: Kelvin = 322.0
-    """Temperature of the road wheels, whose rubber is kneaded, kelvin."""
+    """Temperature of the road wheels, kelvin: flexing of the rubber heats them."""
 
 
 # The part above water of a patrol boat of 25 m, with the water line at z = 0.

@@ -16,7 +16,7 @@ from irsim.types import Box, Floats
 _THIN = 1e-5
 """Thickness, relative to the body's length, below which nothing is cut off."""
 _MOST_PIECES = 2
-"""A part that would become more pieces is left whole, to bound the drawing time of the body."""
+"""Largest number of pieces of a split part. Other parts stay whole, to bound the drawing time of the body."""
 
 
 class PartOutlines(NamedTuple):
@@ -38,7 +38,7 @@ class PartOutlines(NamedTuple):
 class Joints:
     """Joints of a body.
 
-    names    of its joints
+    names    of the joints
     of_part  index of each part's joint, -1 for fixed parts
     """
 
@@ -57,8 +57,8 @@ def part_outlines(
     """Return the outlines of a body's parts in a view; None if any part lies behind the camera.
 
     body        in its rest pose
-    transforms  of its joints, translations in units of `scale`
-    radiance    (n,) of its parts, W/m2/sr
+    transforms  of the joints, translations in units of `scale`
+    radiance    (n,) of the parts, W/m2/sr
     """
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
@@ -103,11 +103,11 @@ class _Piece:
 
 
 def split_intersections(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
-    """Return solids of the same visible surface, of which intersecting ones are split where possible.
+    """Return solids with the same visible surface, intersecting ones split where possible.
 
-    No depth order is right for two intersecting parts: the light jumps where their order changes. So of two parts of
-    different material on the same joint, one is replaced by its pieces outside the other, cut along planes of the
-    other's faces, if these are at most two.
+    No depth order is right for two intersecting parts: the light jumps where their order changes. Of two such parts of
+    different material on the same joint, one is therefore replaced by its pieces outside the other, cut along the
+    planes of the other's faces, if there are at most two pieces.
     """
     done: list[_Piece] = []
     waiting = [_piece(solid, np.array(solid.points)) for solid in reversed(solids)]
@@ -121,7 +121,7 @@ def split_intersections(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
             pieces, whole = min(choices, key=lambda choice: _cost(choice[0]))
             if len(pieces) <= _MOST_PIECES:
                 done.remove(other)
-                waiting += [whole, *pieces]  # tested again: a face that separated it from a third may be gone
+                waiting += [whole, *pieces]  # tested again: a cut may remove the face that separated two parts
                 break
         else:
             done.append(one)
@@ -152,7 +152,7 @@ def _heights(one: _Piece, other: _Piece) -> Floats:
 def _outside(one: _Piece, other: _Piece, rest: Iterable[_Piece]) -> list[_Piece]:
     """Return the pieces of one outside the other, except those hidden inside any of the rest.
 
-    It stops after one piece too many.
+    The search stops after `_MOST_PIECES` + 1 pieces.
     """
     found: list[_Piece] = []
     hiding = [each for each in rest if each.solid.joint == one.solid.joint]

@@ -117,7 +117,7 @@ def load_suite(path: str | Path) -> Suite:
     All sources are opened and all trackers made. InputError with a line for each error,
     'file:line:column: key: problem; allowed: ...'.
     """
-    written = irsim.read_part(path, SuiteFile, wants="suites")
+    written = irsim.read_part(path, SuiteFile, default_folder="suites")
     suite, folder = written.part, Path(path).parent
     wrong: list[str] = []
 

@@ -22,7 +22,7 @@ from irsim.backgrounds.clouds import ENTRIES, EXTREME, Clouds, CloudShading, Rel
 from irsim.backgrounds.texture import coarseness, shrunk
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import shaped, spectral
+from irsim.geometry.random_fields import spectral, with_histogram
 from irsim.physics.radiometry import radiance, slope
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -55,7 +55,7 @@ def test_spectra_have_their_slopes_along_both_axes(betas: tuple[float, float]) -
 
 def test_a_histogram_is_met_and_keeps_the_order() -> None:
     field = spectral((256, 256), 3.0, None, 20.0, 1.0, 4, "t")
-    flat = shaped(field, (0.0, 1.0))
+    flat = with_histogram(field, (0.0, 1.0))
     assert flat.mean() == pytest.approx(0, abs=0.05)
     assert flat.std() == pytest.approx(1, abs=0.05)
     # A uniform distribution of variance 1 ends at +-sqrt(3), and its quartiles lie half way.
@@ -63,7 +63,7 @@ def test_a_histogram_is_met_and_keeps_the_order() -> None:
     assert np.quantile(flat, [0.25, 0.75]) == pytest.approx([-math.sqrt(3) / 2, math.sqrt(3) / 2], abs=0.1)
     order = np.argsort(field, axis=None)
     assert np.all(np.diff(flat.ravel()[order]) >= 0)
-    assert shaped(field, ()) is field
+    assert with_histogram(field, ()) is field
 
 
 def test_evolution_weights_keep_the_variance() -> None:

@@ -37,7 +37,7 @@ def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> N
     rows, columns = np.arange(below - 400.0, below + 401.0), np.arange(-2000.0, 2000.0)
     depths = np.full((len(rows), len(columns)), rows[:, None])
     across, along = (
-        ground_texture.draped(texture, PanoramaGrid(columns, rows, 0.0), depths, finer, ifov_rad)
+        ground_texture.perspective_texture(texture, PanoramaGrid(columns, rows, 0.0), depths, finer, ifov_rad)
         for texture in (np.tile(wave, (1024, 1)), np.tile(wave[:, None], (1, 1024)))
     )
     under = below + ground_texture.VANISHING_PX

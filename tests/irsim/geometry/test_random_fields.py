@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.geometry.random_fields import power_law, profile, shaped, spectral
+from irsim.geometry.random_fields import power_law, profile, spectral, with_histogram
 
 
 @pytest.mark.parametrize("betas", [None, (2.0, 3.0)])
@@ -35,9 +35,9 @@ def test_its_power_falls_with_its_slope() -> None:
 
 def test_a_histogram_replaces_values_of_equal_rank() -> None:
     field = power_law((128, 128), 2.5, 16.0, 1.0, 0, "h")
-    uniform = shaped(field, (0.0, 1.0))
+    uniform = with_histogram(field, (0.0, 1.0))
     np.testing.assert_array_equal(np.argsort(field, axis=None)[::997], np.argsort(uniform, axis=None)[::997])
     assert (uniform.mean(), uniform.std()) == pytest.approx((0, 1), abs=0.1)
     shares, _ = np.histogram(uniform, bins=4, range=(-np.sqrt(3), np.sqrt(3)))
     assert shares / shares.sum() == pytest.approx([0.25] * 4, abs=0.06)
-    assert shaped(field, ()) is field
+    assert with_histogram(field, ()) is field

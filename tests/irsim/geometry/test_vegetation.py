@@ -34,7 +34,7 @@ def grown(kind: str, leaves: float, seed: int) -> tuple[Mask, Floats, Crown]:
     """Return the mask of leaves, their warmth, and the crown."""
     draw = stream(seed, "tree")
     crown = KINDS[kind](HIGH, WIDE[kind], draw)
-    return *foliage(leaves).grown(crown, draw), crown
+    return *foliage(leaves).leaves_of(crown, draw), crown
 
 
 @lru_cache
@@ -114,7 +114,7 @@ def test_a_broadleaf_crown_is_connected(wide: float) -> None:
     """Except for single clumps of leaves at its rim."""
     for seed in SEEDS:
         draw = stream(seed, "tree")
-        solid, _ = foliage(1.0).grown(broadleaf(HIGH, wide, draw), draw)
+        solid, _ = foliage(1.0).leaves_of(broadleaf(HIGH, wide, draw), draw)
         _, _, figures, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
         assert figures[1:, cv2.CC_STAT_AREA].max() > 0.97 * solid.sum()
 

@@ -182,7 +182,7 @@ class TestStopAndGo:
 
     def test_lengths_vary_as_asked(self) -> None:
         profile = StopAndGoProfile(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5)
-        times, _ = profile.paces(20_000.0, context(1), "jet")
+        times, _ = profile.speed_nodes(20_000.0, context(1), "jet")
         goes = times.reshape(-1, 4)[:, 3] - times.reshape(-1, 4)[:, 0]
         assert 20 <= goes.min() < 22
         assert 58 < goes.max() <= 60.001

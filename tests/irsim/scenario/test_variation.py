@@ -280,7 +280,7 @@ def test_wrong_severities_are_told_at_their_place(old: str, new: str, said: str)
 
 def test_no_severities_is_severity_0() -> None:
     (line,) = errors_of(TEXT, "severity=1")
-    assert line == "override severity: 1 is out of range; allowed: 0, for there are no severities"
+    assert line == "override severity: 1 is out of range; allowed: 0, as there are no severities"
 
 
 @pytest.mark.parametrize("name", examples())

@@ -158,17 +158,17 @@ FACET = b"solid x\nfacet normal 0 0 1\n"
     ("name", "data", "words"),
     [
         ("a.obj", b"v 0 0\n", ":1: coordinates of a vertex: 2; allowed: three"),
-        ("a.obj", b"v 0 0 0\nv 1 b 0\n", ":2: '1 b 0' are no coordinates"),
+        ("a.obj", b"v 0 0 0\nv 1 b 0\n", ":2: '1 b 0' are not coordinates"),
         ("a.obj", b"v 0 0 0\n\nf 1 2 3\n", ":3: vertex 2 does not exist; allowed: 1 to 1"),
         ("a.obj", b"v 0 0 0\nf 1 1\n", ":2: corners of a face: 2"),
-        ("a.obj", b"v 0 0 0\nf 1 \\\na c\n", ":2: 'a' is no corner"),
+        ("a.obj", b"v 0 0 0\nf 1 \\\na c\n", ":2: 'a' is not a corner"),
         ("a.obj", b"", "holds no faces; allowed: a closed surface of triangles"),
         ("a.obj", b"v 1 2 3\nf 1 1 1\n", "all its points coincide"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "encloses no volume"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", "no number, or too large"),
         ("a.obj", b"v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\nf 1 2 3\n", "no number, or too large"),
         ("a.ply", b"ply", "allowed: .obj, .stl"),
-        ("a.stl", b"\x00" * 90, "no STL file"),
+        ("a.stl", b"\x00" * 90, "not an STL file"),
         ("a.stl", b"solid of a binary file".ljust(80, b"\0") + b"\x02\0\0\0" + bytes(90), "50 for each of its 2 tri"),
         ("a.stl", FACET + b"vertex 1 2 3\nendfacet\n", "without three vertices"),
         ("a.stl", FACET + b"outer loop\n" + b"vertex 1 2 3\n" * 3 + b"endloop\nendfac", "within the facet of line 2"),
@@ -196,7 +196,7 @@ def test_an_open_surface_is_warned_of(tmp_path: Path, old: str, new: str, edges:
     path.write_text(CUBE.replace(old, new))
     notices = [each for each in doubts(loads(TARGET.replace("nowhere.obj", str(path)))) if each.at[-1] == "file"]
     assert [notice.at for notice in notices] == [("targets", 0, "shape", "file")] * bool(edges)
-    assert all(f"no closed surface: at {edges} of its edges" in notice.message for notice in notices)
+    assert all(f"not a closed surface: at {edges} of its edges" in notice.message for notice in notices)
 
 
 def test_another_mesh_is_another_scenario(tmp_path: Path) -> None:
