@@ -27,7 +27,7 @@ def main() -> None:
 def keep_interrupts() -> None:
     """Raise a KeyboardInterrupt again where Python drops it: in callbacks and finalisers, as at the end of each import.
 
-    A command that is interrupted there would go on for hours.
+    A command interrupted there would run on.
     """
     before = sys.unraisablehook
 
