@@ -1,9 +1,10 @@
 """Values that pass between rooms: Box, Frame, TargetTruth, Truth, and the Source protocol.
 
-Conventions, everywhere in irsim and irtrack x points right, y down; the centre of the top-left pixel is (0, 0), so
-pixel i covers [i - 1/2, i + 1/2]. Lengths are in px, times in seconds, velocities in px per frame. A target is a centre
-(cx, cy) and a full size (w, h). Images are indexed [row, column]. None means not known (imported truth has little more
-than boxes).
+Conventions, everywhere in irsim and irtrack
+    x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
+    [i - 1/2, i + 1/2]. Lengths are in px, times in seconds, velocities in px per frame.
+    A target is a centre (cx, cy) and a full size (w, h). Images are indexed [row, column].
+    None means not known (imported truth has little more than boxes).
 """
 
 from __future__ import annotations

@@ -288,9 +288,14 @@ def _alone(height: Floats, found: Bools) -> Bools:
     good = np.bincount(members.ravel(), minlength=count + 1) <= _MOST_IN_CLUSTER
     wide = np.pad(height, 1)
     for group, (row, column) in enumerate(maximum_position(height, members, np.arange(1, count + 1)), 1):
-        beside = (wide[row, column + 1], wide[row + 2, column + 1], wide[row + 1, column], wide[row + 1, column + 2])
+        neighbours = (
+            wide[row, column + 1],
+            wide[row + 2, column + 1],
+            wide[row + 1, column],
+            wide[row + 1, column + 2],
+        )
         near = members[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] == group
-        good[group] &= sum(value > _SHARES * height[row, column] for value in beside) <= 2 and near.sum() <= 5
+        good[group] &= sum(value > _SHARES * height[row, column] for value in neighbours) <= 2 and near.sum() <= 5
     alone: Bools = found & good[members]
     return alone
 

@@ -54,7 +54,7 @@ class Fit:
     figures     in counts, px and frames, with intervals
     text        a scenario as YAML, with intervals as comments; its last line has the digest by which a later
                 `irsim fit -o` recognises an unchanged fit
-    notes       limits of the figures, of the fit last
+    notes       limits, those of the figures first
     """
 
     name: str

@@ -98,10 +98,10 @@ def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
 def _shared_sigma(parts: Floats, sigmas: float) -> Estimate:
     """Return the common sigma of the lines (parts, rows) of all parts, given as second differences."""
     out = _outstanding(parts.mean(axis=0), sigmas)
-    beside = out.copy()
-    beside[1:] |= out[:-1]
-    beside[:-1] |= out[1:]
-    kept = parts[:, ~(out if beside.all() else beside)]
+    widened = out.copy()
+    widened[1:] |= out[:-1]
+    widened[:-1] |= out[1:]
+    kept = parts[:, ~(out if widened.all() else widened)]
     products = [one @ other for k, one in enumerate(kept) for other in kept[k + 2 :]] or [kept[0] @ kept[0]]
     common = float(np.mean(products)) / kept.shape[1]
     power = float(np.square(kept.mean(axis=0)).mean())

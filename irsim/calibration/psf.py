@@ -108,7 +108,7 @@ def _windows(picture: Floats, counts: Values, bad: Bools) -> Iterator[tuple[Floa
 
 
 def _isolated(window: Floats) -> bool:
-    """Return whether the middle exceeds the whole rim, unlike that of an edge or a bar."""
+    """Return whether the middle exceeds the whole rim, unlike at an edge or a bar."""
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
     rim = np.maximum(np.abs(x), np.abs(y)) == _REACH
     plane = np.stack([np.ones(rim.sum()), x[rim], y[rim]], axis=1)

@@ -121,7 +121,7 @@ of pyradi), and of an uncooled Lepton 3 over eight clips (python-cptv).
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Figure and its allowed range; it is outside if its whole interval is, or its value without an interval."""
+    """Figure and its allowed range. The figure is outside if its whole interval is (without an interval, its value)."""
 
     figure: str
     value: float
@@ -180,7 +180,8 @@ class Comparison:
     def lines(self, head: str, none: str) -> Iterator[str]:
         """Yield the figures; then `head` with the names that fit, or `none`; then the figures that exclude other
         names."""
-        yield f"{'figure':11} measured  {self.head if self.required is None else f'allowed for {self.required}'}".rstrip()
+        heading = self.head if self.required is None else f"allowed for {self.required}"
+        yield f"{'figure':11} measured  {heading}".rstrip()
         if self.required is None:
             for figure, text in self.figures.items():
                 yield f"{figure:11} {text}"

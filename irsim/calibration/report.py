@@ -103,7 +103,7 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
     elif report.doubtful:
         yield (
             f"the scene may be part of {', '.join(report.doubtful)}: neighbours are alike there; "
-            "region=X,Y,W,H selects an even place, and irsim fit separates camera and scene"
+            "region=X,Y,W,H selects a uniform place, and irsim fit separates camera and scene"
         )
     if report.crossed:
         yield f"targets cross {report.region}, where noise is measured; region=X,Y,W,H selects a place without them"
@@ -137,7 +137,7 @@ def figure_notes(
 
     psf, blur   as in `Figures`
     still       number of points that stand still
-    objects      number of small objects that were left out of the texture
+    objects     number of small objects that were left out of the texture
     layered     whether rows differ most, as with a horizon
     textured    whether there is texture
     """

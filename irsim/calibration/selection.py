@@ -282,8 +282,8 @@ def motion(frames: Floats) -> Motion:
     """Return the signs of motion in a window (T, rows, columns).
 
     The neighbour correlation of smoothed noise is the same at any lag. That of motion rises with the lag, or sharp
-    noise is present in addition to the smooth change. A Gaussian blur with the neighbour correlation r leaves (6 - 8 r
-    + 2 r^4) / 6 of a sigma under the mask of `sharp_sigma`.
+    noise is present in addition to the smooth change. Under the mask of `sharp_sigma`, a Gaussian blur with the
+    neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6 of a sigma.
     """
     chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
     fine = sharp_sigma(frames)

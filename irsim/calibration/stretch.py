@@ -27,7 +27,8 @@ _FEW = 0.2
 _FAINT = 0.02
 """Ratio of cell change to pixel change below which cells show no noise, as in compressed video."""
 _PLAIN = 5.0
-"""Ratio to the pixel change beyond which the picture jumps then: cuts between real films have 5.6 to 45."""
+"""Ratio to the pixel change beyond which the picture jumps in such recordings: cuts between real films have 5.6
+to 45."""
 _STEP_FRAMES = (4, 8, 16)
 """Frames averaged on either side of a step of the fixed pattern."""
 _STEP_ERRORS = 6.0
@@ -125,7 +126,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     """Return the frames that do not repeat the one before, and their frame numbers.
 
     A single repeat is a frame that arrived twice; no time passes. Two or more in a row are a frozen picture, over which
-    time passes, unless `times` (T,), s, are given. If most frames are repeated, a slower camera was recorded at a
+    time passes, unless `times` (T,), s, show otherwise. If most frames are repeated, a slower camera was recorded at a
     higher rate. Gaps between `times` of whole periods are lost frames.
     """
     count = len(frames)
@@ -222,10 +223,10 @@ def pattern_steps(flat: Floats) -> list[int]:
         logs = np.log([max(float(np.square(each).mean()), 1e-300) for each in after])
         error = max(2 / np.sqrt(flat[0].size), MEDIAN_TO_SIGMA * float(np.median(np.abs(logs[width:] - logs[:-width]))))
         for place in np.argsort(-logs):
-            beside = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
-            far = not beside or logs[place] - max(beside) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
+            others = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
+            far = not others or logs[place] - max(others) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
             near = any(abs(int(place) + width - other) < 2 * width for other in found)
-            if not near and beside and far and _sharp(after[int(place)]):
+            if not near and others and far and _sharp(after[int(place)]):
                 found.append(int(place) + width)
             elif not near:
                 break

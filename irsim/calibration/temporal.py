@@ -44,7 +44,7 @@ _LINE_BLOCKS = 12
 _FIT_LAGS = 12
 _SLOWEST = 3.0
 """Longest time constant of the grid, in lengths of the recording."""
-_TOLD = 1 / 6
+_SEPARABLE = 1 / 6
 """Time constant, in lengths of the recording, beyond which correlated noise and drift are not distinguished."""
 _FASTEST = 0.33
 """Shortest time constant of the grid, frames: its correlation from frame to frame is 0.05."""
@@ -245,8 +245,8 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
     if found[2].low <= 0:  # no significant walk: values without a walk, intervals with one
         without = jackknife(blocks, lambda means: statistic(means, drifts=False))
         models = [without, found]
-        if without[4].high > math.log(_TOLD * length):
-            models.append(jackknife(blocks, lambda means: statistic(means, longest=_TOLD * length)))
+        if without[4].high > math.log(_SEPARABLE * length):
+            models.append(jackknife(blocks, lambda means: statistic(means, longest=_SEPARABLE * length)))
         found = [hull(models[0][place], [model[place] for model in models]) for place in range(len(found))]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
@@ -302,7 +302,7 @@ def _pairs(number: Indices, lag: int) -> tuple[Indices, Indices]:
 
 
 def _structure(values: Floats, number: Indices, lag: int) -> Floats:
-    """Return half of the mean squared difference over a lag of (T, ...), (...)."""
+    """Return half of the mean squared difference of values (T, ...) over a lag, (...)."""
     total = np.zeros(values.shape[1:])
     first, later = _pairs(number, lag)
     for one, other in zip(first, later, strict=True):

@@ -67,7 +67,7 @@ class PowerLaw:
 class Spectrum:
     """Fitted spectrum of a picture.
 
-    texture     None where there is none
+    texture     power law of the texture, or None
     floor       variance that is white from pixel to pixel
     density     of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
     loss        negative log likelihood, but for a constant of the periodogram

@@ -26,8 +26,7 @@ Picture = npt.NDArray[np.uint8]
 Histogram = npt.NDArray[np.integer]
 """(2^bits,) number of pixels of each count."""
 Statistics = npt.NDArray[np.float64]
-"""Statistics of one frame that define the curve from counts to grey levels, as counts; their mean over frames is one
-too."""
+"""Counts, (n,), that define the curve from counts to grey levels: those of one frame, or their mean over frames."""
 
 MID_GREY = 128
 """Grey level of a uniform picture."""

@@ -74,9 +74,9 @@ class MarkovBridge(ABC, Generic[AnyState]):
 class StationaryBridge(MarkovBridge[AnyState]):
     """Stationary Markov process with correlation exp(-decay d) over d frames.
 
-    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from frames k
-    - d and k + d, with d the largest power of two that divides k; these are drawn likewise, up to the anchors. The
-    nodes of the last path are cached: in sequence a frame costs one draw on average.
+    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from its
+    neighbours at a distance d, the largest power of two that divides k; these are drawn likewise, up to the anchors.
+    The nodes of the last path are cached: in sequence a frame costs one draw on average.
     """
 
     def __init__(self, decay: float) -> None:

@@ -176,7 +176,7 @@ class Camera(Part):
         if self.smear.time_ms is None and self.detector.integration_time_ms is None:
             raise PydanticCustomError(
                 "no_time",
-                "it is missing; allowed: a time in ms; or a detector of kind electrons, whose integration_ms counts",
+                "it is missing; allowed: a time in ms, or a detector of kind electrons with its integration_ms",
                 {"at": ("smear", "time_ms")},
             )
         if self.exposure_ms * self.rate_hz > 1000:

@@ -98,7 +98,7 @@ class Noise(NamedKind):
         return None
 
     def temporal_sigma(self, frame: FrameContext) -> float:
-        """Return the sigma of white noise, independent per pixel and frame and of the light, NETD.
+        """Return the sigma of white noise, independent from pixel to pixel, from frame to frame and of the light, NETD.
 
         The camera draws one normal number a pixel for all terms together, as their sum is normal, at an address that
         does not depend on the terms.
@@ -177,7 +177,7 @@ class Additive(Noise):
 
 
 class StaticNoise(Additive):
-    """Additive noise with a pattern that is constant over many frames; `pattern` returns the same array then."""
+    """Additive noise with a pattern that is constant over many frames; meanwhile `pattern` returns the same array."""
 
     def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
         return None

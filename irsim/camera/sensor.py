@@ -25,8 +25,7 @@ MAX_PITCH_UM, MAX_WELL_ME = 1000.0, 10_000.0
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """Keys of the camera that a focal plane depends on: band and bits; for kind stated also netd_mk, mK, and range_k,
-    K."""
+    """Keys of the camera that a focal plane depends on; netd_mk, mK, and range_k, K, for kind stated only."""
 
     band: Band
     bits: int
@@ -40,7 +39,7 @@ class Sensor(Kind):
     default_noise: ClassVar[tuple[dict[str, Any], ...]]
     """Noise terms of a camera that lists none."""
     camera_keys: ClassVar[tuple[str, ...]] = ("netd_mk", "range_k")
-    """Keys of the camera that the response depends on, of these two."""
+    """Keys of the camera, of these two, that the response depends on."""
     counts_electrons: ClassVar[bool] = False
     """True where the signal is in electrons and may have shot noise."""
     integration_key: ClassVar[str | None] = None

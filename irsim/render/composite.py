@@ -120,8 +120,8 @@ def compose(
 ) -> tuple[Floats, list[DrawnTarget]]:
     """Return the radiance (rows, cols), W/m2/sr, of all layers and sprites drawn far to near, and the drawn targets.
 
-    At equal range a layer is behind a sprite. Targets between two objects that stand around the camera's initial
-    position are drawn far to near from its present one.
+    At equal range a layer is behind a sprite. Occluders are ordered by range from the camera's initial position;
+    targets between two of them are drawn far to near from its present one.
 
     noise  camera noise in this frame, as radiance, for the targets' SCR
     out    (rows, cols) memory for the picture, float32 (default) or float64, the precision of the sum

@@ -106,7 +106,7 @@ class _Worker:
         code = self._process.exitcode
         when = "while it rendered" if self._heard else "before its first frame"
         # Status 1 follows a traceback, or the hint on the guard: stderr has the reason.
-        allowed = "what it asks for above" if code == 1 and not self._heard else "the same again"
+        allowed = "the change named above" if code == 1 and not self._heard else "the same again"
         return IrsimError(f"a worker process died {when} ({exit_status_text(code)}); allowed: {allowed}, or fewer jobs")
 
     def close(self) -> None:
