@@ -39,7 +39,7 @@ class Renderer:
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.film = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
+        self.recorded = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.response_time = camera.response_time(scenario.is_on)
         self._frozen: tuple[int, Counts] | None = None
@@ -72,8 +72,8 @@ class Renderer:
 
         IndexError outside 0 .. frames-1.
         """
-        if self.film is not None:
-            image, truth = self._insert_into(self.film, index)
+        if self.recorded is not None:
+            image, truth = self._insert_into(self.recorded, index)
             image = _put(image, out)
         else:
             light, truth = self.scene(index)

@@ -173,7 +173,7 @@ class MeanCounts:
     @property
     def _spreads(self) -> bool:
         """True where light at one pixel may change counts at another: with bloom, or in a recorded background."""
-        return self._renderer.film is not None or self._renderer.sensor.bloom is not None
+        return self._renderer.recorded is not None or self._renderer.sensor.bloom is not None
 
     def of(
         self, index: int, shifts: Shifts = NO_SHIFTS, absent: str | None = None, region: Region | None = None
@@ -186,10 +186,10 @@ class MeanCounts:
         renderer.check(index)
         if region is not None and self._spreads:
             return self.of(index, shifts, absent)[_slices(region)]
-        if renderer.film is not None:
+        if renderer.recorded is not None:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
-            return renderer.film.insert_into(light, index, uncovered(pieces, light))
+            return renderer.recorded.insert_into(light, index, uncovered(pieces, light))
         response_time = renderer.scenario.camera.response_time(
             renderer.scenario.is_on
         )  # a new one, as it caches the light of these targets
