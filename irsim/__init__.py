@@ -12,7 +12,7 @@ from irsim.errors import lazy_exports
 
 __version__ = "0.1.0"
 
-# Public name -> its module, imported on first use: `irsim --help` does not wait for numpy.
+# Public name -> its module, imported on first use: `irsim --help` imports no numpy.
 _PUBLIC = {
     "Box": "irsim.types",
     "Frame": "irsim.types",

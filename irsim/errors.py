@@ -1,4 +1,4 @@
-"""Exceptions of irsim, checks of arguments, words of messages, and the start of commands. Imports nothing slow."""
+"""Exceptions of irsim, checks of arguments, texts of messages, and the start of commands. All imports are fast."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Notice(NamedTuple):
 
 
 def whole_number(name: str, given: Any, least: int = 0) -> int:
-    """Return the integer `given` (numpy's too); InputError for anything else and below `least`."""
+    """Return the integer `given` (Python's or numpy's); InputError for other types and below `least`."""
     try:
         number = as_int(given)
     except TypeError:
@@ -90,7 +90,7 @@ def as_int(given: Any) -> int:
 
 
 def is_number(given: Any) -> bool:
-    """Return whether `given` is a number of Python or numpy; bool is none."""
+    """Return whether `given` is a number of Python or numpy; False for bool."""
     import numpy as np  # slow to import, and many commands do without
 
     return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
@@ -119,7 +119,7 @@ def counted(count: int, noun: str) -> str:
 
 
 def decimal_text(value: float, digits: int) -> str:
-    """Return the number with so many significant digits and no exponent: 100 where `g` gives 1e+02."""
+    """Return the number with `digits` significant digits and no exponent: 100 where `g` gives 1e+02."""
     from decimal import Decimal  # slow to import, and few messages need it
 
     text = f"{value:.{digits}g}"
@@ -176,7 +176,7 @@ def keep_interrupts() -> None:
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             before(lost)
             return
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # an earlier signal may have set it to be ignored
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # an earlier signal may have set SIGINT to be ignored
         _thread.start_new_thread(_interrupt, (_thread.get_ident(),))
 
     sys.unraisablehook = hook

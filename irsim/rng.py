@@ -1,8 +1,8 @@
 """Addressed random streams: a stream is named by a seed and an address instead of being drawn from global state.
 
 ``stream(seed, "clouds", 3)`` is the same stream in any process and in any order of calls; another address gives
-independent numbers. Unit normals are inverted from 16-bit words by table, as raw words stay the same in all versions of
-numpy. The normal distribution stands here too: importing scipy takes longer than rendering a frame.
+independent numbers. Unit normals are looked up in a table by raw 16-bit words, which are the same in all versions of
+numpy. The normal distribution is defined here too, as importing scipy takes longer than rendering a frame.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _BELOW_PIECE = 22
 """Bits of a float32 below those that select the piece."""
 
 DEPTH_BITS = 8
-"""The tail table has two to this power steps for each halving of the probability."""
+"""The tail table has 2^DEPTH_BITS steps for each halving of the probability."""
 
 _BELOW_STEP = 52 - DEPTH_BITS
 """Bits of a float64 below those that select the step."""
@@ -106,7 +106,7 @@ def stream(seed: int, *address: Address) -> np.random.Generator:
 
 
 def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64]:
-    """Draw (count,) uniform numbers, 0 <= u < 1: the first that the address's `stream` draws by `random`."""
+    """Draw (count,) uniform numbers, 0 <= u < 1: the first ones of `stream(seed, *address).random`."""
     if COMPILED:
         values = np.empty(count)
         kernels.uniforms(_digest(seed, *address), values)
@@ -150,7 +150,7 @@ def lookup(
 
 
 def normal_quantile(p: float | Floats) -> Floats:
-    """Return the x below which a unit normal lies with probability p (any shape, 0 < p < 1), float64.
+    """Return the quantile of the unit normal at probability p (any shape, 0 < p < 1), float64.
 
     Relative error about 1e-15 (Wichura, AS 241, 1988).
     """
@@ -161,10 +161,10 @@ def normal_quantile(p: float | Floats) -> Floats:
 
 
 def deep_quantile(p: Floats) -> Floats:
-    """Return the quantile for 2^-82 <= p <= REFINED / CELLS (any shape) by table: within 6e-7.
+    """Return the quantile for 2^-82 <= p <= REFINED / CELLS (any shape) by table, with an error below 6e-7.
 
-    The table has equal steps within each halving of p, as floats have: the bits of p select the step, and no logarithm
-    is taken, whose last digit depends on the platform.
+    The table has equal steps within each halving of p, as floats do: the bits of p select the step. A logarithm, whose
+    last digit depends on the platform, is not needed.
     """
     bits = np.asarray(p, np.float64).view(np.int64)
     place = (bits >> _BELOW_STEP) - (int(np.float64(_DEEPEST).view(np.int64)) >> _BELOW_STEP)
@@ -175,10 +175,10 @@ def deep_quantile(p: Floats) -> Floats:
 
 @cache
 def cell_means() -> Floats:
-    """Return about the mean of a unit normal within each cell, in rising order: (CELLS,) float32, read-only.
+    """Return the approximate mean of a unit normal within each cell, in rising order, (CELLS,) float32, read-only.
 
-    Within 7e-5: integers of a unit of 1.2e-4, so that the table stays in the processor's nearest cache, by the
-    polynomials of `_cell_pieces`, so that kernels can compute it where a table is slow to read.
+    The error is below 7e-5. Means are integers of a unit of 1.2e-4, so that the table stays in the processor's nearest
+    cache, and follow the polynomials of `_cell_pieces`, so that kernels can compute them where a table is slow to read.
     """
     cells = np.arange(REFINED, CELLS // 2).astype(np.float32).view(np.int32)
     pieces = _cell_pieces()[:, (cells >> _BELOW_PIECE) % PIECES]

@@ -4,7 +4,7 @@ Conventions, everywhere in irsim and irtrack
     x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
     [i - 1/2, i + 1/2]. Lengths are in px, times in seconds, velocities in px per frame.
     A target is a centre (cx, cy) and a full size (w, h). Images are indexed [row, column].
-    None means not known (imported truth knows little more than boxes).
+    None means not known (imported truth has little more than boxes).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.intp]
 Slices = tuple[slice, slice]
-"""A patch of a picture: its rows and columns."""
+"""Rows and columns of a patch of a picture."""
 Held = TypeVar("Held")
 
 Input = Literal["display", "counts"]
@@ -34,7 +34,7 @@ Input = Literal["display", "counts"]
 BandName = Literal["mwir", "lwir"]
 
 Band = BandName | tuple[float, float]
-"""A spectral band by its name, or its own limits, um."""
+"""Spectral band by its name, or its limits, um."""
 
 Curve = tuple[float, float, float]
 """(linear, root, zero): the noiseless count of in-band radiance L, W/m2/sr, is linear L + root sqrt(L) + zero."""
@@ -43,7 +43,7 @@ BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "ci
 """Classes of real backgrounds with known statistics (`irsim realism`)."""
 
 SHOWN = 0.5
-"""Least visible fraction of a target that is shown and not hidden."""
+"""Least visible fraction of a target that does not count as hidden."""
 
 MEDIAN_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation: 1 / Phi^-1(3/4). F. R. Hampel, "The
@@ -51,7 +51,7 @@ influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69, 383 
 
 
 def arrays_frozen(held: Held) -> Held:
-    """Make the arrays in a value's fields read-only and return the value: caches hand it to many."""
+    """Make the arrays in a value's fields read-only, for sharing by caches, and return the value."""
     for value in held if isinstance(held, tuple) else vars(held).values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)
@@ -59,7 +59,7 @@ def arrays_frozen(held: Held) -> Held:
 
 
 def frame_range(start: int, stop: int | None, length: int) -> range:
-    """Return the numbers of frames start .. stop-1 of `length`; there are none past the last.
+    """Return the numbers of frames start .. stop-1 of `length` frames, cut at the last one.
 
     Raises InputError for a number below 0 and for anything but integers.
     """
@@ -109,7 +109,7 @@ class Box:
 
     @property
     def pixels(self) -> tuple[float, float, float, float]:
-        """(x, y, w, h) as label files write it: the inverse of `from_pixels`."""
+        """(x, y, w, h) as in label files: the inverse of `from_pixels`."""
         return (self.cx - (self.w - 1) / 2, self.cy - (self.h - 1) / 2, self.w, self.h)
 
     @property
@@ -172,13 +172,13 @@ class TargetTruth:
     visible       fraction 0..1 of the target's area that is in the frame and not occluded, over the whole exposure
                   where the camera has motion blur
     occluders     names of occluders that each cover at least a hundredth of its area, occluded themselves or not
-    crossing      another target's box meets this one's
-    in_view       its centre is inside the frame
+    crossing      whether another target's box intersects this one's
+    in_view       whether its centre is inside the frame
     contrast_k    apparent temperature of the target's mean less that of its background, K
     scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
                   noiseless light of target and background, with the camera's noise counted as clutter
-                  (formula: docs/moments.md); None where no part of the target is in the frame and where nothing
-                  varies around it
+                  (formula: docs/moments.md); None where no part of the target is in the frame, and where its
+                  surroundings are uniform
     accuracy_px   bound on the error of the centre; 0 for rendered truth, which is exact
     """
 
@@ -200,7 +200,7 @@ class TargetTruth:
 
     @property
     def hidden(self) -> bool:
-        """Whether less than `SHOWN` of it is visible; False where that is not known."""
+        """True where less than `SHOWN` of it is visible; False where that is not known."""
         return self.visible is not None and self.visible < SHOWN
 
 
@@ -231,7 +231,7 @@ class Display(Protocol):
     """Mapping of counts to the 8-bit picture."""
 
     def display(self, counts: Image, bits: int) -> npt.NDArray[np.uint8]:
-        """Return the picture of counts (rows, cols) of that depth."""
+        """Return the picture of counts (rows, cols), `bits` deep."""
         ...
 
 
@@ -242,7 +242,7 @@ class CameraFacts:
     ifov_rad   angle of a pixel, rad
     band       its name, or its limits, um
     range_k    blackbody temperatures of count 0 and of full scale, K; counts between are linear in radiance
-    curve      radiance to counts where range_k does not tell it, as of a camera that counts photons
+    curve      radiance to counts if range_k does not define it, as for a camera that counts photons
     """
 
     ifov_rad: float | None = None
@@ -256,12 +256,12 @@ class Source(Protocol):
     """Sequence of frames with truth (or none) and a hash: a rendered scenario or a recording.
 
     name           a short name for tables: a file's stem or the scenario's name
-    hash           hex digest; two sources of one hash give the same counts and the same truth
+    hash           hex digest; two sources with one hash give the same counts and truth
     size           (columns, rows)
     follow         id of the default target to follow
     seed           of the rendered scene; None where no seed changes the frames
     scenario_text  the scenario that was rendered, as YAML; None where there was none
-    file           the file that holds the frames; None where none does
+    file           the file that holds the frames; None without one
     agc            its mapping of counts to a picture; None where it has none
     camera         known facts of the camera
 
@@ -297,7 +297,7 @@ class Source(Protocol):
 
     @property
     def needs(self) -> tuple[Path, ...]:
-        """Files that the frames are read from: no output may replace them."""
+        """Input files of the frames, which no output may replace."""
         return () if self.file is None else (self.file,)
 
     @property

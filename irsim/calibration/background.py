@@ -1,4 +1,4 @@
-"""Pictures of the background: the mean of still frames, without targets and other small things that stand far out."""
+"""Pictures of the background: the mean of still frames, without targets and other small outlying objects."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ _MEDIAN_FRAMES = 48
 _CLIP = 4.0
 """Sigmas from its median at which a pixel's value is clipped in the mean."""
 _SMALL = 1 / 8
-"""Share of the shorter side below which a thing is small."""
+"""Share of the shorter side below which an object is small."""
 _USUAL = 0.98
 _FAR = 6.0
-"""Ratio to the 0.98 quantile beyond which a thing stands far out: of backgrounds of the shipped scenarios the most is
-5.0, hot targets before sky, sea and ground have 8 to 140."""
+"""Ratio to the 0.98 quantile beyond which an object is an outlier: backgrounds of the shipped scenarios reach 5.0, hot
+targets before sky, sea and ground 8 to 140."""
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """Background picture (rows, columns), the mask of the pixels that were filled in, and the number of small things
+    """Background picture (rows, columns), the mask of the pixels that were filled in, and the number of small objects
     among these."""
 
     picture: Floats
     filled: Bools
-    things: int
+    objects: int
 
     @property
     def seen(self) -> Floats:
@@ -45,12 +45,12 @@ class Background:
 def background(picture: Floats, taken: Bools | None = None) -> Background:
     """Return the background of a picture (rows, columns) with a mask of targets.
 
-    Targets, then small things that stand far out, are filled in from around (A. Telea, J. Graphics Tools 9, 2004). A
-    mask of more than half of the picture is not used.
+    Targets, then small outlying objects, are filled in from around (A. Telea, J. Graphics Tools 9, 2004). A mask of
+    more than half of the picture is not used.
     """
     held = np.zeros(picture.shape, np.bool_) if taken is None or taken.mean() > 0.5 else taken
-    small, things = small_things(fill(picture, held))
-    return Background(fill(picture, held | small), held | small, things)
+    small, objects = small_objects(fill(picture, held))
+    return Background(fill(picture, held | small), held | small, objects)
 
 
 def background_pictures(source: Source, count: int) -> npt.NDArray[np.uint8]:
@@ -72,11 +72,11 @@ def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
     return np.where(held, filled, picture).astype(picture.dtype)
 
 
-def small_things(picture: Floats) -> tuple[Bools, int]:
-    """Return the mask and the number of small hot or cold things that stand far out of a picture (rows, columns).
+def small_objects(picture: Floats) -> tuple[Bools, int]:
+    """Return the mask and the number of small hot or cold outlying objects in a picture (rows, columns).
 
-    They show in the top hat and the black hat of a square (J. Serra, "Image analysis and mathematical morphology",
-    1982), in which texture is alike everywhere.
+    They are outliers of the top hat and the black hat of a square (J. Serra, "Image analysis and mathematical
+    morphology", 1982), in which texture is alike everywhere.
     """
     smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
     side = max(round(min(picture.shape) * _SMALL), 3)
@@ -94,7 +94,7 @@ def small_things(picture: Floats) -> tuple[Bools, int]:
 def mean_picture(frames: Values, sigma: float, boxes: Boxes) -> tuple[Floats, Bools]:
     """Return the mean (rows, columns) of still frames, and the mask of pixels that targets covered all the time.
 
-    Values are clipped at 4 sigma from their median, so that what passes leaves little; targets leave nothing.
+    Values are clipped at 4 sigma from their median, so that passing objects leave little; target boxes are left out.
     """
     picked = evenly(len(frames), _MEDIAN_FRAMES)
     middle = np.median(frames[picked], axis=0).astype(np.float64)

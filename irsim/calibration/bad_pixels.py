@@ -1,8 +1,7 @@
-"""Bad pixels: dead, hot and blinking ones, their shares, heights and dwell times; patching of them.
+"""Bad pixels: dead, hot and blinking ones, their shares, heights and dwell times, and their replacement.
 
-A pixel is compared with the median of the 5 x 5 px around it, in mean and in temporal sigma. Light came through the
-optics, and is blurred over neighbours; a fault is not. So a pixel is good where a neighbour shares its height or
-follows its changes.
+A pixel is compared with the median of the 5 x 5 px around it, in mean and in temporal sigma. Light is blurred over
+neighbours by the optics; a fault is not. So a pixel is good where a neighbour shares its height or its changes.
 """
 
 from __future__ import annotations
@@ -27,27 +26,27 @@ from irsim.calibration.statistics import (
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 FULL = 0.99
-"""Share of the highest count from which on a well may be full."""
+"""Least share of the highest count at which a well may be full."""
 _FAR = 8.0
-"""Robust sigmas beyond which a pixel is dead or hot: of 10^6 Gaussian pixels none is."""
+"""Robust sigmas beyond which a pixel is dead or hot: none of 10^6 Gaussian pixels."""
 _RESTLESS = 3.0
-"""Ratio of the temporal sigma of a blinking pixel to that around it, at least."""
+"""Least ratio of the temporal sigma of a blinking pixel to that around it."""
 _SHARES = 0.15
-"""Share of a pixel's height that a neighbour lit by the same light has, at least: a point centred on a pixel leaves
-0.20 on four sides at a PSF of 0.47 px."""
+"""Least share of a pixel's height in a neighbour lit by the same light: a point centred on a pixel leaves 0.20 on four
+sides at a PSF of 0.47 px."""
 _FOLLOWS = 0.8
-"""Correlation with a neighbour from which on changes are the scene's."""
+"""Least correlation with a neighbour at which changes are the scene's."""
 _UNSTABLE = 6.0
-"""Robust sigmas of the logarithm of variance in a flat region beyond which a pixel is left out of its noise."""
+"""Robust sigmas of the logarithm of variance in a flat region beyond which a pixel is left out of the noise figures."""
 _TOGGLES = 0.51
 """Greatest temporal sigma, counts, of a pixel that alternates between two neighbouring counts."""
 _SLOWEST = 0.99
-"""Quantile of the pixels' rate of change that separates frozen pixels from slow ones."""
+"""Quantile of the pixels' rate of change by which frozen and slow pixels are distinguished."""
 _LEAST_JUDGED = 100
 _CLUSTERED = 2.0
 """Pixels that count as one event in the interval of a share: those of a cluster are not independent."""
 _MOST_IN_CLUSTER = 16
-"""Bad pixels of a group: clusters of 2 in the mean have more in 1 of 10^4."""
+"""Most bad pixels in a group: clusters of 2 pixels on average exceed it once in 10^4."""
 _MEDIAN_REACH = 16
 
 
@@ -58,9 +57,9 @@ class BadPixels:
     dead        never changes, or lies far below those around it
     hot         lies far above those around it
     blinking    changes far more than those around it
-    judged      pixels that can be judged: not where all is full of light
-    frozen_from frames from which on a pixel that never changes is dead; None where most never change, as with noise far
-                below one count
+    judged      pixels that can be judged: those in saturated surroundings cannot
+    frozen_from least number of frames after which a pixel that never changes is dead; None where most never change, as
+                with noise far below one count
     """
 
     dead: Bools
@@ -75,7 +74,7 @@ class BadPixels:
         return bad
 
     def without(self, taken: Bools | None) -> BadPixels:
-        """Return those outside of a mask of targets, which look like bad pixels; all where it covers most pixels."""
+        """Return bad pixels outside of a mask of targets, which resemble them; all if the mask covers most pixels."""
         if taken is None or taken.mean() > 0.5:
             return self
         dead, hot, blinking, judged = (mask & ~taken for mask in (self.dead, self.hot, self.blinking, self.judged))
@@ -115,11 +114,11 @@ class BadPixelFigures:
 def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
     """Return the bad pixels of frames (T, rows, columns).
 
-    top     highest possible count; pixels around which most are full are not judged
+    top     highest possible count; pixels in saturated surroundings are not judged
 
-    A still point of light that is sharper than a PSF of 0.45 px looks hot. Pixels that blink by less than three times
-    the noise, or dead and hot pixels on texture of that contrast, are missed. Raise InputError for frames that are no
-    array of finite numbers, and for a `top` that is not positive.
+    A still point of light sharper than a PSF of 0.45 px is taken for a hot pixel. Pixels that blink by less than three
+    times the noise, and dead and hot pixels on texture of that contrast, are missed. Raise InputError unless the frames
+    are an array of finite numbers and `top` is positive.
     """
     check_frames(frames)
     check_positive(top, "top", "the highest possible count")
@@ -152,14 +151,15 @@ def around(picture: Floats) -> Floats:
 
 
 def remove_specks(picture: Floats) -> Floats:
-    """Return a picture (rows, columns) in which pixels far off their surroundings have the median of these."""
+    """Return a picture (rows, columns) in which outlying pixels have the median of their surroundings."""
     usual = around(picture)
     apart = (picture - usual).astype(np.float32)
     return np.where(np.abs(apart) > _FAR * _scatter(apart), usual, picture)
 
 
 def unstable_pixels(flat: Values) -> Bools:
-    """Return the pixels of a flat region (T, rows, columns) whose variance is beyond chance, if they are few."""
+    """Return the pixels of a flat region (T, rows, columns) whose variance is significantly high or low, if they are
+    few."""
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
     found: Bools = apart > _UNSTABLE * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
@@ -171,8 +171,8 @@ def unstable_pixels(flat: Values) -> Bools:
 def patch(frames: Values, bad: Bools) -> Values:
     """Return frames (T, rows, columns) with the values of the nearest good pixel in place of bad ones.
 
-    The offsets of the bad pixel's own row and column from those of the good one are added, by medians over the 33 px
-    about it. The frames themselves are returned where no pixel is bad, or all are.
+    The offsets between the rows and columns of both pixels, medians over the 33 px about the bad one, are added. The
+    frames themselves are returned if no pixel is bad, or all are.
     """
     if not bad.any() or bad.all():
         return frames
@@ -262,13 +262,13 @@ def _cluster_size(mask: Bools) -> float:
 
 
 def _without_lines(apart: Floats) -> Floats:
-    """Return differences (rows, columns) without what rows and columns have in common, by medians."""
+    """Return differences (rows, columns) less the medians of rows and columns."""
     rest = apart - np.median(apart, axis=1, keepdims=True)
     return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
 
 
 def _scatter(apart: Floats) -> Floats:
-    """Return the robust sigma of differences around each pixel, or of the whole picture where that is more."""
+    """Return the robust sigma of differences around each pixel, or that of the whole picture if larger."""
     scatter = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
     return np.maximum(scatter, np.finfo(np.float32).tiny)
 
@@ -276,9 +276,8 @@ def _scatter(apart: Floats) -> Floats:
 def _alone(height: Floats, found: Bools) -> Bools:
     """Return the found pixels in groups of up to 16 whose peak is shared by at most two of its four neighbours.
 
-    Nor are more than four of its eight neighbours found, as around a bright point.
-
-    Pixels up to 3 px apart are one group: a cluster of bad pixels, or a thing that is lit.
+    At most four of the eight neighbours of the peak are found pixels; around a bright point there are more. Pixels up
+    to 3 px apart are one group: a cluster of bad pixels, or a bright object.
     """
     from scipy.ndimage import label, maximum_position
 
@@ -289,15 +288,20 @@ def _alone(height: Floats, found: Bools) -> Bools:
     good = np.bincount(members.ravel(), minlength=count + 1) <= _MOST_IN_CLUSTER
     wide = np.pad(height, 1)
     for group, (row, column) in enumerate(maximum_position(height, members, np.arange(1, count + 1)), 1):
-        beside = (wide[row, column + 1], wide[row + 2, column + 1], wide[row + 1, column], wide[row + 1, column + 2])
+        neighbours = (
+            wide[row, column + 1],
+            wide[row + 2, column + 1],
+            wide[row + 1, column],
+            wide[row + 1, column + 2],
+        )
         near = members[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] == group
-        good[group] &= sum(value > _SHARES * height[row, column] for value in beside) <= 2 and near.sum() <= 5
+        good[group] &= sum(value > _SHARES * height[row, column] for value in neighbours) <= 2 and near.sum() <= 5
     alone: Bools = found & good[members]
     return alone
 
 
 def _follows_neighbour(values: Floats, found: Bools) -> Bools:
-    """Return which of the found pixels change over time (T, rows, columns) as one of their eight neighbours does."""
+    """Return the found pixels whose changes over time (T, rows, columns) follow one of their eight neighbours."""
     rows, columns = np.nonzero(found)
     unit = _unit(values[:, rows, columns])
     nearest = np.zeros(len(rows))
@@ -311,15 +315,16 @@ def _follows_neighbour(values: Floats, found: Bools) -> Bools:
 
 
 def _unit(series: Floats) -> Floats:
-    """Return series (T, pixels) about their means, of length 1."""
+    """Return series (T, pixels) less their means, normalised to length 1."""
     apart = series - series.mean(axis=0)
     return np.asarray(apart / np.maximum(np.sqrt(np.square(apart).sum(axis=0)), np.finfo(np.float32).tiny))
 
 
 def _frozen_from(frames: Values) -> int | None:
-    """Return the number of frames from which on a tenth of a good pixel at most holds its value by chance.
+    """Return the least number of frames over which at most 0.1 good pixels are expected to hold their value by chance.
 
-    A pixel that stays from one frame to the next with probability q stays over T frames with q^(T/2) at most.
+    A pixel that keeps its value from one frame to the next with probability q keeps it over T frames with probability
+    q^(T/2) at most.
     """
     if len(frames) < 2:
         return None

@@ -1,4 +1,4 @@
-"""Figures of camera and background that a recording yields, in counts, px and frames of the recording."""
+"""Figures of the camera and the background of a recording, in counts, px and frames of the recording."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from irsim.errors import InputError, counted
 from irsim.types import Bools, Floats
 
 FRAMES = 300
-"""Frames that are measured by default: 200 MB of 640x512 px."""
+"""Default number of frames measured: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
 
 
@@ -43,20 +43,20 @@ _LEAST_SIDE = 8
 class Figures:
     """Figures in counts and frames of the recording; None where the recording does not determine them.
 
-    The 1/12 of rounding is taken out of variances. rows and columns, as `Memory`, are in seconds.
+    The rounding variance of 1/12 is subtracted. rows and columns, of type `Memory`, are in seconds.
 
     noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; upper bounds of white
                             noise where something moves
     memory_frames           time constant of the correlated part
-    walk                    sigma of the change by drift after a frame; None where it is not significant
+    walk                    sigma of the change by drift in a frame; None where it is not significant
     row_noise, column_noise white temporal sigma of rows and columns
     rows, columns           memory of rows and columns, where they are correlated over time
     level, level_frames     sigma and time constant of the mean of frames
     pixel, row, column      sigmas of the fixed pattern of pixels, rows and columns
     even_rows, even_columns half of the offset of even lines above odd ones
-    blur                    sigma of the sharpest point seen, px; None where none is
-    psf                     sigma of the blur that texture and pixel are given for, px
-    texture                 of the background; None where there is none
+    blur                    sigma of the sharpest point, px; None without a point
+    psf                     sigma of the blur assumed for texture and pixel, px
+    texture                 of the background, or None
     mean, histogram         mean of the background, and its quantiles where they are not Gaussian
     flaws                   bad pixels
     """
@@ -88,9 +88,9 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names and values of all figures with an interval, as "rows.rho" those of parts.
+        """Yield names and values of all figures with an interval; names of parts are such as "rows.rho".
 
-        The fixed part of lines in the region, which contains the scene, is left out; see `row` and `column`.
+        The fixed part of lines in the region contains the scene and is left out; see `row` and `column`.
         """
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
@@ -101,7 +101,7 @@ class Figures:
 
     @property
     def odd_even(self) -> tuple[tuple[str, Estimate], ...]:
-        """Those of even_rows and even_columns that are present, by four standard errors."""
+        """Names and values of even_rows and even_columns if significant by four standard errors."""
         both = (("rows", self.even_rows), ("columns", self.even_columns))
         return tuple((along, found) for along, found in both if found and abs(found.value) > found.high - found.low)
 
@@ -117,12 +117,12 @@ def measure_figures(
     times: Floats | None = None,
     boxes: Boxes | None = None,
 ) -> Figures:
-    """Return the figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
+    """Return the figures of frames (T, rows, columns) in counts; noise is measured on `region`, or in the flattest
+    window.
 
     top, taken, times   as in `measure_noise`
     start       number of the first frame, for notes
-    points      whether points are sought, which takes most of the time; texture and fixed pattern are given for usual
-                blurs without
+    points      True: search points, which takes most of the time; False: texture and fixed pattern assume usual blurs
     boxes       target boxes of each frame, in place of `taken`
 
     Raise InputError where frames are too few or below 8 x 8 px.
@@ -130,7 +130,7 @@ def measure_figures(
     check_measurable(frames, rate_hz, top, taken, times)
     if boxes is not None:
         if taken is not None:
-            raise InputError("taken and boxes: both say where targets are; allowed: one of them")
+            raise InputError("taken and boxes: both give the places of targets; allowed: one of them")
         if len(boxes) != len(frames):
             raise InputError(f"boxes: of {counted(len(boxes), 'frame')}; allowed: None, or of all {len(frames)}")
         taken = box_mask(chain(*boxes), frames.shape[1:])
@@ -146,29 +146,29 @@ def measure_figures(
     patched = patch(used, bad.all)
     blur, still = point_blur(patched, bad.all | ~bad.judged, top, not report.slides) if points else (None, 0)
     flaws = bad_pixel_figures(used, periods, bad.without(taken))
-    if report.slides:  # pixels that blink are hidden by the motion of the scene
+    if report.slides:  # motion of the scene hides blinking pixels
         flaws = replace(flaws, blinking=replace(flaws.blinking, high=1.0))
     standing = _standing(report, patched, seen, blur, bad, top) if not report.slides else None
     scene = standing or _sliding(patched, seen, blur)
     parts = {**_over_time(report), **scene.figures}
     found = Figures(frames=report.frames, region=report.region, blur=blur, flaws=flaws, notes=(), **parts)
-    notes = figure_notes(report, found.psf, blur, still, scene.things, scene.layered, found.texture is not None)
+    notes = figure_notes(report, found.psf, blur, still, scene.objects, scene.layered, found.texture is not None)
     return replace(found, notes=(*report.stretch.left_out(start), *notes))
 
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern; the number of small things left out; whether rows differ most."""
+    """Figures of background and fixed pattern; the number of small objects left out; whether rows differ most."""
 
     figures: dict[str, Any]
-    things: int
+    objects: int
     layered: bool
 
 
 def _standing(
     report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, bad: BadPixels, top: float
 ) -> _Scene:
-    """Return the figures of a scene that stands, from the mean of all frames."""
+    """Return the figures of a still scene, from the mean of all frames."""
     sigma = report.fine if report.moving else math.hypot(report.terms.tvh.value, report.drift)
     mean, always = mean_picture(frames, sigma, boxes)
     behind = background(mean, always | (mean >= FULL * top) | ~bad.judged)
@@ -181,7 +181,7 @@ def _standing(
         "row": subtract(fixed.row, left_rows),
         "column": subtract(fixed.column, left_columns),
     }
-    if report.moving:  # what moves leaves a part of it in the mean
+    if report.moving:  # moving objects leave a part in the mean
         sigmas = {name: Estimate(each.value, 0.0, each.high, bound=True) for name, each in sigmas.items()}
     figures: dict[str, Any] = {
         **sigmas,
@@ -192,11 +192,11 @@ def _standing(
         "mean": float(behind.seen.mean()),
         "histogram": grey_levels(behind.seen, fixed.spectrum),
     }
-    return _Scene(figures, behind.things, _is_layered(picture))
+    return _Scene(figures, behind.objects, _is_layered(picture))
 
 
 def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
-    """Return the figures of a scene that moves past the camera, from single frames: no fixed pattern."""
+    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern."""
     picked = evenly(len(frames), TEXTURE_PICTURES).tolist()
     shape = frames.shape[1], frames.shape[2]
     behind = [background(frames[k].astype(np.float64), box_mask(boxes[k], shape)) for k in picked]
@@ -209,11 +209,11 @@ def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
         "mean": float(np.concatenate([each.seen for each in behind]).mean()),
         "histogram": grey_levels(middle.seen, spectrum),
     }
-    return _Scene(figures, max(each.things for each in behind), _is_layered(middle.picture))
+    return _Scene(figures, max(each.objects for each in behind), _is_layered(middle.picture))
 
 
 def _is_layered(picture: Floats) -> bool:
-    """Return whether the means of rows have most of the variance, as with a horizon; hot things are clipped."""
+    """Return whether the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
     usual = np.clip(picture, *np.quantile(picture, (0.02, 0.98)))
     return bool(usual.mean(axis=1).var() > 0.5 * usual.var())
 

@@ -40,11 +40,11 @@ from irsim.types import Band, Curve, Source
 
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3
-"""Scale and pixel of a camera that the recording does not describe; the counts are right all the same."""
+"""Nominal pixel, and scale above, of a camera that the recording does not describe; counts do not depend on them."""
 _BY = "by irsim fit;"
 """Part of the first line of a fit."""
 _SEAL = "# A later fit replaces this file as long as nothing is changed in it: "
-"""Beginning of the last line of a fit; the digest of all before it follows."""
+"""Beginning of the last line of a fit, before the digest of the text above it."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Fit:
     """Camera and background of a recording.
 
     figures     in counts, px and frames, with intervals
-    text        a scenario as YAML, with intervals as comments; its last line shows a later `irsim fit -o` that nothing
-                in it was changed
-    notes       limits, those of all figures first
+    text        a scenario as YAML, with intervals as comments; its last line has the digest by which a later
+                `irsim fit -o` recognises an unchanged fit
+    notes       limits, those of the figures first
     """
 
     name: str
@@ -94,9 +94,9 @@ def fit(
     start: int = 0,
     stop: int | None = None,
 ) -> Fit:
-    """Return the fit to a recording, or to a scenario, which is rendered for it.
+    """Return the fit to a recording, or to the rendering of a scenario.
 
-    region      where only noise is seen, px; by default the flattest still window off the targets
+    region      window with noise alone, px; by default the flattest still window off the targets
     start, stop frames that are measured; by default the first 300
 
     Raise InputError where frames are too few or too small, or a source cannot be opened.
@@ -107,7 +107,7 @@ def fit(
 
 
 def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, start: int = 0) -> Fit:
-    """Return the fit to frames that were read from a source, from frame `start` on."""
+    """Return the fit to frames read from a source, from frame `start` on."""
     counts, times = read
     figures = measure_figures(
         counts,
@@ -124,7 +124,7 @@ def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, 
 
 
 def _refusals(text: str) -> Iterator[str]:
-    """Yield what no scenario can express: a picture may be smaller, or noise stronger, than any camera's."""
+    """Yield the errors of a fit outside the limits of scenarios, such as a small picture or strong noise."""
     try:
         loads(text, "the fit")
     except InputError as error:
@@ -139,7 +139,7 @@ def sealed(text: str) -> str:
 
 
 def check_replaced(path: Path | None) -> None:
-    """Raise InputError where a file exists that is no unchanged fit: a fit would replace its user's work."""
+    """Raise InputError where the file exists and is not an unchanged fit: a fit would replace the user's work."""
     if path is None or not path.exists():
         return
     try:
@@ -211,14 +211,14 @@ class Writer:
 
     @cached_property
     def electrons(self) -> ElectronSensor | None:
-        """A detector with the recording's response to light; None where two black bodies give the scale."""
+        """Detector with the recording's response to light; None where two black bodies give the scale."""
         if self.curve is None:
             return None
         return matched_sensor(self.curve, self.band, self.bits, self.rate_hz, _at_least(self.figures.noise.value))
 
     @cached_property
     def unit(self) -> float:
-        """Counts that noise ratios are relative to."""
+        """Counts of a noise ratio of 1."""
         if self.electrons is None:
             return _at_least(self.figures.noise.value)
         response = self.electrons.response(SensorSettings(self.band, self.bits, 0.0, self.range_k))
@@ -287,7 +287,7 @@ class Writer:
             "row": None if found.rows is None else found.rows.drift,
         }
         if any(drifts.values()):
-            slow = Drift().time_constant_s  # the final size of a drift that is slower than the recording is unknown
+            slow = Drift().time_constant_s  # the recording does not determine the final size of a slower drift
             scale = math.sqrt(slow / 2)
             ends = {
                 key: 0 if walk is None else self.ratio(walk.map(lambda counts: counts * scale))
@@ -317,7 +317,7 @@ class Writer:
                 yield key, self.seconds(dwell)
 
     def background(self) -> Iterator[str]:
-        """Yield a ground of the same spectrum, spread and histogram: texture, without the things in it."""
+        """Yield a ground of the same spectrum, spread and histogram: texture without objects."""
         found = self.figures
         mean_k = self.kelvin(found.mean)
         yield "background:"

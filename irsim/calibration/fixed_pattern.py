@@ -1,8 +1,8 @@
 """Fixed pattern of pixels, rows and columns in the mean picture, separated from the scene.
 
 A detector's pattern is independent from line to line and the same everywhere; a scene is neither. Lines: each row less
-the mean of its neighbours, in separate parts of the picture. The product of two parts holds, in the mean, the offsets
-of whole rows alone. Pixels: the white floor of the spectrum, in the quietest window where edges are seen.
+the mean of its neighbours is computed in separate parts of the picture; products of two parts have the variance of
+whole rows as their mean. Pixels: the white floor of the spectrum, in the quietest window if the picture has edges.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _PARTS = 6
 _BENT = 35 / 18
-"""1 + 2 (4/6)^2 + 2 (1/6)^2: fewer independent lines by this factor, after the difference to their neighbours."""
+"""1 + 2 (4/6)^2 + 2 (1/6)^2: factor by which the difference to neighbours reduces the number of independent lines."""
 _OUTSTANDING = (2.6, 3.2, 4.5)
-"""Robust sigmas beyond which a line belongs to the scene, as a horizon; the interval covers the results of all."""
+"""Robust sigmas beyond which a line belongs to the scene, as a horizon; the interval covers the result of each."""
 _SURELY = 6.0
 _EDGES = 1.08
-"""Ratio of rms to robust sigma of sharp changes above which edges are seen: of a Gaussian field it is 1.00, of three
-real sensors 1.02 to 1.04, of rendered fields, trees and roads 1.1 to 3.3."""
+"""Ratio of rms to robust sigma of sharp changes above which the picture has edges: 1.00 for a Gaussian field, 1.02 to
+1.04 for three real sensors, 1.1 to 3.3 for rendered fields, trees and roads."""
 _LEAST_SIDE = 32
 _BLOCKS = 8
 
@@ -36,10 +36,10 @@ class FixedPattern:
     """Fixed pattern of a picture, in its units.
 
     spectrum    of the whole picture, texture included
-    psf         blur that it is given for, px
+    psf         blur that is assumed, px
     floor       variance from pixel to pixel
     row, column sigmas of offsets from row to row and from column to column
-    window      where the floor was read, if edges are seen
+    window      window of the floor if the picture has edges; else None
     """
 
     spectrum: Spectrum
@@ -53,8 +53,8 @@ class FixedPattern:
 def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> FixedPattern:
     """Return the fixed pattern of a picture (rows, columns) without odd-even lines.
 
-    blur    sigma of the sharpest point seen, px, or None
-    filled  pixels that were filled in, which are too quiet
+    blur    sigma of the sharpest point, px, or None
+    filled  pixels that were filled in; they have too little noise
     """
     spectrum, psf = fit_texture(periodogram(picture), picture.shape, blur)
     sharp = np.abs(np.diff(np.diff(picture, n=2, axis=0), n=2, axis=1))
@@ -71,7 +71,7 @@ def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> Fixe
 
 
 def _quietest(sharp: Floats) -> Region | None:
-    """Return the window, 64 px wide or half of the picture, of least sharp changes; None in a small picture."""
+    """Return the window, 64 px or half of the picture wide, with the least sharp changes; None in a small picture."""
     rows, columns = sharp.shape
     side = min(WINDOW_SIDE, min(rows, columns) // 2)
     if side < _LEAST_SIDE:
@@ -84,8 +84,8 @@ def _quietest(sharp: Floats) -> Region | None:
 def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
     """Return the sigma of the offsets of whole rows of a picture (rows, columns).
 
-    Each row less the mean of its neighbours has 3/2 of their variance. Where edges are seen, rows that stand out in the
-    whole picture are a horizon or a road, and left out with their neighbours.
+    Each row less the mean of its neighbours has 3/2 of their variance. In a picture with `edges`, outlying rows are a
+    horizon or a road, and are left out with their neighbours.
     """
     bent = _bend(picture)
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
@@ -96,12 +96,12 @@ def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
 
 
 def _shared_sigma(parts: Floats, sigmas: float) -> Estimate:
-    """Return the sigma that the bent lines of all parts (parts, rows) have in common."""
+    """Return the common sigma of the lines (parts, rows) of all parts, given as second differences."""
     out = _outstanding(parts.mean(axis=0), sigmas)
-    beside = out.copy()
-    beside[1:] |= out[:-1]
-    beside[:-1] |= out[1:]
-    kept = parts[:, ~(out if beside.all() else beside)]
+    widened = out.copy()
+    widened[1:] |= out[:-1]
+    widened[:-1] |= out[1:]
+    kept = parts[:, ~(out if widened.all() else widened)]
     products = [one @ other for k, one in enumerate(kept) for other in kept[k + 2 :]] or [kept[0] @ kept[0]]
     common = float(np.mean(products)) / kept.shape[1]
     power = float(np.square(kept.mean(axis=0)).mean())
@@ -123,14 +123,14 @@ def odd_even(picture: Floats, axis: int) -> Estimate:
 
 
 def remove_odd_even(picture: Floats, rows: float, columns: float) -> Floats:
-    """Return the picture without the offsets of even and odd lines, halves as `odd_even` gives them."""
+    """Return the picture without the offsets of even and odd lines, given as in `odd_even`."""
     signs = [np.where(np.arange(length) % 2, -1.0, 1.0) for length in picture.shape]
     evened: Floats = picture - rows * signs[0][:, None] - columns * signs[1]
     return evened
 
 
 def _bend(levels: Floats) -> Floats:
-    """Return each line of (rows, ...) but the outermost less the mean of its neighbours."""
+    """Return each inner line of (rows, ...) less the mean of its neighbours."""
     return np.asarray(levels[1:-1] - (levels[:-2] + levels[2:]) / 2)
 
 

@@ -1,9 +1,9 @@
 """Noise of a recording, read on one flat region: the seven terms of 3-D noise, memory, level, drift, bad pixels.
 
 J. A. D'Agostino and C. M. Webb, "Three-dimensional analysis framework and measurement methodology for imaging system
-noise", Proc. SPIE 1488 (1991). Their directional averages leave a part of each finer term in the coarser ones. Here
-each is freed of it by the expected mean squares of a three-way layout with one observation a cell (H. Scheffe, "The
-Analysis of Variance", 1959, section 7.4): unbiased in variance. t is time, v row to row, h column to column.
+noise", Proc. SPIE 1488 (1991). Their directional averages leave a part of each finer term in the coarser ones. Here it
+is removed by the expected mean squares of a three-way layout with one observation a cell (H. Scheffe, "The Analysis of
+Variance", 1959, section 7.4): unbiased in variance. t is time, v row to row, h column to column.
 """
 
 from __future__ import annotations
@@ -65,15 +65,15 @@ class Noise3dTerms:
 class NoiseReport:
     """Noise figures in counts.
 
-    stretch     frames that are measured, and what was left out
+    stretch     measured frames, and reasons for the others
     frames      their number
-    terms       3-D noise; of noise with memory tvh is the whole sigma, and vh is freed of the noise left in the mean
+    terms       3-D noise; for noise with memory, tvh is the whole sigma, and vh is without the noise left in the mean
     temporal    pair difference, correlations, memory
-    lines       memory of those of tv and th that are correlated over time; the term is then the whole sigma
+    lines       memory of tv and th if correlated over time; the term is then the whole sigma
     level       sigma and memory of the mean of frames; with memory, t is its sigma
     fine        temporal sigma of noise that is white in time and space; an upper bound where something moves
     together    whether neighbours in the region change together: something moves, or the camera smooths its noise
-    moving      whether something surely moves there
+    moving      whether motion there is certain
     doubtful    names of figures that may contain the scene
     slides      whether the whole scene moves past the camera
     crossed     whether a target of the ground truth crosses the region
@@ -83,7 +83,7 @@ class NoiseReport:
     pixels      number of pixels that were judged
     clipped     share of the region's counts at an end of their range
     rounded     whether noise is so small that rounding to whole counts hides it
-    frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
+    frozen_from least number of frames after which a pixel that never changes is dead; None where most never change
     """
 
     region: Region
@@ -113,7 +113,7 @@ class NoiseReport:
 
     @property
     def pixel_sigma(self) -> float:
-        """Temporal sigma of a pixel; of sharp noise alone where something moves."""
+        """Temporal sigma of a pixel; with motion, that of sharp noise alone."""
         return self.fine if self.moving or self.slides else self.terms.tvh.value
 
     def as_json(self) -> dict[str, Any]:
@@ -134,15 +134,15 @@ def measure_noise(
     times: Floats | None = None,
     start: int = 0,
 ) -> NoiseReport:
-    """Return the noise of frames (T, rows, columns) in counts, on `region` or the flattest window that is still.
+    """Return the noise of frames (T, rows, columns) in counts, on `region` or in the flattest still window.
 
     region  x, y, w, h, px
     top     highest possible count
-    taken   (rows, columns) mask of targets in any frame, where noise is not measured
+    taken   (rows, columns) mask of targets in any frame, left out
     times   (T,) s; whole periods without a frame count as lost frames
     start   number of the first frame, for messages
 
-    Raise InputError for frames that are too few, too small or not finite, and for arguments of other kinds.
+    Raise InputError for frames that are too few, too small or not finite, and for arguments of a wrong type.
     """
     return noise_and_bad_pixels(frames, rate_hz, region, top, taken, times, start)[0]
 
@@ -184,7 +184,7 @@ def _select(
     times: Floats | None,
     start: int,
 ) -> _Window:
-    """Select the longest stretch without a break; each step of the pattern that shows cuts it further."""
+    """Select the longest stretch without a break; each visible step of the fixed pattern cuts it further."""
     new = new_frames(frames, rate_hz, times)
     cut = jumps([frames[k] for k in new.index])
     breaks = Breaks(pauses=new.pauses, jumps=tuple(new.index[cut].tolist()))
@@ -287,9 +287,9 @@ def _decompose(
 
 
 def _without_means(level: Level, memories: list[tuple[Memory | None, int]], seconds: float) -> Level:
-    """Return the level less what correlated pixels and lines leave in the mean of a frame.
+    """Return the level without the part of correlated pixels and lines in the mean of a frame.
 
-    A walk of unit variance a second scatters about its mean over T seconds by T / 6 in variance.
+    A random walk of unit variance per second has a variance of T / 6 about its mean over T seconds.
     """
     theirs = sum(
         (memory.total.value**2 + memory.walk.value**2 * seconds / 6) / count
@@ -304,7 +304,7 @@ def _without_means(level: Level, memories: list[tuple[Memory | None, int]], seco
 
 
 def _correlated(levels: Floats, number: Indices, sigma: Estimate) -> bool:
-    """Return whether the level is present and surely correlated from frame to frame."""
+    """Return whether the level is significant and correlated from frame to frame."""
     after = np.flatnonzero(np.diff(number) == 1)
     if len(after) < LEAST_MEMORY_FRAMES or sigma.low <= 0:
         return False
@@ -313,7 +313,7 @@ def _correlated(levels: Floats, number: Indices, sigma: Estimate) -> bool:
 
 
 def _bounded(sigma: Estimate, whole: Estimate, moving: bool) -> Estimate:
-    """Return a sigma; an upper bound where something moves or nothing is left of it."""
+    """Return a sigma; an upper bound with motion, or where the sigma is 0."""
     return Estimate(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma
 
 
@@ -321,11 +321,11 @@ def noise_3d(frames: Values, time_freedom: float | None = None, moving: bool = F
     """Return the terms of frames (T, rows, columns) of a flat scene, in their units.
 
     time_freedom    degrees of freedom of a series about its mean; T - 1 for noise that is white in time
-    moving          whether something moves: each term may be anything up to all that differs along its axes
+    moving          True with motion: each term is bounded by the whole variation along its axes
 
     Intervals are those of generalised pivotal quantities (S. Weerahandi, "Generalized Confidence Intervals", JASA 88,
-    1993): mean squares over chi-squares, drawn with a fixed seed. Raise InputError for frames that are no array of
-    finite numbers, and for fewer than 4 frames, rows or columns.
+    1993): mean squares over chi-squares, drawn with a fixed seed. Raise InputError unless the frames are an array of
+    finite numbers with at least 4 frames, rows and columns.
     """
     check_frames(frames)
     check_size(frames)
@@ -372,7 +372,7 @@ def components(squares: dict[str, Floats], shape: tuple[int, ...]) -> dict[str, 
     """Return the unbiased variances of the terms from mean squares; an estimate may be negative.
 
     E[MS_tvh] = s_tvh, E[MS_tv] = s_tvh + H s_tv, E[MS_t] = s_tvh + H s_tv + V s_th + V H s_t, and so on in turn (s the
-    variances, T, V, H the size).
+    variances; T, V, H the numbers of frames, rows and columns).
     """
     times, rows, columns = shape
     s = squares

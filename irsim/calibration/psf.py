@@ -1,7 +1,7 @@
-"""PSF: sigma of the sharpest point seen, by elliptical Gaussians fitted to still and passing points.
+"""PSF: sigma of the sharpest point, by elliptical Gaussians fitted to still and passing points.
 
-The minor axis is the blur: smear along the path, and most of a thing's own size, lie along the major axis. What is seen
-may be larger than a point, so that the value is an upper bound of the lens's blur unless the thing is known.
+The minor axis is the blur: motion blur, and most of an object's own size, lie along the major axis. An object may be
+larger than a point, so that the value is an upper bound of the lens's blur unless the object is known.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from irsim.calibration.statistics import Estimate, Values, evenly, order_median
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 SIGMAS = (0.3, 1.7)
-"""Range of sigmas, px: what is sharper is a hot pixel, what is wider no point."""
+"""Range of sigmas of a point, px: hot pixels are sharper, extended objects wider."""
 _REACH = 5
-"""Reach of a window about a point, px."""
+"""Half width of a window about a point, px."""
 _FRAMES = 48
 _LEAST_POINTS = 6
 _POINTS = 3
-"""Brightest points of a picture that are fitted."""
+"""Number of the brightest points of a picture that are fitted."""
 _BRIGHT = 25.0
-"""Height in robust sigmas of the picture, at least."""
+"""Least height of a point, robust sigmas of the picture."""
 _MISFIT = 0.03
-"""Rms of the residual as a share of the height, at most: a bar of 3 px leaves 0.05."""
+"""Largest rms of the residual, a share of the height: a bar of 3 px leaves 0.05."""
 _RIM = 0.2
-"""Rms of a window's rim about a plane as a share of its height, at most: edges have 0.4 and more."""
+"""Largest rms of a window's rim about a plane, a share of the height: edges have 0.4 and more."""
 _OVERSAMPLED = 4
 _SYSTEMATIC = 0.01
 """Relative error of a sigma by lag, gain differences and the sampling of the model."""
 _STILL_ERROR = 2.5
-"""Factor on the error of a still point: what lies beneath it is the same in all frames, and not white."""
+"""Factor on the error of a still point: the background beneath it is the same in all frames, and not white."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +57,11 @@ class Spot:
 def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Estimate | None, int]:
     """Return the sigma, px, of the sharpest point in frames (T, rows, columns), and the number of still points.
 
-    bad     (rows, columns) pixels without use
+    bad     (rows, columns) bad pixels
     top     highest possible count; points near it are clipped
-    still   whether the scene stands: points are then sought in the mean, and in frames less their median
+    still   True for a still scene: points are searched in the mean, and in frames less their median
 
-    The interval of a passing point is that of the median over frames, of a still one that of the fit.
+    The interval of a passing point is that of the median over frames; that of a still point is the fit's.
     """
     picked = evenly(len(frames), _FRAMES)
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
@@ -108,7 +108,7 @@ def _windows(picture: Floats, counts: Values, bad: Bools) -> Iterator[tuple[Floa
 
 
 def _isolated(window: Floats) -> bool:
-    """Return whether the middle stands out from all of the rim, unlike an edge or a bar."""
+    """Return whether the middle exceeds the whole rim, unlike at an edge or a bar."""
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
     rim = np.maximum(np.abs(x), np.abs(y)) == _REACH
     plane = np.stack([np.ones(rim.sum()), x[rim], y[rim]], axis=1)
@@ -118,7 +118,7 @@ def _isolated(window: Floats) -> bool:
 
 
 def fit_spot(window: Floats) -> Spot:
-    """Return the elliptical Gaussian, integrated over pixels, on a plane that fits a window best."""
+    """Return the least-squares fit to a window of an elliptical Gaussian, integrated over pixels, on a plane."""
     from scipy.optimize import least_squares
 
     side = 2 * _REACH + 1

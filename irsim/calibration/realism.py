@@ -1,4 +1,4 @@
-"""Realism: texture and noise of a source beside those of real infrared recordings."""
+"""Realism: texture and noise of a source compared with those of real infrared recordings."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from irsim.types import Source
 
 Bounds = tuple[float, float]
 _SLOPE, _AXIS = 0.2, 0.35
-"""Differences in beta, and along one axis, between recordings of one class."""
+"""Differences in beta, and in beta along one axis, between recordings of one class."""
 _SPREAD, _UNEVEN = 1.25, 1.4
 """Factors between spreads, and unevennesses, of recordings of one class."""
 _ROWS = 0.2
-"""Difference in the share of rows."""
+"""Difference in the share of rows between recordings of one class."""
 BEND = (-1.0, 1.0)
-"""Three real sequences have 0.0 to 0.1, blurred white noise 1.4 and more."""
+"""Allowed bend of the spectrum: three real sequences have 0.0 to 0.1, blurred white noise 1.4 and more."""
 _FACTOR = 2.0
 """Factor between fixed patterns of sensors of one sort: one uncooled camera has 2.5 to 6.4 over eight clips."""
 _WHITE, _MEMORY = 0.05, 0.15
 """Differences in the lag-1 correlation of cooled cameras, and of uncooled ones of different rates."""
 _FRAMES = 120
-_PICTURES = "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
+_PICTURES = "its noise is not judged: pictures of 8 bits hold no sensor's noise; allowed: a sensor's counts"
 _HEAD = "95 % interval (all but correlation: in units of a pixel's noise)"
 
 
@@ -71,7 +71,8 @@ CLASSES = {
     "ground": RealTexture((2.3, 2.9), (1.8, 2.7), (2.1, 2.75), (12.5, 32)),
     "city": RealTexture((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
 }
-"""Medians of infrared recordings, measured by the project over 4/N .. 0.2 cycles a px; spreads are those of tiles.
+"""Medians of infrared recordings, measured by the project from 4/N to 0.2 cycles/px, N the shorter side in px; spreads
+are those of tiles.
 
 cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and night, at long
 range, a park. treeline: between bare trees and horizon with field. Three sequences of Svanstrom et al., "A dataset for
@@ -82,7 +83,7 @@ the same above the horizon alone    beta 3.8, 2.7 / 3.1, spread 17, rows 0.33, u
 a line of hot trees                 beta 3.8, 1.1 / 4.0, spread 50, rows 0.92, uneven 1.46
 bare trees before the sky           beta 2.5, 2.2 / 2.4, spread 42, rows 0.10, uneven 1.31
 
-Rows and uneven are theirs alone. Of cloud, beta_y is that above the horizon; its spread there is left out.
+Rows and uneven are from these alone. For cloud, beta_y is that above the horizon, and the spread there is left out.
 """
 
 
@@ -113,14 +114,14 @@ CAMERAS: dict[str, dict[str, Bounds]] = {
 }
 """Lag-1 correlation of a pixel's noise; fixed patterns and the frame's level in units of the pixel's noise.
 
-From raw counts of a cooled LWIR camera after correction and a cooled MWIR one without (samples of pyradi), and of a
-Lepton 3, uncooled, over eight clips (python-cptv): measured by the project, here and by 3-D noise terms.
+Measured by the project on raw counts of a cooled LWIR camera after correction and a cooled MWIR camera without (samples
+of pyradi), and of an uncooled Lepton 3 over eight clips (python-cptv).
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Figure beside an allowed range; outside where its whole interval, if it has one, is."""
+    """Figure and its allowed range. The figure is outside if its whole interval is (without an interval, its value)."""
 
     figure: str
     value: float
@@ -135,7 +136,7 @@ class Verdict:
 
     @property
     def measured(self) -> str:
-        """The value to hundredths; outside of the range, to as many places as show that."""
+        """Value to hundredths; outside of the range, with as many digits as show it."""
         places = 2
         while not self.inside and self.low <= float(f"{self.value:.{places}f}") <= self.high and places < 6:
             places += 1
@@ -148,44 +149,46 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured figures beside the ranges of all classes of background, or of all sorts of camera.
+    """Measured figures compared with the ranges of all classes of background, or of all sorts of camera.
 
     figures     figure -> its value as text
-    beside      name of a class or sort -> verdicts on its figures
-    chosen      name whose verdicts decide, if any
-    head        head of the column of values
+    by_name     name of a class or sort -> verdicts on its figures
+    required    name whose verdicts decide, or None
+    head        heading of the column of values
     """
 
     figures: Mapping[str, str]
-    beside: Mapping[str, tuple[Verdict, ...]]
-    chosen: str | None
+    by_name: Mapping[str, tuple[Verdict, ...]]
+    required: str | None
     head: str = ""
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        return () if self.chosen is None else self.beside[self.chosen]
+        return () if self.required is None else self.by_name[self.required]
 
     @property
     def failing(self) -> dict[str, tuple[Verdict, ...]]:
-        """Name -> the figures outside of its ranges, of names with such figures."""
-        outside = {name: tuple(each for each in verdicts if not each.inside) for name, verdicts in self.beside.items()}
+        """Name -> verdicts outside of its ranges, for names with such verdicts."""
+        outside = {name: tuple(each for each in verdicts if not each.inside) for name, verdicts in self.by_name.items()}
         return {name: verdicts for name, verdicts in outside.items() if verdicts}
 
     @property
     def fitting(self) -> tuple[str, ...]:
-        """Names whose ranges hold all figures."""
-        return tuple(name for name in self.beside if name not in self.failing)
+        """Names whose ranges contain all figures."""
+        return tuple(name for name in self.by_name if name not in self.failing)
 
     def lines(self, head: str, none: str) -> Iterator[str]:
-        """Yield the figures, then after `head` the names that fit, or `none`, and the figures that exclude others."""
-        yield f"{'figure':11} measured  {self.head if self.chosen is None else f'allowed for {self.chosen}'}".rstrip()
-        if self.chosen is None:
+        """Yield the figures; then `head` with the names that fit, or `none`; then the figures that exclude other
+        names."""
+        heading = self.head if self.required is None else f"allowed for {self.required}"
+        yield f"{'figure':11} measured  {heading}".rstrip()
+        if self.required is None:
             for figure, text in self.figures.items():
                 yield f"{figure:11} {text}"
         for each in self.verdicts:
             yield f"{each.figure:11} {each.measured:>8}  {each.allowed}  {'ok' if each.inside else 'OUTSIDE'}"
         yield f"{head}: {', '.join(self.fitting) or none}"
-        if self.chosen is None:
+        if self.required is None:
             for name, verdicts in self.failing.items():
                 outside = (f"{each.figure} {each.measured} (allowed {each.allowed})" for each in verdicts)
                 yield f"  not {name}: {', '.join(outside)}"
@@ -193,11 +196,11 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Realism:
-    """Texture and noise beside real ones.
+    """Texture and noise compared with real ones.
 
     texture, classes    texture figures and their comparison; empty and None where it was not measured
     noise, sorts        noise figures and their comparison; empty and None where noise cannot be compared
-    noise_unknown       the reason why it cannot, or None
+    noise_unknown       reason why noise cannot be compared, or None
     """
 
     texture: Mapping[str, float]
@@ -212,16 +215,16 @@ class Realism:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts for the class and the sort that were given."""
+        """Verdicts for the required class and sort."""
         return tuple(verdict for each in self.comparisons for verdict in each.verdicts)
 
     @property
     def inside(self) -> bool:
-        """Whether no figure is outside of its range."""
+        """True if no figure is outside of its range."""
         return all(verdict.inside for verdict in self.verdicts)
 
     def lines(self) -> Iterator[str]:
-        """Yield lines of text, but for `noise_unknown`."""
+        """Yield lines of text, without `noise_unknown`."""
         if self.classes is not None:
             yield from self.classes.lines("looks like", "no class of real recordings")
         if self.sorts is not None:
@@ -231,12 +234,12 @@ class Realism:
         """Return plain values, ready for json.dumps."""
         found: dict[str, Any] = {}
         if self.classes is not None:
-            found = {**self.texture, "like": self.classes.chosen, "classes": self.classes.fitting}
+            found = {**self.texture, "like": self.classes.required, "classes": self.classes.fitting}
         if self.sorts is None:
             found["noise_unknown"] = self.noise_unknown
         else:
             noise = {figure: value.as_json() for figure, value in self.noise.items()}
-            found |= {"camera": self.sorts.chosen, **noise, "cameras": self.sorts.fitting}
+            found |= {"camera": self.sorts.required, **noise, "cameras": self.sorts.fitting}
         failing = {name: verdicts for each in self.comparisons for name, verdicts in each.failing.items()}
         outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in failing.items()}
         ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in self.verdicts}
@@ -246,7 +249,7 @@ class Realism:
 def measure_realism(
     source: Source, like: str | None = None, camera: str | None = None, progress: Progress | None = None
 ) -> Realism:
-    """Return a source's texture and noise beside those of real recordings.
+    """Return a source's texture and noise compared with those of real recordings.
 
     like        class of background, one of `CLASSES`, that the texture must fit
     camera      sort of camera, one of `CAMERAS`, that the noise must fit; texture is then measured only with `like`
@@ -286,10 +289,10 @@ def _figures(source: Source, points: bool, progress: Progress | None) -> Figures
 def noise_figures(found: Figures) -> dict[str, Estimate]:
     """Return the figures of `CAMERAS`; raise InputError where the recording does not determine them."""
     if found.pixel is None or found.row is None or found.column is None or found.level is None:
-        raise InputError("its noise cannot be judged, for the scene moves; allowed: a still camera")
+        raise InputError("its noise cannot be judged: the scene moves; allowed: a still camera")
     unit = found.noise.value
     if not unit:
-        raise InputError("its noise cannot be judged, for there is none above the rounding to whole counts")
+        raise InputError("its noise cannot be judged: it is below the rounding to whole counts")
     row = found.row
     if found.even_rows is not None:  # the variance of rows includes that of even above odd ones
         even = found.even_rows
@@ -318,22 +321,23 @@ def _correlation(found: Figures) -> Estimate:
 
 
 def compare_texture(found: TextureFigures, like: str | None = None) -> Comparison:
-    """Return a texture beside all classes; raise InputError for an unknown class."""
+    """Return the comparison of a texture with all classes; raise InputError for an unknown class."""
     if like is not None:
         check_class(like)
-    beside = {
+    by_name = {
         name: tuple(Verdict(figure, getattr(found, figure), *ends) for figure, ends in real.ranges().items())
         for name, real in CLASSES.items()
     }
-    return Comparison({each: f"{getattr(found, each):z8.2f}" for each in TextureFigures.__slots__}, beside, like)
+    return Comparison({each: f"{getattr(found, each):z8.2f}" for each in TextureFigures.__slots__}, by_name, like)
 
 
 def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
-    """Return noise beside all sorts of camera; raise InputError for an unknown sort, or undetermined noise."""
+    """Return the comparison of noise with all sorts of camera; raise InputError for an unknown sort or undetermined
+    noise."""
     if camera is not None:
         check_sort(camera)
     values = noise_figures(found)
-    beside = {
+    by_name = {
         sort: tuple(
             Verdict(name, values[name].value, low, high, (values[name].low, values[name].high))
             for name, (low, high) in ranges.items()
@@ -341,7 +345,7 @@ def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
         for sort, ranges in CAMERAS.items()
     }
     figures = {name: f"{each.value:8.2f}  {_interval(each)}" for name, each in values.items()}
-    return Comparison(figures, beside, camera, _HEAD)
+    return Comparison(figures, by_name, camera, _HEAD)
 
 
 def _interval(value: Estimate) -> str:

@@ -1,4 +1,4 @@
-"""Figures in words: the lines of `irsim noise`, the summary of `irsim fit`, and notes on their limits."""
+"""Texts of figures: the lines of `irsim noise`, the summary of `irsim fit`, and notes on their limits."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _MEANINGS = (
 )
 _DUST = 1e-9
 _CLIPPED = 0.005
-"""Share of clipped counts from which on a sigma is too small: by half a percent of normal noise."""
+"""Least share of clipped counts that is reported; it reduces the sigma of normal noise by half a percent."""
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with so many digits as YAML reads it; rounding errors of floats are 0."""
+    """Return a number as YAML reads it, with `digits` significant digits; rounding errors of floats are 0."""
     return "0" if abs(value) < _DUST else decimal_text(value, digits)
 
 
@@ -103,7 +103,7 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
     elif report.doubtful:
         yield (
             f"the scene may be part of {', '.join(report.doubtful)}: neighbours are alike there; "
-            "region=X,Y,W,H selects an even place, and irsim fit separates camera and scene"
+            "region=X,Y,W,H selects a uniform place, and irsim fit separates camera and scene"
         )
     if report.crossed:
         yield f"targets cross {report.region}, where noise is measured; region=X,Y,W,H selects a place without them"
@@ -115,13 +115,13 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
     if report.rounded:
         yield f"noise of {report.pixel_sigma:.2g} counts as measured is hidden by the rounding to whole counts"
     if memory is not None and not report.moving and memory.time_constant_s.high * report.stretch.rate_hz > count / 3:
-        yield f"{count} frames are few for noise of this time constant: it may as well be fixed pattern or drift"
+        yield f"{count} frames are few for this time constant: noise, fixed pattern and drift are not separated"
     if level is not None and not report.moving and level.high > count / 2:
-        yield f"the level changes as slowly as {count} frames last: of its sigma, t, the interval alone counts"
+        yield f"the level changes as slowly as over {count} frames: only the interval of its sigma, t, is meaningful"
     if report.frozen_from is None:
         yield "most pixels never change: dead pixels that hold their value are not found"
     elif report.frames < report.frozen_from:
-        yield f"{report.frames} frames are too few to find dead pixels of constant value; needed: {report.frozen_from}"
+        yield f"{report.frames} frames are too few to find dead pixels that never change; needed: {report.frozen_from}"
 
 
 def figure_notes(
@@ -129,7 +129,7 @@ def figure_notes(
     psf: Estimate,
     blur: Estimate | None,
     still: int,
-    things: int,
+    objects: int,
     layered: bool,
     textured: bool,
 ) -> Iterator[str]:
@@ -137,17 +137,17 @@ def figure_notes(
 
     psf, blur   as in `Figures`
     still       number of points that stand still
-    things      number of small things that were left out of the texture
+    objects     number of small objects that were left out of the texture
     layered     whether rows differ most, as with a horizon
     textured    whether there is texture
     """
     yield from noise_notes(report)
     if report.slides:
-        yield "fixed pattern, memory, rows, columns and level are unknown where the scene moves; hold the camera still"
-    if things:
-        yield f"{counted(things, 'small thing')} far out of the texture: left out of its spectrum, mean and histogram"
+        yield "fixed pattern, memory, rows, columns and level need a still scene; hold the camera still"
+    if objects:
+        yield f"{counted(objects, 'small object')} far out of the texture: left out of its spectrum, mean and histogram"
     if still:
-        yield f"points that stand still: {still}; a hot pixel that shares light with its neighbours looks alike"
+        yield f"points that stand still: {still}; a hot pixel that shares light with its neighbours resembles one"
     if blur is None:
         yield f"no point is seen: the blur is taken to be {psf.value:.1g} px"
         yield f"texture and fixed pattern hold for any blur of {psf.low:.1g} to {psf.high:.1g} px"
@@ -159,10 +159,10 @@ def figure_notes(
     if textured and layered:
         yield (
             "the picture is layered, as with a horizon: the background is written as ground of one texture, "
-            "without sky, sea or rows of things"
+            "without sky, sea or rows of objects"
         )
     if textured and (report.moving or report.slides):
-        yield "what moves in the scene is written standing still"
+        yield "moving parts of the scene are written as still"
 
 
 def fit_summary(found: Figures) -> Iterator[tuple[str, str]]:

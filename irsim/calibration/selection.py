@@ -1,7 +1,7 @@
-"""Selection of the pixels that noise is read from: frames of a source, target boxes, and a flat, still window.
+"""Selection of the pixels on which noise is measured: frames of a source, target boxes, and a flat, still window.
 
-Where neighbouring pixels change together something moves; where they are alike in the mean of the frames a scene is
-seen. A detector's own noise and fixed pattern are independent from pixel to pixel.
+A detector's own noise and fixed pattern are independent from pixel to pixel. Correlated changes of neighbouring pixels
+are motion; correlated means are texture of a scene.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from irsim.errors import InputError, as_int
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Box, Floats, Source
 
 Progress = Callable[[int, int], None]
-"""Called with the number of frames read, and of all."""
+"""Callback with the number of frames read, and the number of all."""
 EIGHT_BITS = (
     "8 bits: unless these are a detector's own counts, figures are those of a picture after gain control, not of a "
     "sensor"
 )
 BOX_MARGIN_PX = 4
-"""Reach of blur and smear beyond a target's box."""
+"""Reach of blur and motion blur beyond a target's box, px."""
 WINDOW_SIDE = 64
 _WINDOW_FRAMES = 24
 _WINDOWS = 8
@@ -50,13 +50,14 @@ _TOGETHER = 0.1
 """Correlation of neighbouring pixels' changes above which they change together, in a large window."""
 _CHANCE = 5.0
 _LINE_CHANCE = 4.0
-"""Standard errors of a correlation of pixels, and of lines, beyond chance."""
+"""Standard errors beyond which a correlation of pixels, and of lines, is significant."""
 _SHARPER = 2.0
-"""Ratio of measured to expected sharp noise above which sharp noise lies beside motion: filters make 1.3."""
+"""Ratio of measured to expected sharp noise above which there is motion in addition to noise: filters give 1.3."""
 _SLIDING = 0.22
-"""Share of the change explained by one shift above which a part of the picture moves: noise alone has hundredths."""
+"""Share of the change explained by one shift above which a part of the picture moves: noise alone gives a few
+hundredths."""
 LEAST_SLIDE_SIDE = 28
-"""Pictures below this side, px, are too small to separate motion from noise."""
+"""Least side of a picture, px, for which motion and noise are distinguished."""
 
 
 class Region(NamedTuple):
@@ -95,7 +96,7 @@ class TimedFrames(NamedTuple):
 
 
 def parse_region(text: str, size: tuple[int, int]) -> Region:
-    """Return the region 'x,y,w,h' of a picture of size (columns, rows); raise InputError where there is none."""
+    """Return the region 'x,y,w,h' of a picture of size (columns, rows); raise InputError for any other text."""
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
         raise InputError(f"region {text!r}: is no region; {_allowed_region(size)}")
@@ -129,7 +130,7 @@ def _allowed_region(size: tuple[int, int]) -> str:
 
 
 def read_frames(source: Source, wanted: range, progress: Progress | None = None) -> TimedFrames:
-    """Return counts and times of consecutive frames of a source; raise InputError where it has none of them."""
+    """Return counts and times of consecutive frames of a source; raise InputError if it has none of them."""
     images, times = [], []
     for frame in source.frames("counts", wanted.start, wanted.stop):
         images.append(frame.image)
@@ -143,9 +144,9 @@ def read_frames(source: Source, wanted: range, progress: Progress | None = None)
 
 
 def scenario_keys(source: Source) -> Mapping[str, Any]:
-    """Return the top-level keys of the scenario that a source carries, unchecked; none without a scenario.
+    """Return the top-level keys of a source's scenario, not validated; none without a scenario.
 
-    Raise InputError where its text is no YAML.
+    Raise InputError where its text is not YAML.
     """
     text = source.scenario_text
     value = None if text is None else parse_yaml(text, source.name).value
@@ -197,11 +198,11 @@ def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
 
 
 def flat_windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[Region]:
-    """Yield square windows of frames (T, rows, columns), at least one, in the order of their variance.
+    """Yield square windows of frames (T, rows, columns), at least one, by rising variance.
 
-    They are 64 px wide, or half of the shorter side, then half as large; none overlaps another of its size. Offsets of
-    rows, columns and frames are taken out first. Of windows that differ by chance alone the middle one comes first,
-    since the least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
+    They are 64 px or half of the shorter side wide, then half as large; windows of one size do not overlap. Offsets of
+    rows, columns and frames are subtracted first. Of windows that differ by chance alone the middle one comes first, as
+    the least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
     """
     rows, columns = frames.shape[1:]
     side = min(WINDOW_SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
@@ -269,7 +270,7 @@ class Motion:
 
     fine        sigma of noise that is white in time and space, counts
     together    whether neighbouring pixels change together: something moves, or the camera smooths its noise
-    moving      whether something surely moves
+    moving      whether motion is certain
     """
 
     fine: float
@@ -280,9 +281,9 @@ class Motion:
 def motion(frames: Floats) -> Motion:
     """Return the signs of motion in a window (T, rows, columns).
 
-    Smoothed noise is alike over any time; of motion, neighbours agree the more, the farther frames lie apart, or sharp
-    noise lies beside the smooth change. A Gaussian blur with the neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6
-    of a sigma under the mask of `sharp_sigma`.
+    The neighbour correlation of smoothed noise is the same at any lag. That of motion rises with the lag, or sharp
+    noise is present in addition to the smooth change. Under the mask of `sharp_sigma`, a Gaussian blur with the
+    neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6 of a sigma.
     """
     chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
     fine = sharp_sigma(frames)
@@ -294,10 +295,10 @@ def motion(frames: Floats) -> Motion:
 
 
 def sharp_sigma(frames: Floats) -> float:
-    """Return the sigma of noise that is white in time and space, whatever smooth things move.
+    """Return the sigma of noise that is white in time and space, insensitive to smooth motion.
 
-    From differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which has gain 6 (J. Immerkaer, Computer
-    Vision and Image Understanding 64, 1996), by the median of absolute values.
+    It is estimated from differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which has gain 6 (J.
+    Immerkaer, Computer Vision and Image Understanding 64, 1996), by the median of absolute values.
     """
     changes = np.diff(np.asarray(frames, np.float64), axis=0)
     bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
@@ -316,7 +317,7 @@ def _change(frames: Floats, lag: int) -> tuple[float, float]:
 
 
 def scene_terms(picture: Floats) -> tuple[str, ...]:
-    """Return which of the fixed terms "v", "h" and "vh" of a window (rows, columns) contain a scene.
+    """Return the fixed terms of "v", "h" and "vh" of a window (rows, columns) that contain a scene.
 
     Neighbouring pixels, and rows and columns one and two apart, of a detector's own pattern are uncorrelated.
     """
@@ -370,7 +371,7 @@ def _explained(frames: Values, apart: int) -> float:
 
 
 def _smooth(frame: Values, level: bool) -> Floats:
-    """Return a frame blurred by 1.5 px; less its blur by 6 px where slow changes of level are to go."""
+    """Return a frame blurred by 1.5 px; with `level`, less its blur by 6 px, which removes slow changes of level."""
     values = frame.astype(np.float64)
     soft = cv2.GaussianBlur(values, (0, 0), 1.5)
     return np.asarray(soft - cv2.GaussianBlur(values, (0, 0), 6.0) if level else soft)

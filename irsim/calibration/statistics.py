@@ -1,8 +1,8 @@
-"""Estimates with 95 % intervals, and checks of the arrays and numbers that a caller passes in.
+"""Estimates with 95 % intervals, and checks of a caller's arrays and numbers.
 
-Two kinds of interval serve the package. What is a mean over blocks of pixels has the delete-one jackknife (B. Efron,
-"The Jackknife, the Bootstrap and Other Resampling Plans", 1982, section 3). Variances of normal values have the closed
-form of the chi-square, counts that of the Poisson distribution (F. Garwood, Biometrika 28, 1936).
+Intervals of means over blocks of pixels are those of the delete-one jackknife (B. Efron, "The Jackknife, the Bootstrap
+and Other Resampling Plans", 1982, section 3). Intervals of variances of normal values are those of the chi-square
+distribution, of counts those of the Poisson distribution (F. Garwood, Biometrika 28, 1936).
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ LEVEL = 0.95
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise contains."""
 ROUNDED = math.hypot(0.3, math.sqrt(ROUNDING))
-"""Measured sigma, counts, of a noise of 0.3 counts. The measured sigma of weaker noise depends on where between two
-counts the mean lies (B. Widrow, I. Kollar, "Quantization Noise", 2008, section 5.2)."""
+"""Measured sigma, counts, of a noise of 0.3 counts. The measured sigma of weaker noise depends on the position of the
+mean between two counts (B. Widrow, I. Kollar, "Quantization Noise", 2008, section 5.2)."""
 _HIDDEN = 0.4
-"""Counts: noise up to this sigma may be measured as less than `ROUNDED`."""
+"""Sigma, counts, up to which noise may be measured as less than `ROUNDED`."""
 LEAST_FRAMES = 4
 LEAST_SIDE = 4
 _ALLOWED = "allowed: an array of whole numbers, float32 or float64, (frames, rows, columns)"
@@ -67,7 +67,7 @@ def square(sigma: float) -> float:
 
 
 def root(variance: float) -> float:
-    """Return the square root of an estimated variance, 0 of a negative one."""
+    """Return the square root of an estimated variance, 0 for a negative one."""
     return math.sqrt(max(variance, 0.0))
 
 
@@ -80,28 +80,28 @@ def subtract_variance(whole: Estimate, part: Estimate) -> Estimate:
 
 
 def subtract(sigma: Estimate, variance: Estimate) -> Estimate:
-    """Return a sigma less the variance of a part; where nothing is left, up to the whole sigma is possible."""
+    """Return a sigma without the variance of a part; if nothing is left, the interval reaches the whole sigma."""
     rest = subtract_variance(sigma.map(square), variance).map(root)
     return rest if rest.high > 0 else replace(rest, high=sigma.high)
 
 
 def remove_rounding(sigma: Estimate, hidden: bool) -> Estimate:
-    """Return a measured sigma of white noise without the variance of rounding; `hidden` as `may_be_hidden`."""
+    """Return a measured sigma of white noise without the variance of rounding; `hidden` as in `may_be_hidden`."""
     return may_be_hidden(subtract(sigma, exact(ROUNDING)), hidden)
 
 
 def may_be_hidden(sigma: Estimate, hidden: bool) -> Estimate:
-    """Return a sigma; where rounding hides noise, with an interval from 0 to all that rounding can hide."""
+    """Return a sigma; with `hidden`, its interval goes from 0 to the largest sigma that rounding can hide."""
     return replace(sigma, low=0.0, high=max(sigma.high, _HIDDEN)) if hidden else sigma
 
 
 def hull(middle: Estimate, found: list[Estimate]) -> Estimate:
-    """Return the value of one estimate with the interval that covers those of all."""
+    """Return the value of `middle` with the interval that covers those of all `found`."""
     return Estimate(middle.value, min(one.low for one in found), max(one.high for one in found))
 
 
 def chi_square(value: float, freedom: float) -> Estimate:
-    """Return a variance estimated by a mean square of that many independent normal values."""
+    """Return a variance estimated by a mean square with `freedom` degrees of freedom."""
     from scipy.stats import chi2
 
     low, high = (value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
@@ -179,7 +179,7 @@ def evenly(count: int, most: int) -> Indices:
 
 
 def check_measurable(frames: object, rate_hz: object, top: object, taken: object, times: object) -> None:
-    """Raise InputError for frames, a rate, a highest count, a target mask or frame times that cannot be measured."""
+    """Raise InputError for invalid frames, rate, highest count, target mask or frame times."""
     count, *size = check_frames(frames).shape
     check_positive(rate_hz, "rate_hz", "frames a second")
     check_positive(top, "top", "the highest possible count")
@@ -243,9 +243,9 @@ def check_positive(given: Any, name: str, meaning: str) -> None:
 
 
 def frame_numbers(given: object, count: int) -> Indices:
-    """Return the camera's frame number of each of `count` frames, 0, 1, 2 ... where none are given.
+    """Return the camera's frame number of each of `count` frames, by default 0, 1, 2 ...
 
-    Raise InputError for numbers that do not rise, or of which no two follow each other.
+    Raise InputError for numbers that do not rise, or of which no two are consecutive.
     """
     if given is None:
         return np.arange(count)
@@ -264,7 +264,7 @@ def frame_numbers(given: object, count: int) -> Indices:
 
 
 def clipped(values: Values, frames: Values, top: float) -> Bools:
-    """Return which values lie at 0 or at `top`; none where the frames hold no raw counts."""
+    """Return the mask of values at 0 or at `top`; none for frames without raw counts."""
     if not whole_counts(frames) or frames.min() < 0:
         return np.zeros(values.shape, np.bool_)
     ends: Bools = (values <= 0) | (values >= top)

@@ -1,7 +1,7 @@
-"""Selection of the frames that noise is read from: the longest stretch without repeats, cuts or corrections.
+"""Selection of the frames on which noise is measured: the longest stretch without repeats, cuts or corrections.
 
-Frames that repeat the one before bit for bit hold no new noise. Where the picture changes as a whole (shutter, splash
-screen, cut) or the fixed pattern is redrawn (correction), time series are cut.
+Frames that repeat the one before bit for bit hold no new noise. Time series are cut where the picture changes as a
+whole (shutter, splash screen, cut) or the fixed pattern is redrawn (correction).
 """
 
 from __future__ import annotations
@@ -19,29 +19,31 @@ from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats, Indices
 
 _CELL = 8
 _BEYOND = 12.0
-"""Ratio to the median change beyond which a picture is another one; three real sensors have up to 8.6."""
+"""Ratio to the median change beyond which the picture jumps; three real sensors have up to 8.6."""
 _SURE = 10.0
-"""Number of changes of which the median is well known: of m, 1 + (10 / m)^2 times as much is a jump."""
+"""Number of changes with a reliable median: with m changes, the ratio above is 1 + (10 / m)^2 times as large."""
 _FEW = 0.2
-"""Share of the changes that may be jumps: more are motion of the scene."""
+"""Largest share of the changes that are jumps: more of them are motion of the scene."""
 _FAINT = 0.02
 """Ratio of cell change to pixel change below which cells show no noise, as in compressed video."""
 _PLAIN = 5.0
-"""Ratio to the pixel change beyond which a picture is another one there: cuts between real films have 5.6 to 45."""
+"""Ratio to the pixel change beyond which the picture jumps in such recordings: cuts between real films have 5.6
+to 45."""
 _STEP_FRAMES = (4, 8, 16)
 """Frames averaged on either side of a step of the fixed pattern."""
 _STEP_ERRORS = 6.0
 _STEP_RATIO = 1.3
-"""Least ratio of the squared change at a step to that beside it."""
+"""Least ratio of the squared change at a step to that before and after it."""
 _STEP_BLUR = 0.25
-"""Greatest neighbour correlation of a step: light is blurred over neighbours, a fixed pattern is not."""
+"""Largest neighbour correlation of a step: light is blurred over neighbours, a fixed pattern is not."""
 _MOST_LOST = 3000
 _NAMED = 4
 
 
 @dataclass(frozen=True)
 class Breaks:
-    """Frames before which a recording is cut: after pauses, where the picture jumps, where the fixed pattern steps."""
+    """Frames before which a recording is cut: after a pause, at a jump of the picture, at a step of the fixed
+    pattern."""
 
     pauses: tuple[int, ...] = ()
     jumps: tuple[int, ...] = ()
@@ -63,16 +65,16 @@ class Breaks:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Frames that are measured.
+    """Measured frames.
 
     recorded    number of frames of the recording
     repeats     number of those that repeat the one before
     lost        number of camera frames missing among them, by their times
-    breaks      where the recording was cut
+    breaks      cuts of the recording
     index       indices of the measured frames
     number      their frame numbers in the camera's time
     rate_hz     of the camera
-    slower      frame periods of the recording in one of the camera
+    slower      frame periods of the recording in one frame period of the camera
     """
 
     recorded: int
@@ -95,7 +97,7 @@ class Stretch:
         return frames[first : last + 1] if last - first + 1 == len(self.index) else frames[list(self.index)]
 
     def left_out(self, start: int) -> Iterator[str]:
-        """Yield sentences on what was left out; `start` is the number of the first frame."""
+        """Yield sentences on frames that were left out; `start` is the number of the first frame."""
         if self.repeats:
             verb = "repeats" if self.repeats == 1 else "repeat"
             yield f"{self.repeats} of {self.recorded} frames {verb} the one before bit for bit and are not measured"
@@ -121,11 +123,11 @@ class NewFrames:
 
 
 def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> NewFrames:
-    """Return the frames that do not repeat the one before, and when they were taken.
+    """Return the frames that do not repeat the one before, and their frame numbers.
 
-    A lone repeat is a frame that arrived twice, over which no time passes. Two and more in a row are a frozen picture,
-    over which time passes, unless `times` (T,), s, say otherwise. Where most frames are repeated, a slower camera was
-    recorded at a higher rate. Gaps between `times` that are whole periods are lost frames.
+    A single repeat is a frame that arrived twice; no time passes. Two or more in a row are a frozen picture, over which
+    time passes, unless `times` (T,), s, show otherwise. If most frames are repeated, a slower camera was recorded at a
+    higher rate. Gaps between `times` of whole periods are lost frames.
     """
     count = len(frames)
     gaps, beat, same_time = _lost_frames(count, rate_hz, times)
@@ -155,7 +157,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
 
 
 def _lost_frames(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
-    """Return the frames lost before each, the periods of the rate in one of the camera, and which share a time."""
+    """Return the number of frames lost before each frame, the periods of the rate in one of the camera, and the mask of
+    frames with a repeated time."""
     nothing = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
         return nothing
@@ -176,10 +179,10 @@ def _with_pauses(index: Indices, number: Indices, rate_hz: float, slower: float,
 
 
 def jumps(frames: Sequence[Values]) -> list[int]:
-    """Return the frames, of T (rows, columns), whose whole picture differs from that before.
+    """Return the frames, of T (rows, columns), whose whole picture differs from the one before.
 
-    The change is the median, over cells of 8 x 8 px, of the difference of their means; it is a jump beyond 12 times its
-    median over time, where no more than a fifth of all changes are.
+    The change is the median, over cells of 8 x 8 px, of the difference of their means; a jump is beyond 12 times its
+    median over time, unless more than a fifth of all changes are.
     """
     if len(frames) < 2:
         return []
@@ -203,12 +206,12 @@ def _pixel_change(frames: Sequence[Values]) -> float:
 
 
 def pattern_steps(flat: Floats) -> list[int]:
-    """Return the frames of a flat window (T, rows, columns) from which on the fixed pattern is another.
+    """Return the frames of a flat window (T, rows, columns) at which the fixed pattern changes.
 
-    The mean of m frames after a place is compared with that of m before, rows and columns taken out. Over n pixels the
-    mean squared difference is 2 sigma^2 / m without a step, with a relative error of sqrt(2 / n). It is a step where it
-    lies far above those 2 m frames earlier and later, and is as sharp as a pixel. Drift and noise with memory raise all
-    alike. Weak steps, and those of rows and columns alone, are not found.
+    The mean of m frames after a frame is compared with that of m before, without offsets of rows and columns. Over n
+    pixels the mean squared difference is 2 sigma^2 / m without a step, with a relative error of sqrt(2 / n). A step is
+    far above the differences 2 m frames earlier and later, and uncorrelated between neighbours. Drift and noise with
+    memory raise all differences alike. Weak steps, and those of rows and columns alone, are not found.
     """
     sums = np.concatenate([np.zeros((1, *flat.shape[1:])), np.cumsum(center_lines(flat - flat[0]), axis=0)])
     found: list[int] = []
@@ -220,10 +223,10 @@ def pattern_steps(flat: Floats) -> list[int]:
         logs = np.log([max(float(np.square(each).mean()), 1e-300) for each in after])
         error = max(2 / np.sqrt(flat[0].size), MEDIAN_TO_SIGMA * float(np.median(np.abs(logs[width:] - logs[:-width]))))
         for place in np.argsort(-logs):
-            beside = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
-            far = not beside or logs[place] - max(beside) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
+            others = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
+            far = not others or logs[place] - max(others) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
             near = any(abs(int(place) + width - other) < 2 * width for other in found)
-            if not near and beside and far and _sharp(after[int(place)]):
+            if not near and others and far and _sharp(after[int(place)]):
                 found.append(int(place) + width)
             elif not near:
                 break

@@ -6,9 +6,9 @@ grows by d a frame,
 
     D(k) = w + s (1 - rho^k) + d k / 2
 
-(N. A. C. Cressie, "Statistics for Spatial Data", 1993, section 2.4; the Allan variance holds the same differences). The
-parts are fitted by weighted non-negative least squares over a grid of rho; the interval is that of the jackknife over
-blocks of pixels. The walk stands for any drift with a time constant far longer than the recording.
+(N. A. C. Cressie, "Statistics for Spatial Data", 1993, section 2.4; the Allan variance is a mean of the same
+differences). The parts are fitted by weighted non-negative least squares over a grid of rho; the interval is that of
+the jackknife over blocks of pixels. The walk represents any drift with a time constant far longer than the recording.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ _LINE_BLOCKS = 12
 _FIT_LAGS = 12
 _SLOWEST = 3.0
 """Longest time constant of the grid, in lengths of the recording."""
-_TOLD = 1 / 6
-"""Time constant, in lengths of the recording, beyond which correlated noise may as well be drift."""
+_SEPARABLE = 1 / 6
+"""Time constant, in lengths of the recording, beyond which correlated noise and drift are not distinguished."""
 _FASTEST = 0.33
 """Shortest time constant of the grid, frames: its correlation from frame to frame is 0.05."""
 _GRID = 20
@@ -57,7 +57,7 @@ class Memory:
 
     white, correlated       sigmas of the white and of the AR(1) part
     total                   sigma of both
-    rho, time_constant_s    correlation of the AR(1) part from frame to frame, and the time of its fall to 1/e
+    rho, time_constant_s    correlation of the AR(1) part from frame to frame, and time in which it falls to 1/e
     walk                    sigma of the change by drift after a second; it grows as the root of time
     left                    sigma of all three in the mean of the frames
     fixed                   sigma of the fixed pattern: of the mean, less `left`
@@ -85,8 +85,8 @@ class Temporal:
     pair            sigma from differences of neighbouring frames, over sqrt(2)
     lags            lags, frames of the camera
     difference      root of the structure function at these lags
-    correlation     of the noise over these lags
-    memory          None where the noise is white, or the frames too few
+    correlation     of the noise at these lags
+    memory          None where the noise is white or the frames are too few
     """
 
     pair: Estimate
@@ -105,11 +105,11 @@ class Level:
 
 
 def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None) -> Temporal:
-    """Return structure function, correlations and memory of the pixels in frames (T, rows, columns) of a flat scene.
+    """Return structure function, correlations and memory of pixel noise in frames (T, rows, columns) of a flat scene.
 
     number  (T,) frame numbers of the camera at `rate_hz`; 0, 1, 2 ... by default
 
-    Raise InputError for frames that are not finite numbers, too few or too small, a rate that is not positive, and
+    Raise InputError for frames that are not finite, too few or too small, for a rate that is not positive, and for
     numbers that do not rise.
     """
     check_frames(frames)
@@ -139,7 +139,7 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
 def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[str, Estimate]) -> dict[str, Memory]:
     """Return the memory of the terms "tv" (rows) and "th" (columns) that are present and correlated over time.
 
-    sigmas  of both terms; the pixels' own noise in the mean of a line is taken out
+    sigmas  of both terms, without the pixels' own noise in the mean of a line
     """
     found: dict[str, Memory] = {}
     if _pairs(number, 1)[0].size < LEAST_MEMORY_FRAMES:
@@ -157,12 +157,13 @@ def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[
 
 
 def fit_level(levels: Floats, known: float, number: Indices) -> Level:
-    """Return sigma and memory of the level of whole frames, a series (T,) with white noise of variance `known` besides.
+    """Return sigma and memory of the level of whole frames, a series (T,) that also has white noise of variance
+    `known`.
 
     Sigmas and time constants on a grid are weighed by the restricted likelihood of an AR(1) series (D. A. Harville,
-    Biometrika 61, 1974); values are medians, ends quantiles, of a prior that is even in both logarithms. A level that
-    is not 20 times likelier with memory than without has none. Time constants beyond its length are barely
-    determined; the upper ends count those of up to thirty times its length where these are as likely.
+    Biometrika 61, 1974); values are medians, ends are quantiles, under a prior that is uniform in both logarithms. A
+    level has memory if that is 20 times likelier than none. A series hardly constrains time constants longer than
+    itself; the upper ends include constants of up to thirty times its length if these are as likely.
     """
     count = len(levels)
     sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)
@@ -241,15 +242,15 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         return np.array([*parts, parts[0] + parts[1], math.log(time), left, means[-1] - left])
 
     found = jackknife(blocks, statistic)
-    if found[2].low <= 0:  # no significant walk: the values are those without one, the intervals allow for one
+    if found[2].low <= 0:  # no significant walk: values without a walk, intervals with one
         without = jackknife(blocks, lambda means: statistic(means, drifts=False))
         models = [without, found]
-        if without[4].high > math.log(_TOLD * length):
-            models.append(jackknife(blocks, lambda means: statistic(means, longest=_TOLD * length)))
+        if without[4].high > math.log(_SEPARABLE * length):
+            models.append(jackknife(blocks, lambda means: statistic(means, longest=_SEPARABLE * length)))
         found = [hull(models[0][place], [model[place] for model in models]) for place in range(len(found))]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
-        # Noise that lasts as long as the recording may as well be fixed pattern.
+        # Noise as slow as the recording is not separated from fixed pattern.
         staying = float(blocks[:, -1].mean())
         log_time = replace(log_time, high=math.inf)
         correlated, total = (replace(each, high=each.high + max(staying, 0.0)) for each in (correlated, total))
@@ -287,21 +288,21 @@ def _least_squares(
 
 
 def _fit_lags(number: Indices) -> Indices:
-    """Return lags, even in their logarithms up to half of the recording, at which enough pairs of frames exist."""
+    """Return lags, evenly spaced in their logarithms up to half of the recording, with enough pairs of frames."""
     length = int(number[-1] - number[0])
     lags = np.unique(np.geomspace(1, max(length // 2, 3), _FIT_LAGS).round().astype(np.intp))
     return np.array([lag for lag in lags if _pairs(number, int(lag))[0].size >= max(len(number) // 8, 2)] or [1])
 
 
 def _pairs(number: Indices, lag: int) -> tuple[Indices, Indices]:
-    """Return the places of all frames that are `lag` apart."""
+    """Return the indices of all pairs of frames that are `lag` apart."""
     later = np.searchsorted(number, number + lag).clip(max=len(number) - 1)
     first = np.flatnonzero(number[later] == number + lag)
     return first, later[first]
 
 
 def _structure(values: Floats, number: Indices, lag: int) -> Floats:
-    """Return half of the mean squared difference over a lag of (T, ...), (...)."""
+    """Return half of the mean squared difference of values (T, ...) over a lag, (...)."""
     total = np.zeros(values.shape[1:])
     first, later = _pairs(number, lag)
     for one, other in zip(first, later, strict=True):
@@ -317,7 +318,7 @@ def _covariance(series: Floats, number: Indices) -> float:
 
 
 def _model_correlation(memory: Memory, lag: int, share: float) -> Estimate:
-    """Return the correlation of the fitted model over a lag."""
+    """Return the correlation of the fitted model at a lag."""
     low, high = (
         min((part / total) ** 2, 1.0) * rho**lag if total else 0.0
         for part, total, rho in (
@@ -351,7 +352,7 @@ def _series_likelihood(levels: Floats, decays: Floats, sigmas: Floats, known: fl
 
 
 def _quantiles(values: Floats, weights: Floats) -> Estimate:
-    """Return median and interval of values, even in their logarithm, by their weights."""
+    """Return the weighted median and interval of values that are evenly spaced in their logarithm."""
     shares = np.cumsum(weights) / weights.sum() - weights / weights.sum() / 2
     ends = np.interp([0.5, (1 - LEVEL) / 2, (1 + LEVEL) / 2], shares, np.log(values))
     return Estimate(*(float(np.exp(end)) for end in ends))

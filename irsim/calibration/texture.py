@@ -1,10 +1,10 @@
 """Texture of the background: a power-law spectrum under the lens's blur, and a floor that is white from pixel to pixel.
 
-The spectrum is S(f) = A G(f) / (1 + |s c fx|^bx + |c fy|^by) + w^2, as backgrounds of kind ground are made (`betas`,
-`correlation_mrad`, `stretch`), with the power transfer G of a Gaussian blur. It is fitted to the periodogram by
-P. Whittle's likelihood ("Estimation and information in stationary time series", Arkiv for Matematik 2, 1953): the sum
-over frequencies of log S + P / S is least. Intervals are those of the Fisher information, for a Gaussian field; a real
-scene differs from place to place by more.
+The spectrum is S(f) = A G(f) / (1 + |s c fx|^bx + |c fy|^by) + w^2, as for backgrounds of kind ground (`betas`,
+`correlation_mrad`, `stretch`), with the power transfer G of a Gaussian blur. It is fitted to the periodogram by P.
+Whittle's likelihood ("Estimation and information in stationary time series", Arkiv for Matematik 2, 1953): the sum over
+frequencies of log S + P / S is least. Intervals are those of the Fisher information, for a Gaussian field; a real scene
+varies more from place to place.
 """
 
 from __future__ import annotations
@@ -20,25 +20,26 @@ from irsim.errors import InputError
 from irsim.types import Floats
 
 TILE = 1024
-"""Side, px, of the field whose standard deviation is given: backgrounds are made as large."""
+"""Side, px, of the field to which the standard deviation refers: that of rendered backgrounds."""
 HANN_FREEDOM = 35 / 128 / (3 / 8) ** 2
-"""N sum w^4 / (sum w^2)^2 of a Hann window w, 1.94: fewer degrees of freedom by that factor, an axis."""
+"""N sum w^4 / (sum w^2)^2 of a Hann window w, 1.94: factor by which it reduces the degrees of freedom along each
+axis."""
 USUAL_BLUR = Estimate(0.6, 0.4, 0.8)
-"""Sigma, px, of unseen blurs: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G. C. Holst, Opt. Eng. 46,
-2007)."""
+"""Sigma, px, of the blur without a point: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G. C. Holst, Opt.
+Eng. 46, 2007)."""
 _REFERENCE = 0.04
 """Cycles a px at which the strength of the texture is fitted."""
 _AXIS_CYCLES = 2
-"""Cycles a side about the axes that are not fitted: a detector's rows and columns lie there."""
+"""Cycles a side about the axes that are not fitted, as they contain the noise of rows and columns."""
 _COARSE = 512
-"""Side of the picture, px, from which on neighbouring frequencies are averaged before the fit."""
+"""Least side of a picture, px, in which neighbouring frequencies are averaged before the fit."""
 _PRESENT = 30.0
-"""Gain of log likelihood from which on there is texture: four parameters gain 2 by chance, bad pixels 10."""
+"""Least gain of log likelihood by texture: four parameters gain 2 by chance, bad pixels 10."""
 _STEEPEST = 5.9
-"""Slope along both axes from which on a spectrum is that of one smooth thing, not of texture."""
+"""Least slope along both axes of the spectrum of a single smooth object instead of texture."""
 _NEAR = 0.01
 _PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
-"""Prior weight of log c about half of the longer side, and of log s about 0: pictures barely determine larger sizes."""
+"""Prior weight of log c about half of the longer side, and of log s about 0: pictures hardly constrain larger sizes."""
 _Z = 1.96
 _LEAST_SIDE = 64
 _LOWEST, _HIGHEST = 4, 0.2
@@ -66,7 +67,7 @@ class PowerLaw:
 class Spectrum:
     """Fitted spectrum of a picture.
 
-    texture     None where there is none
+    texture     power law of the texture, or None
     floor       variance that is white from pixel to pixel
     density     of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
     loss        negative log likelihood, but for a constant of the periodogram
@@ -90,12 +91,12 @@ def periodogram(picture: Floats) -> Floats:
 
 
 def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -> tuple[Spectrum, Estimate]:
-    """Return the spectrum fitted to a periodogram of a picture (rows, columns), and the blur it is given for.
+    """Return the spectrum fitted to a periodogram of a picture (rows, columns), and the blur that it assumes.
 
-    blur    sigma of the sharpest point seen, px; None where none is
+    blur    sigma of the sharpest point, px; None without a point
 
     The spectrum is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without
-    a point the likeliest of them is taken, since a power law and the blur shape the spectrum differently.
+    a point the likeliest blur is chosen, as a power law and a blur shape the spectrum differently.
     """
     low = USUAL_BLUR.low if blur is None else min(USUAL_BLUR.low, blur.low)
     high = USUAL_BLUR.high if blur is None else blur.high
@@ -116,7 +117,8 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
 
 @dataclass(frozen=True, eq=False)
 class _Frequencies:
-    """Frequencies x, |y| (Y, X), cycles a px, the power transfer of a blur there, and the number each stands for."""
+    """Frequencies x, |y| (Y, X), cycles a px, the power transfer of a blur there, and the number of frequencies
+    averaged in each."""
 
     x: Floats
     y: Floats
@@ -213,12 +215,13 @@ def _log_variance(theta: Floats) -> float:
     half = np.arange(TILE // 2 + 1) / TILE
     shape = _shape(theta, half[None], half[:, None])
     shape[0, 0] = 0
-    count = np.where((half == 0) | (half == 0.5), 1, 2)  # negative frequencies are alike
+    count = np.where((half == 0) | (half == 0.5), 1, 2)  # negative frequencies have the same power
     return float(np.log(_strength(theta) * (count @ shape @ count) / TILE**2))
 
 
 def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
-    """Return d log S / d theta, (parameters, frequencies), times the root of the number each stands for."""
+    """Return d log S / d theta, (parameters, frequencies), times the root of the number of frequencies averaged in
+    each."""
     ends = [
         [np.log(_density(theta + sign * step, at, floor)) for sign in (1, -1)] for step in 1e-3 * np.eye(len(theta))
     ]
@@ -226,7 +229,8 @@ def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 
 def _score(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
-    """Return the parameters of least log S + P / S, and that sum: Fisher scoring with K. Levenberg's damping (1944)."""
+    """Return the parameters that minimise the sum of log S + P / S, and that sum, by Fisher scoring with K. Levenberg's
+    damping (1944)."""
 
     def loss_of(theta: Floats) -> float:
         density = _density(theta, at, floor)
@@ -265,7 +269,7 @@ def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -
 
 
 def grey_levels(seen: Floats, spectrum: Spectrum) -> tuple[float, ...]:
-    """Return 17 quantiles of the pixels (N,) of a texture where skewness or kurtosis are not Gaussian; else none.
+    """Return 17 quantiles of the pixels (N,) of a texture whose skewness or kurtosis is not Gaussian; else none.
 
     Their variances are 6 / n and 24 / n for n independent values; the spectrum has n = (sum S)^2 / sum S^2.
     """
@@ -290,8 +294,8 @@ class TextureFigures:
     beta_x, beta_y  the same in strips about the axes
     bend            slope of the upper half of the frequencies (by log f) less that of the lower
     spread          standard deviation of grey levels
-    rows            share of its square between the means of rows: large with a horizon
-    uneven          relative standard deviation of the standard deviations of tiles, an eighth of the shorter side wide
+    rows            share of the variance between the means of rows: large with a horizon
+    uneven          relative standard deviation of the standard deviations of tiles, 1/8 of the shorter side wide
     """
 
     beta: float
@@ -306,7 +310,8 @@ class TextureFigures:
 def texture_figures(frames: Values) -> TextureFigures:
     """Return the texture of frames (T, rows, columns).
 
-    Raise InputError for frames that are no array of finite numbers, sides below 64 px, and frames that are all even.
+    Raise InputError unless the frames are an array of finite numbers, have sides of at least 64 px, and are not all
+    uniform.
     """
     check_frames(frames)
     rows, columns = frames.shape[1:]
@@ -321,7 +326,7 @@ def texture_figures(frames: Values) -> TextureFigures:
         if each.std() > 0
     ]
     if not found:
-        raise InputError("every frame is even: there is no texture to measure")
+        raise InputError("every frame is uniform: there is no texture to measure")
     return TextureFigures(*(float(value) for value in np.median(found, axis=0)))
 
 

@@ -17,7 +17,7 @@ from irsim.camera.sensor import ElectronSensor, NetdSensor, Sensor
 from irsim.config.base import Family, Part
 
 SENSORS = Family("detector", Sensor, {"stated": NetdSensor, "electrons": ElectronSensor})
-"""Focal planes, by the kind of a camera's `detector`."""
+"""Focal planes: the kinds of a camera's `detector`."""
 
 NOISES = Family(
     "noise",
@@ -36,17 +36,17 @@ NOISES = Family(
 """Noise terms."""
 
 FRAME_FAULTS = Family("fault", FrameFault, {"drop": Drop, "duplicate": Duplicate})
-"""Faults of frames on the way from the camera."""
+"""Transmission faults of frames."""
 
 AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
-"""Ways from counts to 8 bits."""
+"""Gain controls: mappings of counts to 8 bits."""
 
 
 class DisplaySettings(Part):
     """Display of frames that have no scenario, such as imported ones."""
 
     agc: Annotated[Agc, AGCS]
-    """How counts become the 8-bit picture."""
+    """Mapping of counts to the 8-bit picture."""
 
 
 __all__ = ["AGCS", "CURVES", "FRAME_FAULTS", "NOISES", "SENSORS", "DisplaySettings"]

@@ -26,20 +26,20 @@ Picture = npt.NDArray[np.uint8]
 Histogram = npt.NDArray[np.integer]
 """(2^bits,) number of pixels of each count."""
 Statistics = npt.NDArray[np.float64]
-"""Numbers of one frame that define the curve from counts to grey levels: counts, which may be averaged over frames."""
+"""Counts, (n,), that define the curve from counts to grey levels: those of one frame, or their mean over frames."""
 
 MID_GREY = 128
-"""Grey level of a picture of one brightness."""
+"""Grey level of a uniform picture."""
 
 MEMORY_TIME_CONSTANTS = 10
-"""Length of the window in time constants. Older frames would weigh exp(-10) = 0.005 %, and change no grey level by one
-even after a scene of fifty times the range."""
+"""Length of the window in time constants. Older frames would weigh exp(-10) = 0.005 %: less than one grey level, even
+after a scene of fifty times the range."""
 
 _NO_STATISTICS = np.empty(0)
 
 
 class Agc(Kind):
-    """A way from counts to 8 bits. One without memory overrides `display` only."""
+    """Mapping of counts to 8 bits. A kind without memory overrides `display` only."""
 
     @property
     def memory(self) -> int:
@@ -48,14 +48,14 @@ class Agc(Kind):
 
     @abstractmethod
     def display(self, counts: Image, bits: int) -> Picture:
-        """Return the picture, (rows, cols) uint8, of `counts` (uint8 or uint16, `bits` deep) as a first frame."""
+        """Return the picture, (rows, cols) uint8, of `counts` (uint8 or uint16, `bits` deep) without earlier frames."""
 
     def fixed_range(self, bits: int) -> tuple[int, int] | None:
-        """Return the counts that are black and white in every picture; None where they follow the scene."""
+        """Return the counts that are black and white in every picture; None if they follow the scene."""
         return None
 
     def statistics(self, counts: Image, bits: int) -> Statistics:
-        """Return the numbers of a frame that later frames need; the same number of them for each frame."""
+        """Return the statistics that later frames need, (n,), the same n for each frame."""
         return _NO_STATISTICS
 
     def picture(self, counts: Image, bits: int, statistics: Sequence[Statistics]) -> Picture:
@@ -67,10 +67,10 @@ class Agc(Kind):
 
 
 class AdaptiveAgc(Agc):
-    """An AGC whose curve follows the scene, at once or slowly."""
+    """AGC whose curve follows the scene, at once or with a time constant."""
 
     time_constant_frames: Annotated[float, Field(ge=0, le=100)] = 0.0
-    """Time in which its curve follows a change of the scene to 1 - 1/e, frames; 0 is at once."""
+    """Time constant of the curve after a change of the scene, frames; 0 is at once."""
 
     @property
     def memory(self) -> int:
@@ -81,7 +81,7 @@ class AdaptiveAgc(Agc):
 
     @abstractmethod
     def curve(self, statistics: Statistics, bits: int) -> Picture:
-        """Return the grey level of each count, (65536,), by the statistics of a frame or their mean over frames."""
+        """Return the grey level of each count, (65536,), for the statistics of a frame or their mean over frames."""
 
     def display(self, counts: Image, bits: int) -> Picture:
         return self.picture(counts, bits, [self.statistics(counts, bits)])
@@ -91,14 +91,14 @@ class AdaptiveAgc(Agc):
 
 
 class HistogramAgc(AdaptiveAgc):
-    """An adaptive AGC that depends on the histogram of a frame only."""
+    """Adaptive AGC that depends on the histogram of a frame only."""
 
     def statistics(self, counts: Image, bits: int) -> Statistics:
         return self.histogram_statistics(histogram(counts, bits), counts.size)
 
     @abstractmethod
     def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
-        """Return the statistics of a frame of `size` pixels by its histogram."""
+        """Return the statistics of a frame of `size` pixels from its histogram."""
 
 
 def apply_curve(curve: Picture, counts: Image) -> Picture:
@@ -107,7 +107,7 @@ def apply_curve(curve: Picture, counts: Image) -> Picture:
 
 
 def histogram(counts: Image, bits: int) -> Histogram:
-    """Return the number of pixels of each count, (2^bits,); counts beyond are left out."""
+    """Return the number of pixels of each count, (2^bits,); counts beyond the bit depth are left out."""
     levels = 2**bits
     if COMPILED and counts.dtype == np.uint16:
         pixels = np.empty(levels, np.int64)
@@ -119,8 +119,8 @@ def histogram(counts: Image, bits: int) -> Histogram:
 def weighted_mean(statistics: Sequence[Statistics], time_constant: float) -> Statistics:
     """Return the mean of statistics, oldest first, with weights exp(-age / time_constant), ages in frames.
 
-    That is the first-order filter y[k] = y[k-1] + (1 - r) (x[k] - y[k-1]) with r = exp(-1 / time_constant), without its
-    memory of frames before the window: a recursive filter would depend on the frame that a reader starts from.
+    The mean is the first-order filter y[k] = y[k-1] + (1 - r) (x[k] - y[k-1]), r = exp(-1 / time_constant), truncated
+    to the window. A recursive filter would depend on the frame at which reading starts.
     """
     if len(statistics) == 1:
         return statistics[0]
@@ -144,7 +144,7 @@ Count = Annotated[int, Field(ge=0, le=65_535)]
 
 
 class Linear(HistogramAgc):
-    """Stretched linearly between two quantiles of the frame."""
+    """Linear stretch between two quantiles of the frame."""
 
     tails: Annotated[tuple[Tail, Tail], Field(strict=False)] = (0.005, 0.005)
     """Shares of the pixels that may be darker than black and brighter than white."""
@@ -162,12 +162,12 @@ class Linear(HistogramAgc):
 
 
 class Fixed(Agc):
-    """Stretched linearly between two given counts: grey levels are comparable between frames."""
+    """Linear stretch between two given counts: grey levels are comparable between frames."""
 
     low: Count = 0
     """Count that becomes black."""
     high: Count | None = None
-    """Count that becomes white; the highest of the counts' depth where not given."""
+    """Count that becomes white; by default the highest count of the bit depth."""
 
     @model_validator(mode="after")
     def _low_below_high(self) -> Fixed:
@@ -187,7 +187,7 @@ class Fixed(Agc):
 
 
 class Plain(Agc):
-    """No gain control: 8-bit counts as they are, the top 8 bits of deeper ones."""
+    """No gain control: 8-bit counts are unchanged, deeper counts give their top 8 bits."""
 
     def display(self, counts: Image, bits: int) -> Picture:
         top: Image = np.minimum(counts >> max(bits - 8, 0), 255)
@@ -209,32 +209,32 @@ def linear_curve(low: float, high: float) -> Picture:
 # Plateau equalisation
 
 _THRESHOLDS = np.arange(1, 256) - 0.5
-"""Values of the curve from which it rounds to each grey level above 0."""
+"""Least values that round to each grey level above 0."""
 
 _NO_LIMIT = 2 * 255.0
-"""A gain, grey levels per count, that no curve of 255 levels reaches."""
+"""Gain above that of any curve of 255 levels, grey levels per count."""
 
 
 class Plateau(HistogramAgc):
-    """Plateau equalisation: the curve is as steep at a count as pixels have it, up to a plateau.
+    """Plateau equalisation: the slope at a count is proportional to its number of pixels, up to a plateau.
 
-    With p(x) pixels of count x and the plateau T, the curve rises from one count to the next by
-    d(x) = 255 min(p(x), T) / sum min(p, T), the darkest count left out of the sum, as the curve begins there (Vickers,
-    "Plateau equalization algorithm for real-time display of high-quality infrared imagery", Opt. Eng. 35, 1996). The
-    gain limit G makes that min(d(x), G); grey levels that the curve then leaves unused are half dark, half bright ones.
+    With p(x) pixels of count x and the plateau T, the curve rises from one count to the next by d(x) = 255 min(p(x), T)
+    / sum min(p, T), the darkest count left out of the sum, as the curve begins there (Vickers, "Plateau equalization
+    algorithm for real-time display of high-quality infrared imagery", Opt. Eng. 35, 1996). The gain limit G reduces
+    d(x) to min(d(x), G); of the grey levels left unused, half are dark and half bright.
     """
 
     plateau: Annotated[float, Field(ge=1e-6, le=1)] = 0.001
-    """Share of the pixels above which a count weighs no more. 1 is histogram equalisation; towards 0 all
-    counts that occur weigh the same (histogram projection)."""
+    """Plateau T, a share of the pixels. 1 is histogram equalisation; towards 0 all counts that occur weigh the same
+    (histogram projection)."""
     gain_limit: Annotated[float, Field(ge=0.001, le=255)] | None = 2.0
-    """Largest rise of the curve from one count to the next, grey levels: it limits the noise of an even scene;
-    null: no limit."""
+    """Largest rise of the curve from one count to the next, grey levels: it limits the noise of a uniform scene; null:
+    no limit."""
 
     def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
-        """Return the counts at which each grey level but black begins, (255,).
+        """Return the count at which each grey level above black begins, (255,).
 
-        Beyond the counts that occur the curve goes on as steeply as the limit allows.
+        Beyond the counts that occur, the curve rises by the gain limit.
         """
         weights = np.minimum(pixels, self.plateau * size)
         present = np.flatnonzero(weights)
@@ -264,10 +264,10 @@ class Plateau(HistogramAgc):
 
 
 class AgcSequence:
-    """Pictures of a sequence of frames by an AGC: of any frame, in any order, each the same bit for bit.
+    """8-bit pictures of a sequence of frames, in any order, each the same bit for bit.
 
-    A frame's picture depends on the statistics of its predecessors. They are kept while frames come in order; those of
-    other frames are made from `counts`, which returns the counts of a frame by its index.
+    A frame's picture depends on the statistics of its predecessors. They are cached while frames come in order; missing
+    ones are computed from `counts`, which returns the counts of a frame by its index.
     """
 
     def __init__(self, agc: Agc, bits: int, counts: Callable[[int], Image]) -> None:

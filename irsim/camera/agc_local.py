@@ -21,7 +21,7 @@ Tiles = Annotated[int, Field(ge=1, le=64)]
 
 
 class NestedAgc(Agc):
-    """An AGC that processes the counts or the picture of another one, whose memory it has."""
+    """AGC that processes the counts or the picture of another AGC, and has its memory."""
 
     @property
     @abstractmethod
@@ -33,7 +33,7 @@ class NestedAgc(Agc):
         return counts
 
     def postprocess(self, picture: Picture) -> Picture:
-        """Return the picture, given that of the other AGC."""
+        """Return the picture from that of the other AGC."""
         return picture
 
     @property
@@ -60,10 +60,10 @@ class Clahe(NestedAgc):
     """
 
     base: Annotated[Agc, CURVES] = Linear()
-    """The AGC whose picture is equalised, one of a single curve."""
+    """AGC whose picture is equalised; it has one curve for the whole picture."""
     clip_limit: Annotated[float, Field(ge=0, le=256)] = 3.0
-    """Steepest slope of a tile's curve, grey levels per grey level of the base's picture, before the clipped part is
-    spread evenly over the curve, which adds at most 1; 0 is off."""
+    """Steepest slope of a tile's curve, grey levels per grey level of the base's picture. The clipped part, spread
+    evenly over the curve, adds at most 1. 0 is off."""
     tiles: Annotated[tuple[Tiles, Tiles], Field(strict=False)] = (8, 8)
     """Tiles across and down; between their centres the curve is interpolated."""
 
@@ -80,16 +80,16 @@ class Clahe(NestedAgc):
 class Unsharp(NestedAgc):
     """Unsharp masking of the counts before another AGC: local detail is amplified.
 
-    f + amount (f - blurred f), blurred by a Gaussian (Gonzalez & Woods, Digital Image Processing, "Unsharp
-    masking and highboost filtering"). In the counts, detail is amplified that eight bits would not represent.
+    The result is f + amount (f - blurred f) for counts f and a Gaussian blur (Gonzalez & Woods, Digital Image
+    Processing, "Unsharp masking and highboost filtering"). Counts hold detail that 8 bits do not.
     """
 
     base: Annotated[Agc, Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe})] = Linear()
-    """The AGC that displays the result."""
+    """AGC that displays the result."""
     amount: Annotated[float, Field(ge=0, le=20)] = 1.0
     """Factor of the added difference; 0 is off."""
     sigma_px: Annotated[float, Field(ge=0.3, le=20)] = 2.0
-    """Sigma of the blur, px: structures of a few sigmas and more are not amplified."""
+    """Sigma of the blur, px; structures larger than a few sigmas are not amplified."""
 
     @property
     def inner(self) -> Agc:

@@ -26,23 +26,23 @@ from irsim.rng import Address, kernel_arguments, normals
 from irsim.types import Floats
 
 ANCHOR_CORRELATION = 1e-6
-"""Frames whose correlation is below this are drawn independently of each other."""
+"""Correlation below which frames are drawn independently of each other."""
 
 LARGEST_DECAY = 100.0
-"""Decay beyond which a correlation is 0 in any digit; the hyperbolic cosine of more than 710 overflows."""
+"""Decay beyond which a correlation counts as 0; the hyperbolic cosine overflows above 710."""
 
 STATE_UNIT = 2.0**-12
-"""Rounding of a state, in sigmas: int16 then reaches 8 sigmas, exceeded by one of 10^15 numbers. A drift that moves by
-less than a unit in a step (a thousand NETD within 10^6 s) starts out some 6 % too far."""
+"""Rounding of a state, in sigmas: int16 then reaches 8 sigmas, exceeded by one of 10^15 numbers. A drift of less than a
+unit per step (a thousand NETD within 10^6 s) starts about 6 % too large."""
 
 State = npt.NDArray[np.int16]
-"""A process in each of its elements, in multiples of STATE_UNIT, read only."""
+"""Values of a process in each element, in multiples of STATE_UNIT, read only."""
 
 AnyState = TypeVar("AnyState")
 
 
 class MarkovBridge(ABC, Generic[AnyState]):
-    """A Markov process of which frames between two known ones can be drawn."""
+    """Markov process with a conditional draw of a frame between two known ones."""
 
     @abstractmethod
     def between(self, before: AnyState, after: AnyState, index: int, distance: int) -> AnyState:
@@ -51,11 +51,11 @@ class MarkovBridge(ABC, Generic[AnyState]):
     def path(
         self, index: int, ends: Mapping[int, AnyState], kept: Mapping[int, AnyState], finest: int = 1
     ) -> dict[int, AnyState]:
-        """Return the frames drawn on the way to frame `index`, with the ends, by halving intervals.
+        """Return the frames drawn by halving intervals down to frame `index`, with the ends.
 
         ends     the frame itself, or two frames a power of two apart around it
-        kept     frames that are not drawn again
-        finest   the least distance of frames that are drawn
+        kept     frames drawn before
+        finest   least distance between drawn frames
         """
         nodes, left = dict(ends), min(ends)
         distance = max(ends) - left
@@ -72,11 +72,11 @@ class MarkovBridge(ABC, Generic[AnyState]):
 
 
 class StationaryBridge(MarkovBridge[AnyState]):
-    """A stationary Markov process whose correlation is exp(-decay d) over d frames.
+    """Stationary Markov process with correlation exp(-decay d) over d frames.
 
-    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from its two
-    neighbours at a distance d = the largest power of two that divides k, they from theirs, up to the anchors. The
-    nodes on the way to the last frame are kept: in sequence a frame costs one draw on average.
+    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from its
+    neighbours at a distance d, the largest power of two that divides k; these are drawn likewise, up to the anchors.
+    The nodes of the last path are cached: in sequence a frame costs one draw on average.
     """
 
     def __init__(self, decay: float) -> None:
@@ -109,7 +109,7 @@ class StationaryBridge(MarkovBridge[AnyState]):
 
 
 class Ar1Process(StationaryBridge[State]):
-    """AR(1) of unit variance in each element of `shape`, (rows, cols), addressed by the seed, the words and the frame.
+    """AR(1) process of unit variance in each element of `shape`, (rows, cols), addressed by seed, words and frame.
 
     Given x[k-d] and x[k+d], x[k] is normal with mean (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance
     tanh(decay d): the conditional distribution of an AR(1) process with rho = exp(-decay).
@@ -125,7 +125,7 @@ class Ar1Process(StationaryBridge[State]):
         return to_state(normals(self.shape, self.seed, *self.address, index))
 
     def innovation_sigma(self, index: int) -> float:
-        """Return the sigma of the part of a frame that no other frame depends on: 0 in even frames.
+        """Return the sigma of the part of a frame on which no other frame depends: 0 in even frames.
 
         The camera draws it together with all other white noise.
         """
@@ -175,7 +175,7 @@ def _midpoint(decay: float) -> tuple[float, float]:
 
 
 class Ar1(Noise):
-    """x[k] = rho x[k-1] + sqrt(1 - rho²) white[k] in each pixel, stationary from frame 0 on."""
+    """AR(1) noise: x[k] = rho x[k-1] + sqrt(1 - rho²) white[k] in each element, stationary from frame 0 on."""
 
     stationary: ClassVar[bool] = True
 
@@ -186,7 +186,7 @@ class Ar1(Noise):
     time_constant_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Time in which correlation falls to 1/e, s; or give rho."""
     over: Over = "pixel"
-    """The elements that have a process of their own: each pixel, row or column, or the frame as a whole."""
+    """Elements with a process of their own: each pixel, row or column, or the frame as a whole."""
 
     @model_validator(mode="after")
     def _one_parameter(self) -> Ar1:

@@ -25,12 +25,12 @@ Indices = npt.NDArray[np.intp]
 """Flat indices of pixels."""
 
 MAX_BAD = 0.2
-"""Largest share of pixels that are dead, hot or blinking, each: clusters of more would cover the picture."""
+"""Largest share of dead, of hot and of blinking pixels: clusters of more would cover the picture."""
 
 Share = Annotated[float, Field(ge=0, le=MAX_BAD)]
 
 TELEGRAPH_PIXELS = 1 << 16
-"""Pixels whose telegraph signal is drawn at once for a block of frames: about 40 MB."""
+"""Pixels per draw of telegraph signals for a block of frames: about 40 MB."""
 
 
 class BadPixels(Noise):
@@ -46,7 +46,7 @@ class BadPixels(Noise):
     dead: Share = 0.0005
     """Share of pixels that do not respond to light."""
     hot: Share = 0.0005
-    """Share of pixels that are too high."""
+    """Share of pixels with an offset far too high."""
     blinking: Share = 0.001
     """Share of pixels that blink."""
     cluster: Annotated[float, Field(ge=1, le=100)] = 2.0
@@ -54,14 +54,14 @@ class BadPixels(Noise):
     dead_level: Fraction = 0.0
     """Level of dead pixels: 0 is count 0, 1 the highest count."""
     hot_ratio: Ratio = 100.0
-    """Mean height of hot pixels, in units of the camera's NETD; the lowest have half of it."""
+    """Mean height of hot pixels, in units of the camera's NETD; the least height is half of it."""
     blink_ratio: Ratio = 20.0
-    """Mean height of a blinking pixel's jump, exponential, up in half of them and down in the others, in units of the
-    camera's NETD."""
+    """Mean height of a blinking pixel's jump, in units of the camera's NETD. Heights are exponential; half of the
+    pixels jump up, half down."""
     on_s: Positive = 0.5
-    """Mean time that a blinking pixel stays away from its own level, s."""
+    """Mean dwell time of a blinking pixel off its normal level, s."""
     off_s: Positive = 2.0
-    """Mean time that a blinking pixel stays at its own level, s."""
+    """Mean dwell time of a blinking pixel on its normal level, s."""
 
     def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
         blinking, jumps = self._blinking(response, frame)
@@ -82,8 +82,8 @@ class BadPixels(Noise):
     def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
         """Return the variance of each pixel, signal²: infinite for dead ones.
 
-        A blinking pixel with a share p of its time on has p height² about the noiseless signal and p (1 - p) height²
-        about its own mean; a hot one height² and 0.
+        A blinking pixel that is on for a share p of the time has p height² about the noiseless signal and p (1 - p)
+        height² about its own mean; a hot one height² and 0.
         """
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
@@ -111,7 +111,7 @@ class BadPixels(Noise):
 
 @lru_cache(maxsize=16)
 def _jumps(seed: int, name: str, word: str, count: int, mean: float = 1.0) -> Floats:
-    """Draw exponential numbers of a mean, each with a random sign, float32."""
+    """Draw exponential numbers of mean `mean`, each with a random sign, (count,) float32."""
     drawn = stream(seed, "noise", name, word).random((2, count))
     jumps = mean * (np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
     return read_only(jumps.astype(np.float32))
@@ -119,7 +119,7 @@ def _jumps(seed: int, name: str, word: str, count: int, mean: float = 1.0) -> Fl
 
 @lru_cache(maxsize=4)
 def _hot_pattern(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, mean: float) -> Floats:
-    """Return the heights of hot pixels, 0 elsewhere: half the mean and an exponential number of half the mean."""
+    """Return the heights of hot pixels, 0 elsewhere: half the mean plus an exponential number of half the mean."""
     hot = clustered_pixels(shape, share, cluster, seed, name, "hot")
     pattern = np.zeros(shape, np.float32)
     pattern.reshape(-1)[hot] = mean * (0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", hot.size)))
@@ -150,11 +150,11 @@ def clustered_pixels(shape: tuple[int, int], share: float, cluster: float, seed:
 
 
 class TelegraphProcess:
-    """Random telegraph signals: `count` two-state Markov chains with mean stays `on` and `off`, in frames.
+    """Random telegraph signals: `count` two-state Markov chains with mean dwell times `on` and `off`, frames.
 
-    Over d frames the correlation falls to exp(-d (1/on + 1/off)). Given the states d before and d after, the one
-    between is on with odds P(on | before) P(after | on) to P(off | before) P(after | off). A bridge runs over every
-    BLOCK_FRAMES-th frame; those between are drawn together.
+    Over d frames the correlation falls to exp(-d (1/on + 1/off)). Given the states d frames before and after, the odds
+    of on are P(on | before) P(after | on) to P(off | before) P(after | off). A bridge runs over every BLOCK_FRAMES-th
+    frame; those between are drawn together.
     """
 
     def __init__(self, on: float, off: float, count: int, address: Address) -> None:
@@ -191,7 +191,7 @@ class TelegraphProcess:
 
 
 class _BlockStarts(StationaryBridge[Bools]):
-    """States at the first frame of each block, by the number of the block."""
+    """States at the first frame of each block, indexed by block."""
 
     def __init__(self, on: float, off: float, count: int, address: Address) -> None:
         self.frame_decay = 1 / on + 1 / off
@@ -207,7 +207,7 @@ class _BlockStarts(StationaryBridge[Bools]):
         return self.midpoint(before, after, self._uniform(index), distance * BLOCK_FRAMES)
 
     def midpoint(self, before: Bools, after: Bools, uniform: Floats, frames: int) -> Bools:
-        """Return the states `frames` after one and before another, by uniform numbers within 0..1."""
+        """Return the states `frames` frames after `before` and before `after`, from uniform numbers within 0..1."""
         if_on, either = _odds(self.share, math.exp(-self.frame_decay * frames))
         ends = before.view(np.uint8) + (after.view(np.uint8) << 1)
         return np.asarray(uniform * either[ends] < if_on[ends])
@@ -220,7 +220,7 @@ class _BlockStarts(StationaryBridge[Bools]):
 def _odds(share: float, correlation: float) -> tuple[Floats, Floats]:
     """Return P(on | before) P(after | on), and its sum with P(off | before) P(after | off), (4,) each.
 
-    For the ends off and off, on and off, off and on, on and on; `share` of the time on.
+    The four ends (before, after) are off and off, on and off, off and on, on and on; `share` is that of the time on.
     """
     from_on, from_off = share + (1 - share) * correlation, share * (1 - correlation)
     if_on = np.outer([1 - from_on, from_on], [from_off, from_on]).ravel()

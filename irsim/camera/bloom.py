@@ -22,15 +22,15 @@ Direction = Literal["columns", "rows", "around"]
 LEAST_CHARGE = 1e-4
 """Share of a full pixel below which spilling charge is lost."""
 LEAST_WEIGHT = 1e-4
-"""Share of the kernel on pixels with room below which these are too far away."""
+"""Share of the kernel on unsaturated pixels below which charge goes to the nearest of them."""
 MAX_ROUNDS = 100
-"""Rounds in which charge moves on at most; a saturated spot of a fifth of a picture takes about ten."""
+"""Largest number of rounds of spilling; a saturated spot of a fifth of a picture takes about ten."""
 
 DRAWS = 512
-"""Draws of the gains for the variance. Exact to about 1 % where charge passes; 15 % at single pixels at the ends of
-streaks whose length varies by pixels."""
+"""Draws of the gains for the variance. Its error is about 1 % where charge passes, and 15 % at single pixels at the
+ends of streaks."""
 LARGEST_DEVIATION = 4.0
-"""Deviation of all gains at once, sigmas, with which charge reaches farther than in any draw."""
+"""Common deviation of all gains, sigmas, at which charge reaches farther than in any draw."""
 
 
 class Bloom(Part):
@@ -39,16 +39,16 @@ class Bloom(Part):
     fraction: Fraction = 1.0
     """Share of the excess that spills; the rest is drained."""
     along: Direction = "columns"
-    """Up and down its column, left and right along its row, or all around."""
+    """Direction of spilling: along the column, along the row, or all around."""
     length_px: Annotated[float, Field(gt=0, le=100)] = 2.0
-    """Around: distance in which the spilled charge falls to 1/e, px."""
+    """Distance in which charge spilled all around falls to 1/e, px."""
 
     def spill(self, signal: Floats, top: float) -> None:
         """Move the excess above `top` from each pixel of `signal`, (rows, cols) float32, to others, in place.
 
-        Along lines one half runs each way until pixels with room have taken it. Around, it goes to pixels with room,
-        weighted by exp(-distance / length_px), and the excess of these moves on alike. Charge is lost at the frame's
-        edge only.
+        Along lines, half of the excess runs each way until unsaturated pixels hold it. All around, it goes to
+        unsaturated pixels with weights exp(-distance / length_px), and their own excess spills in turn. Charge is lost
+        at the frame's edge only.
         """
         if signal.max() <= top:
             return
@@ -73,11 +73,11 @@ class Bloom(Part):
             region = slice(max(y - reach, 0), y + height + reach), slice(max(x - reach, 0), x + width + reach)
             charge, held = moving[region], signal[region]
             is_full = held >= full
-            weight = 1 - _filtered(is_full.astype(np.float32), kernel)  # of the kernel on pixels with room
+            weight = 1 - _filtered(is_full.astype(np.float32), kernel)  # of the kernel on unsaturated pixels
             near = weight > LEAST_WEIGHT
             landed = np.maximum(_filtered(np.where(near, charge / np.maximum(weight, LEAST_WEIGHT), 0), kernel), 0)
             landed[is_full] = 0
-            charge[near] = 0  # the others are too deep within full ones
+            charge[near] = 0  # elsewhere only saturated pixels are in reach
             if is_full.all():
                 _to_nearest(moving, signal < full)
             else:
@@ -88,7 +88,7 @@ class Bloom(Part):
 
 
 def _to_nearest(charge: Floats, room: NDArray[np.bool_]) -> None:
-    """Move charge to the nearest pixel with room, in place; it is lost where no pixel has room."""
+    """Move charge to the nearest unsaturated pixel, in place; it is lost if there is none."""
     if not charge.any():
         return
     if room.any():
@@ -120,10 +120,10 @@ def _spill_along(signal: Floats, top: float, fraction: float) -> None:
 
 
 def bloom_variance(signal: Floats, gain: float, zero: float, top: float, bloom: Bloom) -> tuple[Slices, Floats] | None:
-    """Return the region that blooming changes and there the variance by gain deviations, (rows, cols), signal².
+    """Return the region that blooming changes, and its variance due to gain deviations, (rows, cols), signal².
 
-    The mean square about the signal with all gains 1, over draws of all gains whose charge reaches a pixel. None where
-    no pixel spills.
+    The variance is the mean square about the signal with all gains 1, over draws of the gains. None where no pixel
+    spills.
 
     signal  (rows, cols) float32 before it spills, with all gains 1; `zero`, the signal without light
     gain    variance of the pixels' gains, which are independent
@@ -153,8 +153,8 @@ def _changed_region(signal: Floats, top: float, bloom: Bloom) -> Slices | None:
 def _gain_draws(light: Floats) -> Iterator[Floats]:
     """Yield unit normals for each pixel, (rows, cols) float32, DRAWS times.
 
-    The brightest pixels, which spill most, are exactly uncorrelated over all draws, the others by chance: along lines
-    the variance at the end of a streak then varies by 0.4 % (2 % with plain draws), all around by 4 % (7 %).
+    Draws of the brightest pixels, which spill most, are exactly uncorrelated. The variance at the end of a streak then
+    varies by 0.4 % along lines (2 % with plain draws), and by 4 % all around (7 %).
     """
     brightest = np.argsort(-light, axis=None, kind="stable")
     rows = _uncorrelated()

@@ -1,7 +1,7 @@
 """Image buffers: 16-bit images that noise keeps from frame to frame, and scratch memory for one pass.
 
-Images kept as int16 take half the memory of float32. A frame reads about ten megabytes of them; where two processes
-that render side by side share one cache, a frame whose buffers do not fit takes a third longer.
+Images kept as int16 take half the memory of float32. A frame reads about ten megabytes of them; if they do not fit into
+the cache, as with two processes that share one, a frame takes a third longer.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from irsim.types import Floats
 INT16_MAX = 2**15 - 1
 
 ZERO_MAGNITUDE = 1e-30
-"""An image whose greatest magnitude is at most this is taken for all zero."""
+"""Greatest magnitude up to which an image counts as zero."""
 
 _buffers = threading.local()
 
@@ -50,7 +50,7 @@ def int16_image(image: Floats, unit: float | None = None) -> Int16Image:
 def int16_sum(image: Floats, finest: float) -> list[Int16Image]:
     """Return one or two int16 images that sum to an image (rows, cols) float32, finite.
 
-    A second one holds the rounding error of the first where that one's unit is above `finest`.
+    The second one holds the rounding error of the first, if the unit of the first is above `finest`.
     """
     whole = int16_image(image)
     return [whole] if whole.unit <= finest else [whole, int16_image(image - whole.to_float())]

@@ -33,22 +33,22 @@ from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 FrameRate = Annotated[float, Field(ge=0.001, le=10_000), Plausible(0.001, 2000, "Hz")]
-"""Above 2 kHz hardly a camera reads whole frames: a period in microseconds, or pixels a second, is more likely."""
+"""Few cameras read whole frames above 2 kHz: a period in microseconds, or pixels a second, is more likely."""
 Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
-"""A sigma of 5 px spreads a point over more than a hundred pixels: small targets are blurred to nothing."""
+"""A sigma of 5 px spreads a point over more than a hundred pixels: small targets vanish."""
 
 OPTICS_KEYS = ("f_number", "pitch_um")
-"""Keys of `optics` that are the detector's where it counts electrons."""
+"""Keys of `optics` that a detector of kind electrons defines."""
 
 
 class Camera(Part):
-    """An infrared camera, from direction to counts. With `noise: []` it has no noise at all; with `netd_mk: 0` that of
-    gains, of bad pixels and of counted electrons is left."""
+    """Infrared camera: geometry, optics, detector, noise and display. `noise: []` removes all noise; `netd_mk: 0`
+    leaves the noise of gains, bad pixels and counted electrons."""
 
     switches: ClassVar[Switches] = {"psf": ("psf_px", 0.0), "agc": ("agc", Plain())}
 
     preset: Preset | None = None
-    """A typical camera; keys given beside it override its own."""
+    """Typical camera; keys given beside it override its own."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
     rate_hz: FrameRate = 30.0
@@ -56,7 +56,7 @@ class Camera(Part):
     ifov_mrad: Annotated[float, Field(ge=0.001, le=20)] = 0.5
     """Field of view of one pixel, milliradian."""
     elevation_deg: Annotated[float, Field(ge=-80, le=80)] = 0.0
-    """Elevation of the first pointing above the horizon."""
+    """Elevation of the initial line of sight above the horizon, degrees."""
     band: BandName | Annotated[tuple[float, float], Field(strict=False), Items("[low, high] in um")] = "mwir"
     """mwir 3-5 um, lwir 8-12 um, or [low, high], limits in um (from 2 to 20)."""
     bits: Annotated[int, Field(ge=8, le=16)] = 14
@@ -64,39 +64,39 @@ class Camera(Part):
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
     """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
     psf_px: Blur = 0.6
-    """Sigma of the optical blur (Gaussian), px; with `optics`, of the aberrations in addition to them."""
+    """Sigma of the Gaussian optical blur, px; with `optics`, of the aberrations alone."""
     optics: Lens | None = None
-    """Diffraction and defocus; where not given, `psf_px` is all blur. F-number and pitch are those of a detector of
-    kind electrons, and need not be repeated."""
+    """Diffraction and defocus; by default `psf_px` is the whole blur. A detector of kind electrons defines F-number and
+    pitch."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
-    """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term, for a detector of kind
-    stated; that of one that counts electrons follows from them."""
+    """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term. For a detector of kind
+    stated; that of kind electrons follows from its electrons."""
     detector: Annotated[Sensor, SENSORS] = NetdSensor()
-    """How light becomes counts."""
+    """Conversion of light to counts."""
     time_constant_ms: Annotated[float, Field(ge=0, le=200)] = 0.0
-    """Time in which the detector follows a change of light to 1 - 1/e, ms (microbolometers 7-12); 0 is at once."""
+    """Thermal time constant of the detector, ms (microbolometers 7-12); 0 is at once."""
     noise: Several[Annotated[Noise, NOISES]] = (White(),)
-    """Noise terms, which add up. Where not given, white noise, or shot noise for a detector of kind electrons."""
+    """Noise terms; they add up. By default white noise, or shot noise for a detector of kind electrons."""
     correction: Correction | None = None
-    """Non-uniformity corrections; none where not given."""
+    """Non-uniformity corrections; none by default."""
     falloff: Vignetting | None = None
-    """Vignetting: less light off the axis; none where not given."""
+    """Vignetting: loss of light off the axis; none by default."""
     smear: MotionBlur | None = None
-    """Motion blur over the exposure of a frame; none where not given."""
+    """Motion blur over the exposure of a frame; none by default."""
     bloom: Bloom | None = None
-    """Charge that saturated pixels spill into others; none where not given."""
+    """Charge that saturated pixels spill into others; none by default."""
     motion: Several[Annotated[CameraMotion, CAMERA_MOTIONS]] = ()
     """Motions of the camera; they add up."""
     faults: Several[Annotated[FrameFault, FRAME_FAULTS]] = ()
-    """Frames that are lost or arrive twice; those that arrive are numbered anew."""
+    """Frames that are lost or arrive twice; frames that arrive are numbered without gaps."""
     agc: Annotated[Agc, AGCS] = Linear()
-    """How counts become the 8-bit picture."""
+    """Mapping of counts to the 8-bit picture."""
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys given, with those of the preset, the detector's default noise, and its F-number and pitch."""
+        """Return the given keys, completed by the preset and by the detector's default noise, F-number and pitch."""
         preset = given.get("preset")
-        keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
+        keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # an unknown preset has no keys
         filled = {**keys, **given}
         detector = filled.get("detector")
         if isinstance(detector, Mapping):
@@ -138,8 +138,8 @@ class Camera(Part):
         return self
 
     @model_validator(mode="after")
-    def _optics_are_those_of_the_detector(self) -> Camera:
-        """Recordings made before this was checked are read as they are."""
+    def _optics_agree(self) -> Camera:
+        """Require the F-number and pitch of the detector, except in recordings: old ones may differ."""
         lens, detector = self.optics, self.detector.optics
         if lens is None or detector is None or not is_handwritten():
             return self
@@ -176,7 +176,7 @@ class Camera(Part):
         if self.smear.time_ms is None and self.detector.integration_time_ms is None:
             raise PydanticCustomError(
                 "no_time",
-                "it is missing; allowed: a time in ms; or a detector of kind electrons, whose integration_ms counts",
+                "it is missing; allowed: a time in ms, or a detector of kind electrons with its integration_ms",
                 {"at": ("smear", "time_ms")},
             )
         if self.exposure_ms * self.rate_hz > 1000:
@@ -192,14 +192,14 @@ class Camera(Part):
 
     @property
     def exposure_ms(self) -> float:
-        """Time over which motion blurs a frame, ms; 0 without motion blur."""
+        """Exposure time of motion blur, ms; 0 without motion blur."""
         if self.smear is None:
             return 0.0
         time_ms = self.detector.integration_time_ms if self.smear.time_ms is None else self.smear.time_ms
         return time_ms or 0.0
 
     def exposure_offsets(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
-        """Return the times of the scenes of which a frame is the mean, in frame periods from the frame's time."""
+        """Return the times of the scenes averaged in a frame, in frame periods from the frame's time."""
         if self.smear is None or not is_on("smear"):
             return NO_BLUR
         return self.smear.exposure_offsets(self.exposure_ms * 1e-3 * self.rate_hz)
@@ -224,15 +224,16 @@ class Camera(Part):
         return self.detector.response(SensorSettings(self.band, self.bits, self.netd_mk, self.range_k))
 
     def netd(self) -> float:
-        """Return the noise-equivalent temperature difference at 300 K, mK: a pixel's sigma over its rise per kelvin."""
+        """Return the noise-equivalent temperature difference at 300 K, mK: a pixel's sigma over its signal per
+        kelvin."""
         return self.response().netd_mk
 
     def signal_chain(
         self, seed: int, is_on: Callable[[str], bool] = lambda name: True, zooms: Floats | None = None
     ) -> SignalChain:
-        """Return the chain from light to counts, with the parts that are switched on, in a scene of a seed.
+        """Return the chain from light to counts, with the parts that are switched on, for the scene's seed.
 
-        zooms  (n,) focal length in each frame over that at first; None without zoom
+        zooms  (n,) focal length in each frame relative to the initial one; None without zoom
         """
         falloff = VignettingMap(self.falloff, self.geometry, zooms) if self.falloff and is_on("falloff") else None
         return SignalChain(
@@ -255,10 +256,10 @@ class Camera(Part):
 
 
 def _with_detector_optics(optics: Any, detector: Any) -> Any:
-    """Return optics, sound or not, with the F-number and pitch of the detector where they have none."""
+    """Return optics, valid or not, with the F-number and pitch of the detector as defaults."""
     try:
         sensor = SENSORS.parse(detector)
-    except PydanticCustomError:  # it is reported at its own place
+    except PydanticCustomError:  # reported at the key of the detector
         return optics
     if not isinstance(sensor, Sensor) or sensor.optics is None:
         return optics

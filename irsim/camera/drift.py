@@ -21,16 +21,16 @@ from irsim.rng import normals
 from irsim.types import Floats
 
 LONGEST_STEP = 0.004
-"""The drift is drawn at steps of at most this share of its time constant, and is constant within a step."""
+"""Largest step, a share of the time constant; the drift is constant within a step."""
 
 LARGEST_STEP = 0.1
-"""Sigma of a step in units of the NETD, unless a single frame's is larger. Finer steps change no measurement: of 300
-frames of `uncooled_lwir` in steps of 2 frames `irsim noise` finds the drift that was put in; in steps of 8, with linear
-interpolation, a fifth less."""
+"""Largest sigma of a step, NETD, unless that of a single frame is larger. Finer steps change no measurement: in 300
+frames of `uncooled_lwir`, `irsim noise` finds the simulated drift with steps of 2 frames, and a fifth less with steps
+of 8 frames and linear interpolation."""
 
 BRIGHT = 1700.0
-"""Signal at which gain drift is judged, in units of the NETD: three million electrons, half of a well for long
-exposures, with shot noise alone."""
+"""Signal for which the step of gain drift is chosen, NETD: three million electrons, half of a well for long exposures,
+with shot noise alone."""
 
 FrameNumber = Annotated[int, Field(ge=1, le=10_000_000)]
 
@@ -43,11 +43,11 @@ class Correction(Part):
     frames: Several[FrameNumber] = ()
     """Frames at which a correction begins."""
     period_frames: FrameNumber | None = None
-    """A correction also begins at every multiple of so many frames."""
+    """Period of corrections, frames: one begins at each multiple of it as well."""
     freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
-    """How many frames repeat the last picture before the correction; ground truth goes on. Drift counts from the first
-    of them, so that it is the same without the freeze; that of a real camera, which corrects itself behind its shutter,
-    from the last (for a freeze of 0.5 s, 4 % of the sigma that a drift of 600 s tends to)."""
+    """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift starts at the
+    first of them, so that it is the same without the freeze. In a real camera with a shutter it starts at the last: for
+    a freeze of 0.5 s and a time constant of 600 s, a difference of 4 % of the final sigma."""
 
     @model_validator(mode="after")
     def _picture_moves(self) -> Correction:
@@ -80,11 +80,11 @@ class Correction(Part):
 
 
 class DriftProcess(MarkovBridge[State]):
-    """AR(1) in each element of `shape`, (rows, cols), that starts at 0, addressed by the seed, the words and the step.
+    """AR(1) process from 0 in each element of `shape`, (rows, cols), addressed by seed, words and step.
 
-    D[k] = rho D[k-1] + sqrt(1 - rho²) white[k] of variance 1 - rho^(2k), rho = exp(-decay). Steps 1, 2, 4 and so on
-    are each drawn from the one before in this list, those between them by the bridge. The nodes on the way to the last
-    step are kept: in sequence a step costs one draw on average.
+    D[k] = rho D[k-1] + sqrt(1 - rho²) white[k] of variance 1 - rho^(2k), rho = exp(-decay). Steps 1, 2, 4, ... are each
+    drawn from the one before in this series, steps between them by the bridge. The nodes of the last path are cached:
+    in sequence a step costs one draw on average.
     """
 
     def __init__(self, decay: float, shape: tuple[int, int], seed: int, *address: str | int) -> None:
@@ -95,7 +95,7 @@ class DriftProcess(MarkovBridge[State]):
         self._kept: dict[int, State] = {}
 
     def frame(self, index: int) -> State:
-        """Return the process at step `index`, 0 or more, read only."""
+        """Return the process at step `index` (0 or more), read only."""
         if index == 0:
             return np.zeros(self.shape, np.int16)
         kept = self._kept  # read once: another thread may replace it
@@ -124,22 +124,22 @@ class DriftProcess(MarkovBridge[State]):
 
 
 class Drift(Noise):
-    """Offset and gain of each pixel drift after a correction, mean-reverting.
+    """Mean-reverting drift of each pixel's offset and gain after a correction.
 
-    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: its variance grows as
-    1 - rho^(2(k-c)) times that of the sigmas below. Frames are counted by the steps in which it is drawn.
+    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: its variance grows as 1 -
+    rho^(2(k-c)) times that of the sigmas below. k and c are counted in steps of the draw.
     """
 
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
 
     pixel: Ratio = 0.5
-    """Sigma from pixel to pixel that offsets tend to, in units of the camera's NETD."""
+    """Final sigma of offsets from pixel to pixel, in units of the camera's NETD."""
     column: Ratio = 0.25
-    """Sigma from column to column that offsets tend to, in units of the camera's NETD."""
+    """Final sigma of offsets from column to column, in units of the camera's NETD."""
     row: Ratio = 0.1
-    """Sigma from row to row that offsets tend to, in units of the camera's NETD."""
+    """Final sigma of offsets from row to row, in units of the camera's NETD."""
     gain: Fraction = 0.0
-    """Sigma from pixel to pixel that gains tend to, as a share of the signal."""
+    """Final sigma of gains from pixel to pixel, as a share of the signal."""
     time_constant_s: Annotated[float, Field(gt=0, le=1e6)] = 600.0
     """Time in which a deviation falls to 1/e on average, s."""
     age_s: NotNegative = 0.0
@@ -162,7 +162,7 @@ class Drift(Noise):
     def steps(self, frame: FrameContext) -> tuple[float, int, int]:
         """Return the decay per step, and the steps of the last correction and of this frame.
 
-        The step of the correction is negative where that was before frame 0.
+        The step of a correction before frame 0 is negative.
         """
         since = frame.last_correction if frame.corrections else -round(self.age_s * frame.rate_hz)
         decay = 1 / (frame.rate_hz * self.time_constant_s)
@@ -175,7 +175,7 @@ class Drift(Noise):
 
 
 def _step_frames(decay: float, sigma: float) -> int:
-    """Return the frames in a step: a power of two, as are the chunks of frames that worker processes render."""
+    """Return the number of frames in a step: a power of two, like the blocks that worker processes render."""
     most = min(LONGEST_STEP / decay, LARGEST_STEP**2 / (2 * decay * sigma**2) if sigma else math.inf)
     return 1 << max(int(most), 1).bit_length() - 1
 
@@ -194,7 +194,7 @@ def _deviation(
 
 
 def _add(total: Floats, term: Floats) -> Floats:
-    """Return the sum, in the memory of the total where its shape allows: half the time of a new array."""
+    """Return the sum. It overwrites the total where its shape allows: half the time of a new array."""
     fits = total.shape == np.broadcast_shapes(total.shape, term.shape)
     return np.add(total, term, out=total if fits else None)
 

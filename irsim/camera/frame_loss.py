@@ -1,4 +1,4 @@
-"""Frames that are lost or arrive twice on the way from the camera."""
+"""Transmission faults: frames that are lost or arrive twice."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from irsim.rng import bit_generator
 from irsim.types import Bools
 
 BLOCK = 1024
-"""Frames whose random numbers are drawn at once."""
+"""Frames per draw of random numbers."""
 
 
 class FrameFault(NamedKind):
-    """A transmission fault at listed frames and at random ones."""
+    """Transmission fault at listed frames and at random ones."""
 
     frames: Several[Index] = ()
-    """Frames of the scenario at which it begins."""
+    """Frames of the scenario at which the fault begins."""
     rate: Fraction = 0.0
-    """Probability that it begins at a frame."""
+    """Probability that the fault begins at a frame."""
     length_frames: Annotated[int, Field(ge=1, le=1000)] = 1
     """Number of consecutive frames affected each time."""
 
     @abstractmethod
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
-        """Return how many copies of each frame arrive, (n,); `hit` marks the affected frames."""
+        """Return the number of copies of each frame that arrive, (n,); `hit` marks the affected frames."""
 
     def hits(self, count: int, seed: int) -> Bools:
-        """Return which of the frames from 0 on are affected, (count,). A larger count changes none of them."""
+        """Return the mask of affected frames from 0 on, (count,); a larger count only appends to it."""
         begins = np.zeros(count, dtype=bool)
         listed = np.asarray(self.frames, dtype=np.int64)
         begins[listed[listed < count]] = True
@@ -46,7 +46,7 @@ class FrameFault(NamedKind):
 
 
 class Drop(FrameFault):
-    """Frames that do not arrive; the times of the others show the gap."""
+    """Lost frames; the times of the others show the gap."""
 
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 0, 1)

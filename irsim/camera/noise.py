@@ -33,16 +33,16 @@ from irsim.rng import Address, bit_generator, kernel_arguments, normals
 from irsim.types import Box, Floats
 
 POISSON_BELOW_E = 200.0
-"""Fewer electrons are drawn from the Poisson distribution; above, its skewness is under 0.07."""
+"""Electrons below which the Poisson distribution is drawn; above, its skewness is under 0.07."""
 
 LEAST_TRANSMITTANCE = 1e-3
-"""Transmittance of the lens at a pixel below which this one is taken: no light raises a pixel that gets none."""
+"""Lower limit of the lens's transmittance at a pixel: at 0 the noise-equivalent radiance is infinite."""
 
 
 def temporal_address(frame: FrameContext) -> tuple[int, *tuple[Address, ...]]:
     """Return the address of a frame's white noise.
 
-    It contains no term's name: switching one off leaves the other terms' numbers as they are.
+    The address contains no term's name, so that switching one off leaves the numbers of the others unchanged.
     """
     return frame.seed, "noise", "white", frame.index
 
@@ -57,7 +57,7 @@ def add_temporal_noise(signal: Floats, sigma: float, frame: FrameContext) -> Non
 
 
 class White(Noise):
-    """Independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
+    """White noise, independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
 
     stationary: ClassVar[bool] = True
 
@@ -112,7 +112,7 @@ class Shot(Noise):
 def poisson(means: Floats, uniform: Floats) -> Floats:
     """Return Poisson numbers, (n,) float64, of `means` (0 to a few hundred) at the quantiles `uniform`, within 0..1.
 
-    The smallest k whose distribution function reaches the quantile, by summing m^k e^-m / k! from k = 0.
+    Each is the smallest k whose distribution function reaches the quantile, by summing m^k e^-m / k! from k = 0.
     """
     found = np.zeros(means.shape)
     left = np.arange(means.size)
@@ -130,7 +130,7 @@ def poisson(means: Floats, uniform: Floats) -> Floats:
 
 
 class FixedPattern(StaticNoise):
-    """The same in every frame: the residual of non-uniformity correction (vh, h and v in 3-D noise terms).
+    """Fixed-pattern noise: the residual of non-uniformity correction (vh, h and v in 3-D noise terms).
 
     The defaults are those of a fresh correction, tvh:vh:h:v = 1:0.3:0.15:0.08. The terms are those of
     D'Agostino and Webb, Proc. SPIE 1488 (1991).
@@ -146,7 +146,7 @@ class FixedPattern(StaticNoise):
     row: Ratio = 0.08
     """Sigma from row to row (v), in units of the camera's NETD."""
     redrawn: bool = False
-    """Whether each correction of the camera leaves another pattern; else all leave the same."""
+    """True: each correction of the camera leaves another pattern; False: all leave the same."""
 
     def pattern(self, frame: FrameContext) -> Floats:
         number = frame.corrections if self.redrawn else 0
@@ -159,14 +159,14 @@ class FixedPattern(StaticNoise):
 
 
 class OddEven(StaticNoise):
-    """Even rows or columns lie above odd ones: they are read through two amplifiers of different offset."""
+    """Offset of even rows or columns above odd ones, as from two readout amplifiers."""
 
     stationary: ClassVar[bool] = True
 
     ratio: Annotated[float, Field(ge=-1000, le=1000)] = 1.0
-    """Half the difference of even and odd ones, in units of the camera's NETD; below 0 where even ones are lower."""
+    """Half the difference of even and odd lines, in units of the camera's NETD; negative where even ones are lower."""
     along: Literal["rows", "columns"] = "rows"
-    """Whether rows or columns alternate."""
+    """Lines that alternate."""
 
     def pattern(self, frame: FrameContext) -> Floats:
         rows, columns = frame.shape
@@ -178,13 +178,13 @@ class OddEven(StaticNoise):
 
 @lru_cache(maxsize=8)
 def _alternating(shape: tuple[int, int], ratio: float) -> Floats:
-    """Return `ratio` and -`ratio` by turns, float32."""
+    """Return lines of `ratio` and -`ratio` alternately, float32, broadcastable to `shape`."""
     odd = np.arange(max(shape)).reshape(shape) % 2
     return read_only(np.where(odd, -ratio, ratio).astype(np.float32))
 
 
 class Noise3d(Noise):
-    """The seven terms of 3-D noise, each Gaussian and independent of the others; t ones are white in time.
+    """The seven terms of 3-D noise, each Gaussian and independent of the others; terms with t are white in time.
 
     J. A. D'Agostino and C. M. Webb, "Three-dimensional analysis framework and measurement methodology
     for imaging system noise", Proc. SPIE 1488 (1991): t time, v vertical (from row to row), h
@@ -195,7 +195,7 @@ class Noise3d(Noise):
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("t", "v", "h", "tv", "th", "vh", "tvh")}
 
     t: Ratio = 0.0
-    """Sigma of the level of the whole frame, independent from frame to frame."""
+    """Sigma of the frame's level, independent from frame to frame."""
     v: Ratio = 0.0
     """Sigma from row to row, the same in all frames."""
     h: Ratio = 0.0

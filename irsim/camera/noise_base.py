@@ -23,7 +23,7 @@ Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
 BLOCK_FRAMES = 32
-"""Small draws are made for so many frames at once: one address costs as much as a thousand numbers."""
+"""Frames per draw of few numbers: one address costs as much as a thousand numbers."""
 
 FINEST_UNIT = 0.01
 """Unit of a fixed pattern, NETD, below which its rounding (standard deviation 0.003) is negligible."""
@@ -31,10 +31,10 @@ FINEST_UNIT = 0.01
 
 @dataclass(frozen=True)
 class FrameContext:
-    """A frame as noise terms see it.
+    """Index and shape of a frame, and the camera's state in it, for noise terms.
 
     index of the frame; shape (rows, cols); rate_hz of the camera; seed of the scene; last_correction, the frame of the
-    last non-uniformity correction (0 before the first one); corrections, how many there were up to this frame.
+    last non-uniformity correction (0 before the first one); corrections, their number up to this frame.
     """
 
     index: int
@@ -54,7 +54,7 @@ class NoiseVariance(NamedTuple):
     pixel    independent of the light and of other pixels, NETD²
     frame    common to all pixels of a frame, NETD²
     gain     of the pixels' gains, relative to the squared signal of light
-    shot     how often electrons are counted and read: multiplies signal + read noise² in electrons
+    shot     number of terms that count electrons: multiplies signal + read noise² in electrons
     """
 
     pixel: float = 0.0
@@ -64,7 +64,7 @@ class NoiseVariance(NamedTuple):
 
     @classmethod
     def total(cls, terms: Iterable[NoiseVariance]) -> NoiseVariance:
-        """Return the variance of independent terms together."""
+        """Return the sum of the variances of independent terms."""
         pixel = frame = gain = shot = 0.0
         for term in terms:
             pixel, frame, gain, shot = pixel + term[0], frame + term[1], gain + term[2], shot + term[3]
@@ -81,7 +81,7 @@ class NoiseVariance(NamedTuple):
 
 
 class Noise(NamedKind):
-    """One term of a camera's noise. A subclass overrides the steps in which it takes part, and `variance_terms`.
+    """Noise term of a camera. A subclass overrides the steps in which it takes part, and `variance_terms`.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, changed in place. All random numbers
     but those of `temporal_sigma` are addressed by the seed, the term's name, a word for the quantity and the frame (or
@@ -89,15 +89,16 @@ class Noise(NamedKind):
     """
 
     stationary: ClassVar[bool] = False
-    """Whether `variance_terms` is the same in all frames. It is then evaluated once, and fixed patterns of stationary
-    terms are summed before those that may change. A subclass that overrides `variance_terms` declares this anew."""
+    """True where `variance_terms` is the same in all frames. It is then evaluated once, and fixed patterns of
+    stationary terms are summed before those that may change. A subclass that overrides `variance_terms` declares this
+    anew."""
 
     def gain_deviation(self, frame: FrameContext) -> Floats | None:
         """Return the relative deviation of each pixel's gain, (rows, cols) float32, read only; None where it is 0."""
         return None
 
     def temporal_sigma(self, frame: FrameContext) -> float:
-        """Return the sigma of white noise, independent per pixel and frame, whatever the light, NETD.
+        """Return the sigma of white noise, independent from pixel to pixel, from frame to frame and of the light, NETD.
 
         The camera draws one normal number a pixel for all terms together, as their sum is normal, at an address that
         does not depend on the terms.
@@ -124,36 +125,37 @@ class Noise(NamedKind):
     def fixed_pattern(self, frame: FrameContext) -> Floats | None:
         """Return noise that is constant over many frames, NETD, float32, broadcastable to (rows, cols), read only.
 
-        The same array is returned as long as the pattern is the same, so that patterns of all terms are summed once.
+        The same array is returned as long as the pattern is the same: the patterns of all terms are then summed once.
         None where it is 0.
         """
         return None
 
     def replace_counts(self, counts: Counts, response: Response, frame: FrameContext) -> None:
-        """Replace counts, (rows, cols) uint16, in place: the last step."""
+        """Replace counts, (rows, cols) uint16, in place. This is the last step."""
 
     @abstractmethod
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
         """Return the variance added to an ordinary pixel.
 
-        fixed   False for the part that changes from frame to frame only
+        fixed   False: only the part that changes from frame to frame
         """
 
     def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
         """Return the variance of each pixel about the noiseless `signal`, signal², broadcastable to the signal.
 
-        Over all seeds of the scene; see `variance_terms` for `fixed`. Infinite where a pixel does not respond to light.
+        The variance is that over all seeds of the scene; see `variance_terms` for `fixed`. Infinite where a pixel does
+        not respond to light.
         """
         return self.variance_terms(frame, fixed).overall(signal.astype(np.float64), response)
 
     @property
     def needs_electrons(self) -> bool:
-        """Whether the term requires a signal in electrons."""
+        """True where the term requires a signal in electrons."""
         return False
 
 
 class Additive(Noise):
-    """A noise term that is added, whatever the light."""
+    """Noise term that is added, independent of the light."""
 
     @abstractmethod
     def pattern(self, frame: FrameContext) -> Floats:
@@ -175,7 +177,7 @@ class Additive(Noise):
 
 
 class StaticNoise(Additive):
-    """An additive noise whose pattern is constant over many frames; the same array is returned meanwhile."""
+    """Additive noise with a pattern that is constant over many frames; meanwhile `pattern` returns the same array."""
 
     def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
         return None
@@ -187,7 +189,7 @@ class StaticNoise(Additive):
 # Gaussian terms per pixel, row, column or frame
 
 Over = Literal["pixel", "row", "column", "frame"]
-"""The elements that have a random number each."""
+"""Elements with a random number each."""
 
 Term = tuple[str, Over, float]
 """Name of a Gaussian term, its elements and its sigma."""
@@ -224,7 +226,7 @@ class _Kept(NamedTuple):
 
 
 class PatternSum:
-    """Cached sum of fixed patterns, and of all but the last one, which is the one that may change.
+    """Cached sums of all fixed patterns and of all but the last one, which alone may change.
 
     The cache is keyed by the identity of the arrays and changes no result.
     """

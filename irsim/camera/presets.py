@@ -1,13 +1,13 @@
 """Presets of typical cameras: values of a camera's keys by name.
 
-None is one product. Optics, wells and integration times are typical; noise follows raw counts where a comment says so,
-in units of the NETD, and is assumed elsewhere.
+No preset is one product. Optics, wells and integration times are typical; noise follows raw counts where a comment says
+so, in units of the NETD, and is assumed elsewhere.
 
-Drift is assumed, not measured. Before 300 K the fixed pattern is as large as a pixel's temporal noise, beyond which a
+Drift is assumed, not measured. In a scene of 300 K, the fixed pattern of offsets and gains reaches a pixel's temporal
+noise 17 minutes after a correction of `cooled_mwir`, and one minute after one of `cooled_lwir`. Beyond that, a
 correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
-arrays", Opt. Eng. 38, 862 (1999)), 17 minutes after a correction of `cooled_mwir` and one minute after one of
-`cooled_lwir`, offsets and gains together. The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
-closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.calibration.CAMERAS`).
+arrays", Opt. Eng. 38, 862 (1999)). The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
+closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.calibration.realism.CAMERAS`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
 
 _CORRECTION_RESIDUAL = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
 """tvh:vh:h:v = 1:0.3:0.15:0.08, assumed for a fresh correction; raw counts of a real cooled LWIR camera after a
-correction have 1:0.40:0.085:0.12 (`irsim.calibration.CAMERAS`)."""
+correction have 1:0.40:0.085:0.12 (`irsim.calibration.realism.CAMERAS`)."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
-    # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full of 300 K in 10 ms.
+    # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full at 300 K in 10 ms.
     "cooled_mwir": {
         "size": [640, 512],
         "rate_hz": 50.0,
@@ -88,7 +88,7 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         "time_constant_ms": 10.0,
         "noise": [
             {"kind": "white", "ratio": 0.6},
-            # 1 together with white; 1.05 s is rho 0.9 at 9 Hz, as in raw counts of a Lepton 3
+            # sigma 1 together with white; 1.05 s is rho 0.9 at 9 Hz, as in raw counts of a Lepton 3
             {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},
             {"kind": "ar1", "id": "level", "over": "frame", "ratio": 1.0, "time_constant_s": 20.0},
             {"kind": "fixed_pattern", "pixel": 0.5, "column": 0.3, "row": 0.2, "redrawn": True},

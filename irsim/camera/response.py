@@ -18,10 +18,10 @@ MAX_COUNTS = 2**16 - 1
 """The highest count of 16 bits."""
 
 MAX_ADDED = kernels.MOST_ADDED if COMPILED else 0
-"""Images that `kernels.counts_of` adds to a signal in the pass that quantises it."""
+"""Most images that `kernels.counts_of` adds to a signal in the pass that quantises it."""
 
 LEAST_WEIGHT = 1e-3
-"""Earlier frames whose weights sum to less than this are taken for one."""
+"""Total weight below which all earlier frames count as one."""
 
 Lines = tuple[Floats, Floats]
 """A number for each row, (rows,) float32, and for each column, (cols,), whose sum is added to each pixel."""
@@ -65,7 +65,7 @@ class Response(Scale):
     ) -> Floats:
         """Return the noiseless signal of in-band radiance, (rows, cols) float32, W/m²/sr.
 
-        out    memory for the result; it may be the light itself
+        out    memory for the result, which may be the light itself
         gain   (rows, cols) relative deviation of each pixel's gain
         most   the signal at which pixels saturate
         """
@@ -93,8 +93,8 @@ class Response(Scale):
     def light_step(self, light: float, step: float) -> float:
         """Return the additional light, W/m²/sr, that raises the signal at a light by `step`, 0 or more.
 
-        Solved for instead of divided by the derivative, which is infinite without light: x with a x + b sqrt(x) = c has
-        sqrt(x) = 2 c / (b + sqrt(b² + 4 a c)).
+        The equation a x + b sqrt(x) = c is solved, sqrt(x) = 2 c / (b + sqrt(b² + 4 a c)), as the derivative is
+        infinite without light.
         """
         if step == 0:
             return 0.0
@@ -112,7 +112,7 @@ class Response(Scale):
         """Quantise a signal, which is overwritten, together with images and lines that are added to it.
 
         Rounded to the nearest (halves to even) and clipped to the bit depth: counts saturate and never wrap around.
-        `out`, where given, is written past the processor's caches: it is read later.
+        `out` is written past the processor's caches, as it is read later.
         """
         counts = np.empty(signal.shape, np.uint16) if out is None else out
         compiled = COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous
@@ -141,8 +141,8 @@ class ResponseTime:
     """First-order low-pass of light by the thermal time constant of a microbolometer.
 
     y[k] = a y[k-1] + (1 - a) x[k] with a = exp(-1 / (rate time constant)): the light of a frame is constant over its
-    period and is read at its end. The sum begins `len(weights)` - 1 frames before, settled at the light of that frame;
-    before frame 0 the light was that of frame 0. Kept frames change no result.
+    period and is read at its end. The sum begins `len(weights)` - 1 frames before, in the steady state of that frame;
+    before frame 0 the light is that of frame 0. Cached frames change no result.
     """
 
     def __init__(self, time_constant_s: float, rate_hz: float) -> None:
@@ -151,7 +151,7 @@ class ResponseTime:
 
     @property
     def has_memory(self) -> bool:
-        """Whether a frame depends on the light of earlier ones."""
+        """True where a frame depends on the light of earlier ones."""
         return len(self.weights) > 1
 
     def light(self, index: int, scene: Callable[[int], Floats]) -> Floats:

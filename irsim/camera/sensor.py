@@ -25,7 +25,7 @@ MAX_PITCH_UM, MAX_WELL_ME = 1000.0, 10_000.0
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """Keys of the camera that a focal plane depends on: band; bits; netd_mk, mK, and range_k, K, of kind stated."""
+    """Keys of the camera that a focal plane depends on; netd_mk, mK, and range_k, K, for kind stated only."""
 
     band: Band
     bits: int
@@ -34,14 +34,14 @@ class SensorSettings:
 
 
 class Sensor(Kind):
-    """A focal plane: the camera's key `detector`."""
+    """Focal plane: the camera's key `detector`."""
 
     default_noise: ClassVar[tuple[dict[str, Any], ...]]
     """Noise terms of a camera that lists none."""
     camera_keys: ClassVar[tuple[str, ...]] = ("netd_mk", "range_k")
-    """Those of these two keys of the camera that the response depends on."""
+    """Keys of the camera, of these two, that the response depends on."""
     counts_electrons: ClassVar[bool] = False
-    """Whether the signal is in electrons, so that it may have shot noise."""
+    """True where the signal is in electrons and may have shot noise."""
     integration_key: ClassVar[str | None] = None
     """Name of the key that holds the integration time, ms; None without such a key."""
 
@@ -57,11 +57,11 @@ class Sensor(Kind):
 
     @abstractmethod
     def response(self, settings: SensorSettings) -> Response:
-        """Return the response in a camera of given settings."""
+        """Return the response in a camera with these settings."""
 
 
 class NetdSensor(Sensor):
-    """Linear in radiance: count 0 and full scale by the camera's range_k, noise by its netd_mk."""
+    """Focal plane linear in radiance: the camera's range_k gives count 0 and full scale, its netd_mk the noise."""
 
     default_noise = ({"kind": "white"},)
 
@@ -84,7 +84,7 @@ class NetdSensor(Sensor):
 
 
 class ElectronSensor(Sensor):
-    """Photons counted in a well: the camera's NETD follows (netd_mk and range_k do not count).
+    """Focal plane that counts electrons in a well: the NETD follows; netd_mk and range_k have no effect.
 
     S = A pi tau / (4 F² + 1) eta t Q(L) + dark current: A the pixel's area, tau the optics' transmittance,
     eta the quantum efficiency, t the integration time, Q the in-band photon radiance. The defaults are a
@@ -101,7 +101,7 @@ class ElectronSensor(Sensor):
     f_number: Annotated[float, Field(ge=0.5, le=100)] = 4.0
     """Focal length over the diameter of the aperture."""
     transmittance: Annotated[float, Field(gt=0, le=1)] = 0.85
-    """Of the optics, in band."""
+    """Transmittance of the optics, in band."""
     quantum_efficiency: Annotated[float, Field(gt=0, le=1)] = 0.8
     """Electrons per photon."""
     integration_ms: Annotated[float, Field(gt=0, le=10_000)] = 10.0
@@ -113,7 +113,7 @@ class ElectronSensor(Sensor):
     dark_me_s: NotNegative = 0.0
     """Dark current, million electrons a second."""
     gain_e: Positive | None = None
-    """Electrons per count; where not given, a full well is the highest count."""
+    """Electrons per count; by default a full well is the highest count."""
     offset: NotNegative = 0.0
     """Count of no electrons."""
 
@@ -158,10 +158,10 @@ class ElectronSensor(Sensor):
 
 
 def matched_sensor(curve: Curve, band: Band, bits: int, rate_hz: float, sigma: float) -> ElectronSensor:
-    """Return a focal plane of a given curve, in a camera of so many bits and frames a second.
+    """Return a focal plane of a given curve, in a camera of `bits` and `rate_hz`.
 
-    Its NETD is that of shot noise alone, and one sigma of it is `sigma` counts, above 0, at 300 K: c counts of sigma s
-    are (c / s)² electrons. The sigma is larger where no well or no pixel holds so many electrons.
+    Shot noise alone gives the NETD; at 300 K its sigma is `sigma` counts, above 0: c counts of sigma s are (c / s)²
+    electrons. The sigma is larger where these electrons exceed the largest well or pixel.
     """
     nominal = ElectronSensor(pitch_um=1.0, integration_ms=min(10.0, 500 / rate_hz), read_noise_e=0.0)
     per_um2 = nominal.response(SensorSettings(band, bits, 0.0, (0.0, 0.0))).noise ** 2  # electrons at NETD_K

@@ -33,12 +33,12 @@ NOISE_STEPS = (
     "line_noise",
     "replace_counts",
 )
-"""Methods of `Noise` that take part in a frame."""
+"""Methods of `Noise` that act on a frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class SignalChain:
-    """A response and noise terms, in a camera and a scene.
+    """Response and noise terms of a camera in one scene.
 
     At most one of the noise terms draws electrons. rate_hz of the camera; seed of the scene; bloom of saturated pixels;
     correction, the non-uniformity corrections; vignetting of a frame, (rows, cols) float32, transmittance relative to
@@ -60,7 +60,7 @@ class SignalChain:
         return index if self.correction is None else self.correction.shown(index)
 
     def frame_context(self, index: int, shape: tuple[int, int]) -> FrameContext:
-        """Return frame `index` as noise terms see it."""
+        """Return the context of frame `index` for noise terms."""
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return FrameContext(operator.index(index), shape, self.rate_hz, self.seed, last, count)
 
@@ -71,7 +71,7 @@ class SignalChain:
 
         Rounded to the nearest (halves to even) and clipped to the bit depth.
 
-        spent   whether the memory of the light, which is in the caches, may be overwritten
+        spent   True: the memory of the light may be overwritten
         out     memory for the counts
         steps   number of steps already done (see `step`)
         """
@@ -88,10 +88,10 @@ class SignalChain:
         return 2 + len(self._terms["add"])
 
     def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
-        """Apply the steps from `begin` to before `end` to a frame's picture, (rows, cols) float32.
+        """Apply the steps begin .. end-1 to a frame's picture, (rows, cols) float32.
 
-        Before the first step it is light, in-band radiance, W/m²/sr, after it a signal in the units of `response`. The
-        memory of a `spent` picture is overwritten.
+        The picture is in-band radiance, W/m²/sr, before the first step, and a signal in the units of `response` after
+        it. The memory of a `spent` picture is overwritten.
         """
         return self._step(picture, self.frame_context(index, picture.shape), begin, end, spent)
 
@@ -135,14 +135,16 @@ class SignalChain:
 
     @cached_property
     def _terms(self) -> Mapping[str, Sequence[Noise]]:
-        """The noise terms that override each step of `Noise`; most terms override one only."""
+        """Noise terms that override each step of `Noise`; most terms override one only."""
         terms = {
             step: [noise for noise in self.noises if getattr(type(noise), step) is not getattr(Noise, step)]
             for step in NOISE_STEPS
         }
         if len(terms["draw_electrons"]) > 1:
             raise ValueError("at most one noise term may count electrons")
-        terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)  # those that change last (`PatternSum`)
+        terms["fixed_pattern"].sort(
+            key=lambda noise: not noise.stationary
+        )  # patterns that may change come last (`PatternSum`)
         return terms
 
     def _gain_deviation(self, frame: FrameContext) -> Int16Image | None:
@@ -173,11 +175,11 @@ class SignalChain:
         """Return the variance of each pixel about `mean(light, index)`, (rows, cols) float64, counts², 1/12 of rounding
         included.
 
-        The mean square over all seeds, for independent noise terms (an offset that is the same for all seeds, such as
-        that of odd and even rows, counts too). Infinite where a pixel does not respond: dead or saturated. Where
-        pixels spill, the part of the gains is a mean of draws (`bloom_variance`).
+        The variance is the mean square over all seeds, for independent noise terms (an offset that is the same for all
+        seeds, such as that of odd and even rows, counts too). Infinite where a pixel does not respond: dead or
+        saturated. Where pixels spill, the part due to gains is a mean over draws (`bloom_variance`).
 
-        fixed   False for the part that changes from frame to frame only
+        fixed   False: only the part that changes from frame to frame
         """
         signal, frame = self.pixel_signal(light, index), self.frame_context(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
@@ -214,7 +216,7 @@ class SignalChain:
 
     @cached_property
     def _variance_terms(self) -> tuple[NoiseVariance, Sequence[Noise]]:
-        """The variance of all stationary terms together, and the other terms."""
+        """Variance of all stationary terms together, and the other terms."""
         first = self.frame_context(0, (1, 1))
         constant = NoiseVariance.total(noise.variance_terms(first, True) for noise in self.noises if noise.stationary)
         return constant, [noise for noise in self.noises if not noise.stationary]

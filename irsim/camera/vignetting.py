@@ -1,4 +1,4 @@
-"""Vignetting: how a lens darkens towards the corners of the picture."""
+"""Vignetting: loss of light towards the corners of the picture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from irsim.types import Floats
 
 
 class Vignetting(Part):
-    """Less light off the axis: the cosine-fourth law, and mechanical vignetting by the rims of the lens."""
+    """Loss of light off the axis: the cosine-fourth law, and mechanical vignetting by the rims of the lens."""
 
     switches: ClassVar[Switches] = {"cos4": ("cos4", False), "vignetting": ("vignetting", 0.0)}
 
     cos4: bool = True
-    """Light falls as the fourth power of the cosine of the angle off the axis, which a zoom makes smaller."""
+    """Cosine-fourth law: light falls as cos⁴ of the angle off the axis, which a zoom reduces."""
     vignetting: Fraction = 0.0
     """Share of light that the rims block in the picture's corners, at any zoom; it grows as the square of the distance
     from the axis."""
@@ -36,7 +36,7 @@ class VignettingMap:
     """Vignetting in each frame of a camera.
 
     geometry  of the camera before it zooms
-    zooms     (n,) focal length in each frame over that at first; None without zoom
+    zooms     (n,) focal length in each frame relative to the initial one; None without zoom
     """
 
     vignetting: Vignetting
@@ -51,13 +51,13 @@ class VignettingMap:
 
 @lru_cache(maxsize=4)
 def _transmittance(size: tuple[int, int], axis_px: tuple[float, float], slope: float, vignetting: float) -> Floats:
-    """Return the transmittance for the tangent of the angle off the axis per px, 0 without the cosine law.
+    """Return the transmittance; `slope` is the tangent of the angle off the axis per px, 0 without the cosine law.
 
-    Vignetting of a zoom lens depends on its design: the given one holds for the picture at any zoom.
+    Vignetting of a zoom lens depends on its design: here it is the same at any zoom.
     """
     squared, share = _rims(size, axis_px, vignetting)
     if slope:
-        widened = squared * slope**2  # in place: at 640x512 a frame of a zoom takes 0.5 ms instead of 16
+        widened = squared * slope**2  # in place: at 640x512 a frame with zoom takes 0.5 ms instead of 16
         widened += 1
         share = np.divide(share, np.square(widened, out=widened), out=widened)  # cos² = 1 / (1 + tan²)
     return read_only(share.astype(np.float32))

@@ -1,4 +1,4 @@
-"""Parts, kinds and families: how YAML becomes frozen values, and how a kind is added.
+"""Parts, kinds and families: frozen values from YAML, and the tables of their kinds.
 
 A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds that may stand in one
 place, distinguished by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind is
@@ -81,7 +81,7 @@ AnyPart = TypeVar("AnyPart", bound=Part)
 
 @lru_cache(maxsize=1024)
 def _validator(part: type[Part], key: str) -> TypeAdapter[Any]:
-    """Return the validator of one key; making it takes a hundred times as long as its use."""
+    """Return the validator of one key, cached: making it takes a hundred times as long as its use."""
     field = part.model_fields[key]
     hint: Any = Annotated[field.annotation, field]
     return TypeAdapter(hint)
@@ -103,7 +103,7 @@ class Kind(Part):
     """Part that is one of several kinds of its family."""
 
     kind: ClassVar[str]
-    """Name in YAML: that in its family's table, else 'module:Class'."""
+    """Name in YAML: the name in its family's table, or 'module:Class'."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -133,7 +133,7 @@ _may_import: ContextVar[bool] = ContextVar("may_import", default=True)
 def importing_nothing() -> Iterator[None]:
     """Refuse a kind 'module:Class' within this block unless its module is imported already.
 
-    For texts out of recordings and results files: their author would choose the code to run.
+    Use it for texts out of recordings and results files: else their author chooses the code to run.
     """
     before = _may_import.set(False)
     try:
@@ -143,7 +143,7 @@ def importing_nothing() -> Iterator[None]:
 
 
 def is_handwritten() -> bool:
-    """Return whether the text being read is a user's own, not one out of a recording or a results file."""
+    """Return whether the text being read is the user's own, and not out of a recording or a results file."""
     return _may_import.get()
 
 
@@ -188,7 +188,7 @@ class Family:
             )
         try:
             found = getattr(importlib.import_module(module), name)
-        except Exception as error:  # a user's module may fail in any way while it is imported
+        except Exception as error:  # a user's module may raise anything while it is imported
             raise _unknown_kind(
                 f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
                 "is installed or lies in the working directory"
@@ -213,7 +213,7 @@ class Family:
         try:
             return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
         except ValidationError as error:
-            # Raised unchanged, pydantic would flatten it to one text: hand its list through.
+            # pydantic would flatten the error itself to one text: pass its list on.
             raise PydanticCustomError(
                 "inside", "{count} errors", {"count": error.error_count(), "errors": error.errors(), "part": chosen}
             ) from None
@@ -224,7 +224,7 @@ class Family:
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Return a schema in which `kind` selects the keys to check: an editor then marks the wrong one."""
+        """Return a schema in which `kind` selects the keys to check: an editor then marks the wrong key."""
         chosen = []
         for word, kind in self.kinds.items():
             described = kind.__get_pydantic_json_schema__(kind.__pydantic_core_schema__, handler)
@@ -257,7 +257,7 @@ def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str]
     synonyms   other words, in small letters -> the known word
     """
     written, known = str(word).lower(), {each.lower(): each for each in allowed}
-    # A slip in a known word goes before one in a synonym: 'sar' is nearer to 'car' than to 'sam'.
+    # A misspelt known word comes before a misspelt synonym: 'sar' is nearer to 'car' than to 'sam'.
     synonyms = synonyms or {}
     found = synonyms.get(written) or _nearest(written, known, 0.6) or _nearest(written, synonyms, 0.8)
     return f"; did you mean '{found}'?" if found else ""
@@ -284,8 +284,7 @@ def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
 
 
 def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
-    """Yield the name and the place of each setting within a part, and below, that --without can switch off and that has
-    an effect.
+    """Yield name and place of each setting of a part and its parts that has an effect and that --without switches off.
 
     prefix   of the names: 'ID.' of the nearest part with an id
     """
@@ -302,7 +301,7 @@ def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
 
 
 def switched_off(part: AnyPart, names: Collection[str], prefix: str = "") -> AnyPart:
-    """Return the part with the settings of those names at the value without effect; itself where that is nothing."""
+    """Return the part with the settings `names` at the value without effect; the part itself if nothing changes."""
     if not names:
         return part
     changes = {key: nothing for name, (key, nothing, *_) in _own_switches(part).items() if prefix + name in names}

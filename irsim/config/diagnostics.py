@@ -26,7 +26,7 @@ _EXPECTED = {
     "dict_type": "a mapping",
     "mapping_type": "a mapping",
 }
-"""Type of pydantic's error -> expected type in words."""
+"""Type of pydantic's error -> expected type."""
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _ID_ERRORS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
@@ -52,7 +52,7 @@ def validate_part(document: Document, part: type[AnyPart]) -> AnyPart:
 def error_lines(
     error: ValidationError, document: Document, root: type[Part], kinds: Container[str] | None = None
 ) -> list[str]:
-    """Return a line for each fault (of these kinds of error) of a document that describes a `root`."""
+    """Return a line for each fault of a document that describes a `root`; of these `kinds` of error, if given."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
     for raw, detail in _flattened(error.errors(include_url=False), ()):
@@ -63,7 +63,7 @@ def error_lines(
         path, slot = _resolve(raw, top, document.value)
         kind = detail["type"]
         if kind == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]:
-            continue  # pydantic counts valid items only; invalid ones have lines of their own
+            continue  # pydantic counts valid items only, and reports invalid ones on their own
         if kind == "missing" and path and isinstance(path[-1], int):
             # Too few items: the fault is the list's, not the missing item's.
             path, slot, kind = path[:-1], _resolve(path[:-1], top, document.value)[1], "too_few"
@@ -73,21 +73,21 @@ def error_lines(
             problem = " ".join(_problem(kind, detail, slot, path, top, document.value).split())
             name = path_text(path, top, document.value)
             if kind == NO_FILE:
-                problem += "; allowed: a file that is there"
+                problem += "; allowed: an existing file"
                 if path in document.values and not place_of(document, path).startswith("override "):
-                    problem += f"; {name}=PATH puts another in its place"
+                    problem += f"; {name}=PATH selects another file"
             lines[path, once] = error_line(document, path, name, problem, kind == "extra_forbidden")
     return by_place(lines.values())
 
 
 def error_line(document: Document, path: KeyPath, name: str, problem: str, at_key: bool = False) -> str:
-    """Return 'file:line:column: key: problem' with the nearest place that the document has for the path."""
+    """Return 'file:line:column: key: problem' with the place of the path, or of its nearest parent in the document."""
     place = place_of(document, path, at_key)
     return f"{place}: {problem}" if not name or place == f"override {name}" else f"{place}: {name}: {problem}"
 
 
 def place_of(document: Document, path: KeyPath, at_key: bool = False) -> str:
-    """Return 'file:line:column' of a value or its key, or of the nearest above it that the document has."""
+    """Return 'file:line:column' of a value or its key, or of its nearest parent in the document."""
     if at_key and path in document.keys:
         return document.keys[path]
     above = (path[:length] for length in range(len(path), -1, -1))
@@ -111,7 +111,7 @@ def allowed_text(words: Iterable[str], wrong: str | None = None) -> str:
 
 
 def value_text(given: Any) -> str:
-    """Return a value about as the user wrote it."""
+    """Return a short text of a value, close to the user's own."""
     if given is None:
         return "nothing"
     if isinstance(given, bool):
@@ -155,7 +155,7 @@ def _flattened(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator
 
 
 def _duplicate(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -> tuple[KeyPath, Mapping[str, Any]]:
-    """Return where the user wrote an id that is used twice, and the error that names the other owner.
+    """Return the place at which the user wrote a repeated id, and the error that names its other owner.
 
     Parts of a preset or a default have ids too, but no place in the document.
     """
@@ -231,7 +231,7 @@ def _direction(path: KeyPath, given: Any, root: Slot, value: Any) -> str:
 
 
 def _parent(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:
-    """Return the slot above the last step of the path and the class of the part in it; None where unknown."""
+    """Return the parent slot of a path and the class of the part in it; None where unknown."""
     slot = root
     for step in path[:-1]:
         child = slot.child(value, step)

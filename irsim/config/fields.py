@@ -1,4 +1,4 @@
-"""Fields of parts: annotations that say more than a type, and their documentation, read from the source on demand."""
+"""Fields of parts: annotations beyond their type, and their documentation, read from the source on demand."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Plausible:
-    """Annotation of a number: the linter warns of values outside of this range, though they are allowed."""
+    """Annotation of a number: values outside of this range are allowed, with a warning of the linter."""
 
     low: float
     high: float
@@ -42,7 +42,7 @@ _STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
 
 @cache
 def field_docs(cls: type[BaseModel]) -> dict[str, str]:
-    """Return the docstring under each field of a class and its bases, by name; none where there is no source.
+    """Return the docstring under each field of a class and its bases, by name; none without source text.
 
     Pydantic can keep these texts itself (`use_attribute_docstrings`), but reads them while a class is made: a second in
     each process, for texts that only the JSON Schema and the documents show.
@@ -64,7 +64,7 @@ def _docs_of_class(cls: type) -> dict[str, str]:
 
 @cache
 def _docs_of_source(source: str) -> dict[str, dict[str, str]]:
-    """Return field docs by qualified class name. Parsed once for each module: inspect would parse it for each class."""
+    """Return field docs by qualified class name, cached for each module: inspect would parse it for each class."""
     found: dict[str, dict[str, str]] = {}
 
     def collect(body: list[ast.AST], prefix: str) -> None:

@@ -47,7 +47,7 @@ def apply_override(
     key, sign, written = text.partition("=")
     key = key.strip()
     if not sign or not key:
-        raise InputError(f"override {text!r}: this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80")
+        raise InputError(f"override {text!r}: not KEY=VALUE; allowed: e.g. camera.netd_mk=80")
     place = place_of_override(text)
     try:
         value = scalar(written)
@@ -62,14 +62,15 @@ def place_of_override(text: str) -> str:
 
 
 def place_of_key(key: str) -> str:
-    """Return the key of an override for errors: on one line."""
+    """Return the key of an override on one line, for errors."""
     return dotted(tuple(key.split(".")))
 
 
 def set_value(
     document: Document, key: str, value: Any, place: str, root: type[Part], given: Iterable[KeyPath] = ()
 ) -> tuple[Document, KeyPath]:
-    """Return the document with `value` at an override's key, recorded to stand at `place`, and the path of the key.
+    """Return the document with `value` at an override's key, with `place` as its place in errors, and the path of the
+    key.
 
     given   paths of values set by hand: a digest among them stays when another file is named beside it
 
@@ -127,7 +128,7 @@ def _set_in_mapping(
     below = node.get(step)
     names_another = step == FILE and child is not None and child.is_file and not same_name(value, below)
     if names_another and (DIGEST,) not in given:
-        node = {other: item for other, item in node.items() if other != DIGEST}  # it was the other file's
+        node = {other: item for other, item in node.items() if other != DIGEST}  # it belongs to the replaced file
     if below is None and rest:
         below = _default(part, step, child, rest[0], node)
     below, path = _set(below, child, rest, value, _below(given, step))
@@ -135,19 +136,19 @@ def _set_in_mapping(
 
 
 def _below(paths: Sequence[KeyPath], step: str | int) -> list[KeyPath]:
-    """Return the paths that begin with that step, from there on."""
+    """Return the rest of the paths that begin with `step`."""
     return [path[1:] for path in paths if path[:1] == (step,)]
 
 
 def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:
-    """Return the steps with those of the table's key, which has dots in it, as one; all as one for a new key."""
+    """Return the steps with those of the table's key, which contains dots, joined; all joined for a new key."""
     lengths = [length for length in range(len(steps), 0, -1) if ".".join(steps[:length]) in node]
     length = lengths[0] if lengths else len(steps)
     return [".".join(steps[:length]), *steps[length:]]
 
 
 def _default(part: type[Part] | None, step: str, slot: Slot | None, below: str, node: dict[str, Any]) -> Any:
-    """Return the default of a key that `node` leaves out, for an override to change a part of it."""
+    """Return the default of a key that `node` leaves out, as the base of an override."""
     if part is None or slot is None:
         return {}
     default = brief_value(part.default_for(step, node))

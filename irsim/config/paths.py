@@ -22,7 +22,7 @@ LONGEST_PIPED = 1 << 26
 """Most bytes of a text that comes through a pipe."""
 
 HEAD = 8192
-"""Bytes at the beginning of a file that tell text from binary data."""
+"""Bytes at the beginning of a file by which text and binary data are distinguished."""
 
 MOST_CONTROL = 0.1
 """Largest share of control characters in a text."""
@@ -34,7 +34,7 @@ NO_FILE: LiteralString = "no_file"
 """Type of the error for a part's missing file."""
 
 Stamp = tuple[int, int, int]
-"""Inode, size and time of modification, ns: a replaced file has another."""
+"""Inode, size and time of modification, ns: different for a replaced file."""
 
 
 def path_of(given: object) -> Path:
@@ -45,7 +45,7 @@ def path_of(given: object) -> Path:
 
 
 def is_there(path: str | os.PathLike[str]) -> bool:
-    """Return whether the path exists; False for names that no file can have, too long or with a zero byte."""
+    """Return whether the path exists; False for impossible names, too long or with a zero byte."""
     try:
         return Path(path).exists()
     except (OSError, ValueError):
@@ -62,7 +62,7 @@ def is_irregular(path: str | os.PathLike[str]) -> bool:
 
 
 def check_input(path: str | os.PathLike[str], allowed: str) -> None:
-    """Raise InputError for a device or a pipe, which might never end; `allowed` says the alternative.
+    """Raise InputError for a device or a pipe, which might never end; `allowed` names the alternative.
 
     A folder and a missing file pass: opening them fails with its own message.
     """
@@ -77,7 +77,7 @@ def is_recording(path: str | os.PathLike[str]) -> bool:
 
 
 def begins_as_recording(path: Path) -> bool:
-    """Return whether the file begins as an MCAP file; False where it cannot be read."""
+    """Return whether the file begins with `MCAP_MAGIC`; False where it cannot be read."""
     return _head(path, len(MCAP_MAGIC)) == MCAP_MAGIC
 
 
@@ -129,7 +129,7 @@ def text_bytes(path: str | os.PathLike[str]) -> bytes:
     ValueError where there is nothing to read.
     """
     state = os.stat(path)
-    # A shell's pipe is an open file only: its link leads nowhere, or lies in /dev/fd.
+    # A shell's pipe exists only as an open file: its link is dangling, or lies in /dev/fd.
     real = os.path.realpath(path)
     if stat.S_ISFIFO(state.st_mode) and (real.startswith("/dev/fd/") or not os.path.exists(real)):
         return _piped(os.fspath(path), state.st_dev, state.st_ino)
@@ -154,10 +154,10 @@ def stamp(file: str | Path | int) -> Stamp:
 
 
 def absolute_name(name: str) -> str:
-    """Return the name as it holds from any working directory.
+    """Return the absolute name, independent of the working directory.
 
-    Links in its folder are followed, so that `..` means the parent; a link that is the file itself is not, as its name
-    ends as the kind of file requires.
+    Links in its folder are followed, so that `..` means the parent. A link to the file itself is not followed, so that
+    the suffix of its name is kept.
     """
     if not name:
         return name
@@ -217,17 +217,17 @@ def check_unchanged(file: str, digest: str, now: str) -> None:
 
 
 def _fault_of(name: str) -> str | None:
-    """Return why no file can have the name; None where one can."""
+    """Return the fault of a name that no file can have; None for a possible name."""
     if not name:
         return "the name is empty; allowed: the name of a file"
     try:
         possible = b"\0" not in os.fsencode(name)
     except UnicodeEncodeError:
         possible = False
-    return None if possible else f"{name}: no file can have this name; allowed: no zero bytes, no halves of letters"
+    return None if possible else f"{name}: no file can have this name; allowed: no zero bytes, no surrogates"
 
 
 def _file_error(key: str, message: str, kind: LiteralString = "file") -> PydanticCustomError:
-    from pydantic_core import PydanticCustomError  # slow to import: commands need the rest of this file for --help
+    from pydantic_core import PydanticCustomError  # slow to import, and --help needs the rest of this file
 
     return PydanticCustomError(kind, "{message}", {"message": message, "at": (key,)})

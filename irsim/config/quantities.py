@@ -11,16 +11,16 @@ from irsim.config.fields import Located, Plausible
 from irsim.config.paths import absolute_name
 
 LARGEST = 10_000_000
-"""Largest number of a scene: squares of all stay far within the range of floats."""
+"""Largest number in a scene: sums of squares stay far within the range of floats."""
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 AboveZero = Annotated[float, Field(gt=0)]
-"""A measured number of any size."""
+"""Positive number without an upper limit."""
 Positive = Annotated[float, Field(ge=1e-6, le=LARGEST)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Metres = Annotated[float, Field(ge=0.001, le=1_000_000)]
-"""A size or a range: up to 1000 km, beyond any horizon on earth."""
+"""Size or range: up to 1000 km, beyond any horizon on earth."""
 Range = Annotated[Metres, Plausible(5, 100_000, "m")]
 """Distance from the camera: nearer than 5 m is out of focus, beyond 100 km lies behind the horizon."""
 Length = Annotated[Metres, Plausible(0.05, 400, "m")]
@@ -74,4 +74,4 @@ Rising = AfterValidator(_risen)
 """Validator of a pair [least, greatest]: a pair in falling order is an error."""
 
 FileName = Annotated[str, Located(), AfterValidator(absolute_name)]
-"""Absolute name of a file: it holds when the working directory changes."""
+"""Absolute name of a file, independent of the working directory."""

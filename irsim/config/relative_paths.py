@@ -50,7 +50,7 @@ def _with_names(document: Document, rename: Rename, root: type[Part]) -> Documen
 
 
 def _renamed_entry(entry: Any, slot: Slot | None, rename: Rename) -> Any:
-    """Return an entry of a table, a list of values by severity or a variation, with names changed."""
+    """Return an entry of a table (values by severity, or a variation) with file names changed."""
     if isinstance(entry, list):
         return [_renamed(value, slot, rename) for value in entry]
     if not isinstance(entry, dict):

@@ -22,14 +22,14 @@ _WORDS = {Any: "any value", int: "a whole number", float: "a number", bool: "tru
 
 @dataclass(frozen=True)
 class Slot:
-    """Type and constraints of a place, as pydantic has them."""
+    """Type and constraints of a place in a tree of parts, from pydantic's fields."""
 
     annotation: Any
     metadata: tuple[Any, ...] = ()
 
     @classmethod
     def of(cls, annotation: Any, metadata: Iterable[Any] = ()) -> Slot:
-        """Return the slot of a type hint without its wrappings; `X | None` gives the slot of X."""
+        """Return the slot of a type hint without `Annotated` and the like; `X | None` gives the slot of X."""
         found = list(metadata)
         while True:
             if get_origin(annotation) is Annotated:
@@ -45,7 +45,7 @@ class Slot:
 
     @property
     def choices(self) -> list[Slot]:
-        """Alternatives of a union; otherwise itself alone."""
+        """Alternatives of a union; otherwise the slot itself alone."""
         return [Slot.of(each, self.metadata) for each in _choices(self.annotation) if each is not type(None)]
 
     @property
@@ -58,12 +58,12 @@ class Slot:
 
     @property
     def is_file(self) -> bool:
-        """Whether it holds a file's name."""
+        """True for a file's name."""
         return any(isinstance(item, Located) for item in self.metadata)
 
     @property
     def is_table(self) -> bool:
-        """Whether it is a mapping with free keys, such as `vary`."""
+        """True for a mapping with free keys, such as `vary`."""
         return get_origin(self.annotation) is Mapping
 
     def part(self, value: Any) -> type[Part] | None:
@@ -153,7 +153,7 @@ def item_name(slot: Slot | None, item: Any) -> str | None:
 
 
 def item_names(slot: Slot, items: Sequence[Any]) -> list[str]:
-    """Return a name for each item of a list in `slot`: its own where it is unique, else its number."""
+    """Return a name for each item of a list in `slot`: its own if unique, else its number."""
     names = [item_name(slot.child(items, index), item) for index, item in enumerate(items)]
     return [str(index) if name is None or names.count(name) > 1 else name for index, name in enumerate(names)]
 

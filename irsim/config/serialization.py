@@ -14,16 +14,16 @@ from irsim.config.yaml_text import LONGEST
 from irsim.errors import InputError
 
 DEEPEST = 100
-"""Most levels of nested lists and mappings: a guard against a list that holds itself."""
+"""Most levels of nested lists and mappings: a guard against a list that contains itself."""
 
 _LARGEST_WHOLE = 2**53
-"""Up to here floats hold integers exactly."""
+"""Largest integer up to which floats are exact."""
 
 _ALLOWED = "text, a number, True, False, None, or a list, tuple or mapping (its keys text) of these"
 
 
 def plain_value(value: Any) -> Any:
-    """Return a part as YAML writes it, with every key."""
+    """Return the plain YAML value of a part, with every key."""
     if isinstance(value, Part):
         fields = {name: plain_value(getattr(value, name)) for name in type(value).model_fields}
         return {"kind": value.kind, **fields} if isinstance(value, Kind) else fields
@@ -35,7 +35,7 @@ def plain_value(value: Any) -> Any:
 
 
 def brief_value(value: Any) -> Any:
-    """Return a part as YAML writes it, without the keys that have their default."""
+    """Return the plain YAML value of a part, without the keys that have their default."""
     if isinstance(value, Part):
         part = type(value)
         needed = {name: plain_value(getattr(value, name)) for name in part.model_fields}
@@ -60,7 +60,7 @@ def as_yaml_value(value: Any, name: str) -> Any:
 
 
 def whole_numbers(value: Any) -> Any:
-    """Return the plain value with `1e3` as 1000: parts tell integers from floats, spelling must not matter."""
+    """Return the plain value with `1e3` as 1000: parts distinguish integers from floats, but not by spelling."""
     if isinstance(value, dict):
         return {key: whole_numbers(item) for key, item in value.items()}
     if isinstance(value, list):

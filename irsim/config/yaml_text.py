@@ -99,7 +99,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
     except RecursionError:
         raise InputError(f"{name}: {_TOO_DEEP}") from None
     except (ValueError, OverflowError) as error:
-        # PyYAML lets int() and chr() fail on absurd escapes and directives.
+        # int() and chr() fail in PyYAML on invalid escapes and directives.
         raise InputError(f"{name}: not YAML: {error}") from None
     if root is None:
         raise InputError(f"{name}:1:1: it is empty; allowed: keys and values, as `frames: 100`")
@@ -160,11 +160,11 @@ class _TabScanner(yaml.reader.Reader, yaml.scanner.Scanner):
             super().scan_to_next_token()
 
     def scan_plain_spaces(self, indent: int, start_mark: yaml.Mark) -> list[str] | None:
-        """Return the blanks between words of an unquoted text; nothing where it ends."""
+        """Return the blanks between words of an unquoted text; none at its end."""
         if self._has_tabs and (between := self._between()):
             return [between]
         found: list[str] | None = super().scan_plain_spaces(indent, start_mark)
-        if self._has_tabs and self.flow_level and found:  # in its next line
+        if self._has_tabs and self.flow_level and found:  # in the next line of the text
             self.forward(self._blanks())
         return found
 
@@ -178,14 +178,14 @@ class _TabScanner(yaml.reader.Reader, yaml.scanner.Scanner):
         return "" if follows in _LINE_ENDS else between
 
     def _blanks(self) -> int:
-        """Return the number of blanks at this place."""
+        """Return the number of blanks at the current position."""
         count = 0
         while self.peek(count) in _BLANK:
             count += 1
         return count
 
     def _separates(self) -> bool:
-        """Return whether the tab at this place does not indent."""
+        """Return whether the tab at the current position separates words and does not indent."""
         if self.flow_level or self.peek(self._blanks()) in f"#{_LINE_ENDS}":
             return True
         before = self.pointer - 1
@@ -234,7 +234,7 @@ _Dumper.add_representer(str, _represent_text)
 
 
 class _Builder:
-    """Collects the values of a tree of nodes, their places and all faults."""
+    """Values of a tree of nodes, their places and all faults."""
 
     def __init__(self, name: str) -> None:
         self.name = name

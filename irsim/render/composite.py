@@ -1,4 +1,4 @@
-"""Compositing: layers and sprites drawn far to near, and the part of each target that stays visible."""
+"""Compositing: layers and sprites drawn far to near, and the visible part of each target."""
 
 from __future__ import annotations
 
@@ -19,15 +19,14 @@ from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, s
 from irsim.types import Band, Floats, Slices
 
 OCCLUDER_SHARE = 0.01
-"""Share of a target's area that something hides at least to be named in its truth as an occluder."""
+"""Least share of a target's area that an occluder hides to be named in the target's truth."""
 
 
 class NamedSprite(NamedTuple):
-    """A target's sprite (`tracked`) or an occluder's.
+    """Sprite of a target (`tracked`) or of an occluder.
 
-    first_m  range from the camera's first place, m, where the camera has moved away from it: occluders stand around
-             that place, and hide targets that are farther from it. The atmosphere's path is that of the sprite's own
-             range, from the camera.
+    first_m  range from the camera's initial position, m, if the camera has moved: occluders stand around that position,
+             and hide targets that are farther from it. The atmosphere's path is the sprite's own range from the camera.
     """
 
     name: str
@@ -42,15 +41,15 @@ class NamedSprite(NamedTuple):
 
 @dataclass(eq=False)
 class DrawnTarget:
-    """A target as it is drawn, and its visible part.
+    """Drawn target and its visible part.
 
     within      overlap of its patch and the picture, as slices of each; None where there is none
     shown       share of each pixel's area of the patch that it covers in the picture, (h, w), or (n, h, w) at the
                 instants of an exposure
-    unoccluded  the same, less the part that nearer things hide; both may be the sprite's own arrays, not to be changed
-    inside      fraction 0..1 of its area that is in the picture, hidden or not
+    unoccluded  the same, less the occluded part; both may be the sprite's own arrays, not to be changed
+    inside      fraction 0..1 of its area that is in the picture, occluded or not
     radiances   its mean radiance and that of the background that it replaces, W/m2/sr; nan outside the picture
-    scr         signal-to-clutter ratio; None outside the picture, and where nothing varies around it
+    scr         signal-to-clutter ratio; None outside the picture, and where its surroundings are uniform
     requested   radiance, W/m2/sr, that gives its requested contrast or SCR; None where none is requested
     """
 
@@ -66,7 +65,7 @@ class DrawnTarget:
 
     @property
     def visible(self) -> float:
-        """Return the fraction 0..1 of the target's area that is in the frame and not hidden, over the exposure."""
+        """Return the fraction 0..1 of the target's area that is in the frame and not occluded, over the exposure."""
         if self.unoccluded is self.shown or self.within is None:
             return self.inside
         return _share(self.unoccluded, self.piece.sprite)
@@ -77,9 +76,10 @@ class DrawnTarget:
         return self.unoccluded if self.unoccluded.ndim == 2 else np.asarray(self.unoccluded.mean(axis=0))
 
     def occlude(self, name: str, where: Slices, transmittance: Floats) -> None:
-        """Multiply the pixels `where` of the patch by the transmittance (0..1) of something nearer.
+        """Multiply the pixels `where` of the patch by the transmittance (0..1) of a nearer object.
 
-        It is named an occluder for the part that it would hide by itself, even if something between hides as much.
+        The object is named an occluder if the part that it would hide alone is large enough, even if another one hides
+        the same part.
         """
         place = (..., *where)
         there = self.shown[place]
@@ -120,26 +120,26 @@ def compose(
 ) -> tuple[Floats, list[DrawnTarget]]:
     """Return the radiance (rows, cols), W/m2/sr, of all layers and sprites drawn far to near, and the drawn targets.
 
-    At equal range a layer is behind a sprite. Between things that stand around the camera's first place, targets are
-    drawn far to near from where the camera is.
+    At equal range a layer is behind a sprite. Occluders are ordered by range from the camera's initial position;
+    targets between two of them are drawn far to near from its present one.
 
-    noise  the camera's in this frame, as radiance, for the targets' SCR
-    out    (rows, cols), float32 or float64: the picture is put there, and summed in its precision; float32 without
-    truth  False: no drawn targets are returned
+    noise  camera noise in this frame, as radiance, for the targets' SCR
+    out    (rows, cols) memory for the picture, float32 (default) or float64, the precision of the sum
+    truth  False: no targets are returned
     """
     under: Floats = layers[0].light(view_direction)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     targets: list[DrawnTarget] = []
     moving: list[OccludedBlur] = []
-    things = _far_to_near(layers[1:], list(pieces))
-    if not things or isinstance(things[0], NamedSprite) or under.dtype != light.dtype:
-        light[...] = under  # else the next layer is laid over the first one's own array, which saves the copy
+    items = _far_to_near(layers[1:], list(pieces))
+    if not items or isinstance(items[0], NamedSprite) or under.dtype != light.dtype:
+        light[...] = under  # else the next layer is composed from the first one's own array, without a copy
         under = light
-    for thing in things:
-        if isinstance(thing, NamedSprite):
-            _draw(light, thing if truth else thing._replace(tracked=False), targets, moving, band, noise)
+    for item in items:
+        if isinstance(item, NamedSprite):
+            _draw(light, item if truth else item._replace(tracked=False), targets, moving, band, noise)
         else:
-            _draw_layer(under, light, thing, view_direction, targets, moving)
+            _draw_layer(under, light, item, view_direction, targets, moving)
         under = light
     return light, targets
 
@@ -155,24 +155,24 @@ def uncovered(pieces: Iterable[NamedSprite], light: Floats) -> Floats:
 
 
 def _far_to_near(layers: Sequence[Layer], pieces: Sequence[NamedSprite]) -> list[Layer | NamedSprite]:
-    things: list[Layer | NamedSprite] = sorted([*layers, *pieces], key=attrgetter("range_m"), reverse=True)
+    items: list[Layer | NamedSprite] = sorted([*layers, *pieces], key=attrgetter("range_m"), reverse=True)
     if all(piece.first_m is None for piece in pieces):
-        return things
-    runs = [list(run) for _, run in groupby(things, key=_is_target)]
-    return [thing for run in runs for thing in sorted(run, key=_nearness)]
+        return items
+    runs = [list(run) for _, run in groupby(items, key=_is_target)]
+    return [item for run in runs for item in sorted(run, key=_range_key)]
 
 
-def _nearness(thing: Layer | NamedSprite) -> float:
-    """Sort targets from the farthest on, and leave all else in its order."""
-    return -thing.sprite.range_m if _is_target(thing) else 0.0
+def _range_key(item: Layer | NamedSprite) -> float:
+    """Return a sort key: targets from far to near, layers and occluders in their order."""
+    return -item.sprite.range_m if _is_target(item) else 0.0
 
 
-def _is_target(thing: Layer | NamedSprite) -> TypeGuard[NamedSprite]:
-    return isinstance(thing, NamedSprite) and thing.tracked
+def _is_target(item: Layer | NamedSprite) -> TypeGuard[NamedSprite]:
+    return isinstance(item, NamedSprite) and item.tracked
 
 
 def contrast_k(target: DrawnTarget, band: Band) -> float | None:
-    """Return the apparent temperature of a target's mean radiance less that of the background that it replaces, K.
+    """Return the apparent temperature of a target's mean radiance less that of the background behind it, K.
 
     None outside the picture.
     """
@@ -218,7 +218,7 @@ def _draw(
         radiances = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         drawn = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
         shown = _shown(sprite.covers, within[0])
-        # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
+        # A corner of the box, or blurred light, may be in the picture while the target is not.
         inside = _inside(shown, sprite)
         ratio = scr(light, sprite.box, noise) if inside > AREA_ROUNDING else math.nan
         found = ratio if math.isfinite(ratio) else None

@@ -5,12 +5,11 @@ SCR = |mean of the target's pixels - mean of a ring around them| / standard devi
 ring leaves out GUARD_PX next to the target, where its own blurred light falls. Here SCR is signed, positive
 where the target is brighter.
 
-Truth's SCR is that of the noiseless radiance of the target and of its background, before nearer things hide
-some of it. The camera's noise counts as clutter: its standard deviation over the pixels of one frame, as the
-radiance that raises the signal by as much at the mean radiance of the ring (noise-equivalent radiance,
-`irsim.camera.noise_equivalent`), is added in squares to the ring's standard deviation. All noise terms count, fixed
-and temporal, but for bad pixels and offsets of the whole frame, which shift target and ring alike. A point with a
-requested SCR gets this one.
+Truth's SCR is that of the noiseless radiance of the unoccluded target and of its background. The camera's noise counts
+as clutter: its standard deviation over the pixels of one frame, as the radiance that raises the signal by as much at
+the mean radiance of the ring (noise-equivalent radiance, `SignalChain.noise_equivalent`), is added in squares to the
+ring's standard deviation. All noise terms count, fixed and temporal, but for bad pixels and offsets of the whole frame,
+which shift target and ring alike. A requested SCR of a point is this one.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ GUARD_PX = 4
 """Inner distance of the ring from the target, px."""
 
 NoiseRadiance = Callable[[float, Box], float]
-"""Standard deviation of noise that is not yet in a picture, in the picture's unit, by the mean of the ring and the
+"""Standard deviation of noise that is not yet in a picture, in the picture's unit, from the mean of the ring and the
 box."""
 
 
@@ -109,9 +108,9 @@ def _line(count: int, middle: float, side: float) -> _Line:
 
 
 def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats:
-    """Return the share of each pixel along one axis that lies in a box, which has a pixel's size at least.
+    """Return the share of each pixel along one axis that lies in a box of at least a pixel's size.
 
-    Shares rather than whole pixels make the result continuous in the target's sub-pixel place.
+    Shares rather than whole pixels make the result continuous in the target's sub-pixel position.
     """
     half = max(side, 1.0) / 2
     held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
@@ -123,7 +122,7 @@ def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRa
 
     light  (rows, cols) W/m2/sr: the background
 
-    None where nothing is requested, and outside the picture.
+    None without a request, and outside the picture.
     """
     wanted = sprite.requested
     if wanted is None:
@@ -156,6 +155,6 @@ def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRa
 
 
 def with_radiance(sprite: Sprite, light: float) -> Sprite:
-    """Return a sprite of uniform radiance, W/m2/sr, with no requested contrast or SCR."""
+    """Return the sprite with uniform radiance, W/m2/sr, and no requested contrast or SCR."""
     samples = sprite.samples and sprite.samples.relit(0.0, light)
     return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, requested=None, samples=samples)

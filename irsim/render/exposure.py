@@ -1,4 +1,4 @@
-"""Moving parts of a scenario at the instants of each frame's exposure: camera, targets, atmosphere, sprites ahead."""
+"""Camera, targets and atmosphere at the instants of each frame's exposure, and prefetch of sprites."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ Shifts = Mapping[str, tuple[float, float]]
 """Displacements (dx, dy), px, of targets in the picture by their ids."""
 
 PREFETCHED = 8
-"""Frames at most whose sprites are drawn in a row: their data stay in the processor's caches, which a whole picture
-would fill."""
+"""Most frames whose sprites are drawn together: their data stay in the processor's caches, which a whole picture would
+fill."""
 
 PREFETCHED_PX = 1 << 16
-"""Pixels of sprites that are kept at most: 1.5 MB."""
+"""Most pixels of sprites that are kept: 1.5 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Instant:
 
     @cached_property
     def _level(self) -> Floats:
-        """(3, 3): world vectors to the vectors of the first camera frame."""
+        """Rotation (3, 3) from the world to the first camera frame."""
         return self.context.geometry.world_rotation(np.zeros(3))
 
     def view_direction(self, index: int) -> ViewDirection:
@@ -76,9 +76,10 @@ class Instant:
     def _chart_and_place(
         self,
     ) -> Callable[[tuple[float, ...], tuple[float, ...], float, int], tuple[Chart, Place]]:
-        """Map a camera's turns, place and zoom, and a margin, px, to its chart and its place in the world.
+        """Return a map from a camera's rotation, position and zoom, and a margin, px, to its chart and its world
+        position.
 
-        The last ones are kept: a static camera has the same in all frames.
+        The last results are cached: a static camera has the same in all frames.
         """
         geometry, level = self.context.geometry, self._level
 
@@ -90,7 +91,7 @@ class Instant:
 
     @cached_property
     def pose(self) -> Callable[[int], CameraPose]:
-        """Map a frame to the camera's pose; the last ones are kept."""
+        """Return a map from a frame to the camera's pose; the last ones are cached."""
         mount, context = self.mount, self.context
 
         def pose(index: int) -> CameraPose:
@@ -101,7 +102,7 @@ class Instant:
         return lru_cache(maxsize=2)(pose)
 
     def sprites(self, index: int, numbers: Sequence[int], shifts: Shifts) -> list[Sprite | None]:
-        """Return the sprites of the targets of those numbers at frame `index`, each drawn alone."""
+        """Return the sprites of the targets `numbers` at frame `index`, each drawn alone."""
         views, pose = [], self.pose(index)
         for number in numbers:
             course = self.courses[number]
@@ -109,8 +110,8 @@ class Instant:
             views.append((course.target.shape, view if shift is None else _shifted(view, shift)))
         return draw_shapes(views)
 
-    def looks_as(self, other: Instant, index: int) -> bool:
-        """Return whether the camera's place, rotation and zoom are those of another instant of frame `index`."""
+    def has_same_pose(self, other: Instant, index: int) -> bool:
+        """Return whether position, rotation and zoom of the camera equal those of another instant of frame `index`."""
         return other is self or all(
             np.array_equal(getattr(self.mount, what)[index], getattr(other.mount, what)[index])
             for what in ("turns", "places", "zooms")
@@ -131,8 +132,8 @@ def _shifted(view: View, shift: tuple[float, float]) -> View:
 def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprite:
     """Return a sprite attenuated by the atmosphere, with path radiance; with scintillation where `name` is a target's.
 
-    Scintillation changes a target's contrast: one as bright as its background does not stand out in turbulent air
-    either. Where the atmosphere does nothing, the sprite itself is returned.
+    Scintillation scales a target's contrast: a target as bright as its background stays invisible. Without an effect of
+    the atmosphere, the sprite itself is returned.
     """
     context, air = pose.context, pose.context.air
     if name is not None and air.turbulence.cn2 > 0:
@@ -161,7 +162,7 @@ def _elevation_rad(sprite: Sprite, pose: CameraPose) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Consecutive frames that were asked for from `begin` on: those before `end` are drawn, some of them kept."""
+    """Run of frames requested in order: frames begin .. end-1 are drawn, some of them kept."""
 
     begin: int
     end: int
@@ -169,10 +170,9 @@ class _Run:
 
 
 class Prefetch:
-    """Sprites of `count` frames by `draw`, drawn some frames ahead where frames are asked for in order.
+    """Sprites of `count` frames, drawn ahead by `draw` where frames are requested in order.
 
-    As many frames are drawn together as were asked for in order before, up to `PREFETCHED`: short runs draw few in
-    vain.
+    As many frames are drawn together as were requested in order before, up to `PREFETCHED`: short runs waste few.
     """
 
     def __init__(self, draw: Callable[[int], Iterable[NamedSprite]], count: int) -> None:
@@ -181,7 +181,7 @@ class Prefetch:
         self._run = _Run(0, 0)
 
     def pieces(self, index: int) -> Sequence[NamedSprite]:
-        """Return the sprites of a frame, which are not to be changed."""
+        """Return the sprites of a frame; do not change them."""
         run = self._run  # read once: another thread may replace it
         if index in run.kept:
             return run.kept[index]
@@ -193,7 +193,7 @@ class Prefetch:
         return found[0]
 
     def _drawn(self, begin: int, end: int) -> list[Sequence[NamedSprite]]:
-        """Return the sprites of the frames from `begin` on before `end`, or of fewer."""
+        """Return the sprites of frames begin .. end-1, or of the first of them."""
         found: list[Sequence[NamedSprite]] = [list(self._draw(begin))]
         pixels = _pixels(found[0])
         for index in range(begin + 1, end):
@@ -201,14 +201,14 @@ class Prefetch:
                 break
             try:
                 found.append(list(self._draw(index)))
-            except Exception:  # raised again when that frame is asked for
+            except Exception:  # raised again when that frame is requested
                 break
             pixels += _pixels(found[-1])
         return found
 
 
 def _pixels(pieces: Iterable[NamedSprite]) -> int:
-    """Return the pixels of all sprites, those of each instant of the exposure included."""
+    """Return the number of pixels of all sprites, over all instants of the exposure."""
     sprites = [piece.sprite for piece in pieces]
     samples = sum(sprite.samples.alpha.size for sprite in sprites if sprite.samples is not None)
     return sum(sprite.alpha.size for sprite in sprites) + samples

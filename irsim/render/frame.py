@@ -29,7 +29,7 @@ NO_SHIFTS: Shifts = {}
 class Renderer:
     """Renderer of a scenario's frames, in any order: textures are painted and paths integrated at its construction.
 
-    Frame k alone is frame k in sequence: all that is kept between frames only saves time.
+    Frame k alone equals frame k in sequence: values cached between frames only save time.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -39,7 +39,7 @@ class Renderer:
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.film = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
+        self.recorded = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.response_time = camera.response_time(scenario.is_on)
         self._frozen: tuple[int, Counts] | None = None
@@ -72,8 +72,8 @@ class Renderer:
 
         IndexError outside 0 .. frames-1.
         """
-        if self.film is not None:
-            image, truth = self._put_into(self.film, index)
+        if self.recorded is not None:
+            image, truth = self._insert_into(self.recorded, index)
             image = _put(image, out)
         else:
             light, truth = self.scene(index)
@@ -81,7 +81,7 @@ class Renderer:
         return Frame(image, index, truth.time, self.scenario.camera.bits), truth
 
     def _counts(self, light: Floats, index: int, out: Counts | None) -> Counts:
-        """Return the counts of a frame whose scene has the light (rows, cols) float32, which is written over."""
+        """Return the counts of a frame whose scene has the light (rows, cols) float32, which is overwritten."""
         shown = self.sensor.shown(index)
         if shown != index:
             return _put(self._frozen_frame(shown), out)
@@ -89,28 +89,29 @@ class Renderer:
             light = self.response_time.light(index, lambda k: light if k == index else self.scene(k)[0])
         return self.sensor.expose(light, index, spent=True, out=out)
 
-    def _put_into(self, film: RecordedLayer, index: int) -> tuple[Counts, Truth]:
-        """Return a recorded frame with all targets and occluders drawn into it, and its truth."""
+    def _insert_into(self, recorded: RecordedLayer, index: int) -> tuple[Counts, Truth]:
+        """Return a recorded frame with targets and occluders drawn into it, and its truth."""
         self.check(index)
         pieces = self._prefetch.pieces(index)
         light, drawn = self._composed(index, pieces)
-        levels = film.insert_into(light, index, uncovered(pieces, light))
+        levels = recorded.insert_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
         return image, self._truth(index, drawn)
 
     def _frozen_frame(self, index: int) -> Counts:
-        """Return the counts of a frame that is shown again; the last one is kept."""
+        """Return the counts of a frozen frame; the last one is cached."""
         frozen = self._frozen  # read once: another thread may replace it
         if frozen is None or frozen[0] != index:
             frozen = self._frozen = index, self.sensor.expose(self.light(index), index, spent=True)
         return frozen[1].copy()
 
     def light(self, index: int) -> Floats:
-        """Return the noiseless radiance to which the detector has settled, (rows, cols) float32 in W/m2/sr."""
+        """Return the noiseless radiance after the detector's response time, (rows, cols) float32, W/m2/sr."""
         return self.response_time.light(index, lambda k: self.scene(k)[0])
 
     def variance(self, index: int, fixed: bool = True) -> Floats:
-        """Return the noise variance of each pixel of a frame, (rows, cols) float64 counts²; see `Sensor.variance`."""
+        """Return the noise variance of each pixel of a frame, (rows, cols) float64 counts²; see
+        `SignalChain.variance`."""
         shown = self.sensor.shown(index)
         return self.sensor.variance(self.light(shown), shown, fixed)
 
@@ -120,8 +121,8 @@ class Renderer:
         light, drawn = self._composed(index, self._prefetch.pieces(index))
         return light, self._truth(index, drawn)
 
-    def seen(self, index: int) -> list[DrawnTarget]:
-        """Return the targets as a frame shows them, far to near."""
+    def drawn_targets(self, index: int) -> list[DrawnTarget]:
+        """Return the drawn targets of a frame, far to near."""
         self.check(index)
         return self._composed(index, self.pieces(index))[1]
 
@@ -135,16 +136,16 @@ class Renderer:
         return compose(self.layers_at(index), pieces, view_direction, self.context.band, noise)
 
     def noise(self, index: int) -> NoiseRadiance:
-        """Return the camera's noise in a frame, as radiance; none where a recorded background holds it already."""
+        """Return the camera's noise in a frame, as radiance; none for a recorded background, which contains noise."""
         return (
             no_noise if self.scenario.background.has_noise else self.sensor.noise_equivalent(self.sensor.shown(index))
         )
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """Return the layers of the background, each averaged over the exposure of a frame."""
-        if all(self.now.looks_as(instant, index) for instant in self.exposure):
+        if all(self.now.has_same_pose(instant, index) for instant in self.exposure):
             return self.layers
-        key = self.now.view_direction(index).key  # the same for all instants, so that painted textures are kept
+        key = self.now.view_direction(index).key  # the same for all instants: painted textures stay cached
         directions = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
         return [MotionBlurredLayer(layer, directions) for layer in self.layers]
 
@@ -157,8 +158,8 @@ class Renderer:
     def _requested_radiances(self, index: int) -> Mapping[str, float]:
         """Return the radiance, W/m2/sr, of each target in the picture with a requested contrast or SCR, by its id.
 
-        It is computed with nothing switched off and no target displaced or left out, so that switching off one part
-        changes nothing else.
+        The radiance is that of the complete scenario with no target displaced, so that switching off one part changes
+        nothing else.
         """
         drawn = self._complete._composed(index, self._complete.pieces(index))[1]
         return {target.piece.name: target.requested for target in drawn if target.requested is not None}
@@ -168,8 +169,8 @@ class Renderer:
     ) -> Iterator[NamedSprite]:
         """Yield the sprites of a frame's targets and occluders, or those of the targets `only`.
 
-        exactly  targets with a requested contrast or SCR get the radiance of the frame itself, whatever is displaced,
-                 left out, or computed in more digits
+        exactly  targets with a requested contrast or SCR get the radiance of the undisturbed frame, even if targets are
+                 displaced, left out, or computed in more digits
         """
         pose = self.pose(index)
         as_given = exactly or bool(self.scenario.without)

@@ -25,13 +25,13 @@ _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 """Signals that end a program and let it clean up."""
 
 _hinting = threading.Lock()
-"""Taken by the thread that prints the hint on the guard; the process ends with it."""
+"""Lock of the thread that prints the hint on the guard, held to the end of the process."""
 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
     """Defer Ctrl-C for processes that are started in the block, until they run `process`'s function or call
-    `ignore_interrupts`; else they would end with a traceback while they import.
+    `ignore_interrupts`; before that, Ctrl-C would end them with a traceback.
 
     The parent gets the signal at the end of the block. InputError where no process can be started.
     """
@@ -40,7 +40,7 @@ def interrupts_held() -> Iterator[None]:
         with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # it would start with the first worker otherwise, and end the deferral
+    resource_tracker.ensure_running()  # started with the first worker, it would end the deferral
     with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -50,19 +50,19 @@ def interrupts_held() -> Iterator[None]:
 
 
 def _expect_main() -> None:
-    """Raise InputError where workers cannot import the main program, as one that was read from a pipe."""
+    """Raise InputError where workers cannot import the main program, such as one read from a pipe."""
     main = sys.modules["__main__"]
     path = getattr(main, "__file__", None)
     if getattr(main, "__spec__", None) is None and path is not None and not os.path.exists(path):
-        what = f"worker processes cannot read the program that asks for them, {path}"
+        what = f"worker processes cannot import the main program, {path}"
         raise InputError(f"{what}; allowed: one job, or a program in a file")
 
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker with one line where it imports a script without the guard, which starts workers in turn.
+    """End a worker with a one-line hint where it imports a script without the guard.
 
-    The error of multiprocessing is a page long, from each worker.
+    Such a script would start workers in turn; the error of multiprocessing is a page long, from each worker.
     """
     try:
         yield
@@ -70,8 +70,8 @@ def _guard_hint() -> Iterator[None]:
         if "bootstrapping" not in str(error):
             raise
         hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
-        if _hinting.acquire(blocking=False):  # one of the threads that start workers prints it
-            # In one write, as other workers print it too. Not by sys.exit: a fork server drops its text.
+        if _hinting.acquire(blocking=False):  # only one thread prints it
+            # In one write, as other workers print it too; a fork server drops the text of sys.exit.
             sys.stderr.write(f"{hint}\n")
             sys.stderr.flush()
         sys.exit(1)
@@ -81,8 +81,8 @@ def _guard_hint() -> Iterator[None]:
 def _deferred() -> Iterator[None]:
     """Defer the Python handlers of SIGINT, SIGTERM and SIGHUP to the end of the block.
 
-    A signal mask holds for one thread only: another one, such as a BLAS thread, takes the signal, and Python runs the
-    handler in the main thread. A half-started process would then end with a traceback, and block its parent.
+    A signal mask holds for one thread only: another thread, such as one of BLAS, receives the signal, and Python runs
+    the handler in the main thread. A half-started process would then end with a traceback and block its parent.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -106,8 +106,8 @@ def process(
 ) -> BaseProcess:
     """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent.
 
-    `inherited` is what can only be passed at the start of a process, such as shared memory. Ctrl-C ends the process at
-    once and silently, also while it still imports the function's module.
+    `inherited` are arguments that can be passed only at the start of a process, such as shared memory. Ctrl-C ends the
+    process at once and silently, also while it still imports the function's module.
     """
     pickled = pickle.dumps((function, arguments))
     made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]  # typeshed has it in the kinds of context only
@@ -116,7 +116,7 @@ def process(
 
 def _begin(pickled: bytes, *inherited: Any) -> None:
     _handle_interrupts(lambda *_: os._exit(130))
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a parent that ignores it passes that on
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # inherited as ignored from a parent that ignores it
     end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*inherited, *arguments)
@@ -134,7 +134,7 @@ def _handle_interrupts(handler: Any) -> None:
 
 
 def end_with_parent() -> None:
-    """End this worker as soon as its parent has ended, by whatever cause."""
+    """End this worker as soon as its parent has ended, for any reason."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

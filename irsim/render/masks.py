@@ -29,9 +29,9 @@ class Mask:
 
     With motion blur, the mean over the exposure.
 
-    whole    share 0..1 of each pixel's area that the target covers, with nothing before it
-    visible  the same, less the part that nearer things hide
-    area     px2 of the whole target, with the part outside the frame
+    whole    share 0..1 of each pixel's area that the unoccluded target covers
+    visible  the same, less the occluded part
+    area     of the whole target, px2, the part outside the frame included
 
     Truth's visible fraction is the sum of `visible` over `area`.
     """
@@ -44,9 +44,9 @@ class Mask:
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
     """Yield the masks of all existing targets, by id, of frames start .. stop-1 in order.
 
-    Frames are those that arrive, as of `irsim.frames`: where the camera drops or doubles frames, the k-th masks belong
-    to the k-th that arrives. InputError for an argument that is not a scenario, for a number below 0 and for one that
-    is not whole.
+    Frames are those that arrive, as in `irsim.frames`: if the camera drops or doubles frames, the k-th masks belong to
+    the k-th that arrives. InputError for an argument that is not a scenario, for a number below 0 and for one that is
+    not whole.
     """
     return _masks(expect_scenario("masks", scenario), start, stop)
 
@@ -55,7 +55,7 @@ def _masks(scenario: Scenario, start: int, stop: int | None) -> Iterator[dict[st
     renderer, arrivals = Renderer(scenario), scenario.arrivals
     columns, rows = scenario.camera.size
     for index in frame_range(start, stop, len(arrivals)):
-        yield {drawn.piece.name: _mask(drawn, (rows, columns)) for drawn in renderer.seen(arrivals[index])}
+        yield {drawn.piece.name: _mask(drawn, (rows, columns)) for drawn in renderer.drawn_targets(arrivals[index])}
 
 
 def write_masks(
@@ -97,7 +97,7 @@ _NAME = re.compile(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png")
 
 
 def _is_no_mask(file: str) -> bool:
-    """Return whether a file is a picture whose name is not a mask's."""
+    """Return whether a file is a picture without the name of a mask."""
     return file.lower().endswith(".png") and _NAME.fullmatch(file) is None
 
 

@@ -1,6 +1,6 @@
 """Exact mean and variance of frames, and the contribution of each target.
 
-For Cramér-Rao bounds on trackers, for fits, and to render a scene again with one cause switched off.
+They serve Cramér-Rao bounds on trackers, fits, and renderings with one cause switched off.
 """
 
 from __future__ import annotations
@@ -37,14 +37,13 @@ class Moments:
     """Mean and variance of a scenario's frames, and the contributions of targets.
 
     All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a `region` (first
-    column, first row, columns, rows). Means are before counts are rounded and clipped, and follow a target's place
-    smoothly. `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera
+    column, first row, columns, rows). Means are before counts are rounded and clipped, and are smooth in a target's
+    position. `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera
     drops or doubles frames, it is not the scenario's. IndexError where no frame of that index arrives, InputError where
     it is not a whole number.
 
-    Means and contributions of a region cost as much as its pixels. Computed from the whole picture all the same: the
-    background of a frame that was not asked for just before, `variance`, a camera that blooms, and a recorded
-    background.
+    The cost of means and contributions grows with the pixels of the region. The whole picture is still computed for the
+    background of a new frame, for `variance`, for a camera that blooms, and for a recorded background.
     """
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
@@ -63,16 +62,15 @@ class Moments:
     def mean(self, index: int, region: Region | None = None) -> Exact:
         """Return the noiseless frame, counts. InputError for a recorded background, whose noise is not known."""
         self._refuse_recorded()
-        return np.asarray(self._levels.of(self._taken(index), region=self._within(region)), np.float64)
+        return np.asarray(self._levels.of(self._scenario_frame(index), region=self._within(region)), np.float64)
 
     def contribution(
         self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
     ) -> Exact:
-        """Return the mean with a target less the mean without it, counts; to recorded frames, their change before
-        counts are rounded and clipped.
+        """Return the mean with a target less the mean without it, counts, before these are rounded and clipped.
 
         shift   (dx, dy) px by which the target is displaced in the picture, its aspect the same, in this frame and in
-                those that the detector still remembers; it stays behind its occluders
+                earlier ones within the detector's response time; it stays behind its occluders
 
         InputError where there is no such target, or it is switched off, and for a shift that is not two finite numbers.
         """
@@ -83,19 +81,21 @@ class Moments:
             raise InputError(
                 f"target: there is no {target!r}; allowed: {', '.join(names) or 'nothing, there are none'}"
             )
-        return np.asarray(self._levels.added(self._taken(index), target, shift, self._within(region)), np.float64)
+        return np.asarray(
+            self._levels.added(self._scenario_frame(index), target, shift, self._within(region)), np.float64
+        )
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
-        """Return the noise variance of each pixel about the mean, counts², with that of rounding.
+        """Return the noise variance of each pixel about the mean, counts², that of rounding included.
 
-        It is the mean square over all draws of the seed. An offset of odd and even rows, the same in all draws, counts
-        too, as the mean does not hold it. Without `fixed`: the temporal noise only. Infinite for pixels that do not
-        respond to light, dead or saturated. InputError for a recorded background, whose noise is not known.
+        The variance is the mean square over all seeds. It includes an offset of odd and even rows, the same for all
+        seeds, as the mean does not. Without `fixed`: the temporal noise only. Infinite for pixels that do not respond
+        to light, dead or saturated. InputError for a recorded background, whose noise is not known.
         """
         if not isinstance(fixed, bool | np.bool_):
             raise InputError(f"fixed {fixed!r}: allowed: True or False")
         self._refuse_recorded()
-        taken, within = self._taken(index), self._within(region)
+        taken, within = self._scenario_frame(index), self._within(region)
         variance = np.asarray(self._renderer.variance(taken, fixed), dtype=np.float64)
         return variance if within is None else variance[_slices(within)]
 
@@ -106,7 +106,7 @@ class Moments:
                 "rendered"
             )
 
-    def _taken(self, index: int) -> int:
+    def _scenario_frame(self, index: int) -> int:
         """Return the scenario's number of the frame that arrives as `index`."""
         arrivals = self._arrivals
         return arrivals[frame_number(index, len(arrivals), "the scenario")]
@@ -120,7 +120,7 @@ class Moments:
         except (TypeError, ValueError):
             raise InputError(
                 f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "
-                "names of what is switched off are for Moments itself, without=[...]"
+                "parts to switch off are an argument of Moments itself, without=[...]"
             ) from None
         width, height = self.scenario.camera.size
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):
@@ -131,8 +131,8 @@ class Moments:
 class MeanCounts:
     """Exact noiseless counts of a scenario's frames before rounding and clipping, (rows, cols) float64.
 
-    A recorded background keeps its own noise. The sprites and layers of the last frames that the detector remembers are
-    kept.
+    A recorded background keeps its own noise. Sprites and layers of the last frames within the detector's response time
+    are cached.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -154,7 +154,7 @@ class MeanCounts:
         return added
 
     def _touched(self, index: int, target: str, shifts: Shifts, region: Region) -> Region | None:
-        """Return the part of a region in which a target may change a frame; None where there is none."""
+        """Return the part of a region in which a target may change a frame; None if it cannot."""
         renderer = self._renderer
         if self._spreads:
             return region
@@ -172,8 +172,8 @@ class MeanCounts:
 
     @property
     def _spreads(self) -> bool:
-        """Whether light in one place may change counts in another: with bloom, or in a recorded background."""
-        return self._renderer.film is not None or self._renderer.sensor.bloom is not None
+        """True where light at one pixel may change counts at another: with bloom, or in a recorded background."""
+        return self._renderer.recorded is not None or self._renderer.sensor.bloom is not None
 
     def of(
         self, index: int, shifts: Shifts = NO_SHIFTS, absent: str | None = None, region: Region | None = None
@@ -186,22 +186,22 @@ class MeanCounts:
         renderer.check(index)
         if region is not None and self._spreads:
             return self.of(index, shifts, absent)[_slices(region)]
-        if renderer.film is not None:
+        if renderer.recorded is not None:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
-            return renderer.film.insert_into(light, index, uncovered(pieces, light))
+            return renderer.recorded.insert_into(light, index, uncovered(pieces, light))
         response_time = renderer.scenario.camera.response_time(
             renderer.scenario.is_on
-        )  # a new one: it keeps light of these targets
+        )  # a new one, as it caches the light of these targets
         shown = sensor.shown(index)
 
         def light_of(frame: int) -> Floats:
             return self._light(frame, self._pieces(frame, shifts, absent), region)
 
-        return self._sensor(region).mean(response_time.light(shown, light_of), shown)
+        return self._signal_chain(region).mean(response_time.light(shown, light_of), shown)
 
-    def _sensor(self, region: Region | None) -> SignalChain:
-        """Return the sensor, cut to a region, where it does not bloom."""
+    def _signal_chain(self, region: Region | None) -> SignalChain:
+        """Return the signal chain, cut to a region unless it blooms."""
         sensor = self._renderer.sensor
         vignetting = sensor.vignetting
         if region is None or vignetting is None:
@@ -223,7 +223,7 @@ class MeanCounts:
         layers = self._layers(frame, region)
         if layers is None or any(
             piece.sprite.requested is not None for piece in near
-        ):  # which depends on the ring around
+        ):  # the SCR depends on the ring around a target
             return self._whole(frame, pieces)[_slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))
@@ -256,7 +256,7 @@ def _slices(region: Region) -> Slices:
 
 
 def _is_shift(given: object) -> bool:
-    """Return whether it is a pair of finite numbers."""
+    """Return whether `given` is a pair of finite numbers."""
     try:
         numbers = np.asarray(given)
     except ValueError:  # of items of different shapes

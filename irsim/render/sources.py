@@ -1,4 +1,4 @@
-"""Opening a source of frames: a scenario's file, the name of a shipped scenario, or a recording."""
+"""Open a source of frames: a scenario's file, the name of a shipped scenario, or a recording."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def open_source(
     if fspath(path) and Path(path).is_dir():
         raise InputError(
             f"{path}: is a folder; allowed: a scenario or a recording (irsim import {shlex.quote(fspath(path))} makes "
-            "one of its pictures)"
+            "a recording of its pictures)"
         )
     if is_recording(Path(path)):
         _refuse(overrides, without, str(path))
@@ -57,7 +57,7 @@ def open_source(
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
-    """Return the override that switches `without` off besides the parts that the scenario has off; none for nothing."""
+    """Return the override that adds `without` to the parts that the scenario has off; none for an empty `without`."""
     return _off(load(path, overrides), without) if without else []
 
 
@@ -76,7 +76,7 @@ def open_rendering(
     """Return (rendering, start, stop) of a scenario, or of the scenario in a recording.
 
     path      a scenario's file or name, or a recording's file
-    frames    (start, stop) in the numbers of the scenario, or else of the recording; all where not given. A recording
+    frames    (start, stop) in the numbers of the scenario or of the recording; by default all. A recording
               counts frames that arrived, a scenario also lost ones
     without   parts to switch off besides those that the scenario has off
 
@@ -102,23 +102,23 @@ def open_rendering(
             rendering = Rendering(scenario(last), name)
         start, stop = (bisect_left(rendering.arrivals, each) for each in (first, last))
         if start == stop:
-            raise InputError(f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of")
+            raise InputError(f"{path}: frames {first}:{last}: none arrives; allowed: a range with frames that arrive")
         return rendering, start, stop
     _check_places(path, recording, rendering)
     if frames is None:
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
     start, stop = before + frames[0], before + frames[1]
-    while len(rendering) < stop:  # lost frames come on top
+    while len(rendering) < stop:  # lost frames are added
         own += stop - len(rendering)
         rendering = Rendering(scenario(own), name)
     return rendering, start, stop
 
 
 def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
-    """Raise InputError where a recording's frames are not the scenario's of the same index, as some were lost.
+    """Raise InputError where a recording's frames differ in time from the scenario's, as some were lost.
 
-    The rendering, of the scenario with its changes, may lose others; then the unchanged one decides.
+    The rendering has overrides, and may lose other frames; the scenario without them then decides.
     """
     if _misplaced(recording, rendering) is None:
         return
@@ -132,7 +132,7 @@ def _check_places(path: str | PathLike[str], recording: Recording, rendering: Re
 
 
 def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
-    """Return (frame, its time, the time of the rendering's, s) of the first frame of a recording whose time differs."""
+    """Return (frame, its time, the rendering's time, s) of the first frame of a recording whose time differs."""
     arrivals = rendering.arrivals[recording.header.first_frame :]
     for index, time in recording.indexed_times():
         expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time

@@ -112,7 +112,7 @@ class Rendering:
     def frame(self, index: int, input: Input = "counts") -> Frame:
         expect_input(input)
         frame = self._counts(index)
-        return frame if input == "counts" else self._screen.display(frame)
+        return frame if input == "counts" else self._agc_sequence.display(frame)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         for frame, _ in self.pairs(start, stop, input=input):
@@ -137,18 +137,18 @@ class Rendering:
         expect_input(input)
         wanted = frame_range(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
-        screen = self._new_screen()
+        agc_sequence = self._new_agc_sequence()
         jobs = min(whole_number("jobs", jobs, 1), len(taken))
         pairs = rendered(self.scenario, taken, jobs) if jobs > 1 else map(self._renderer.frame, taken)
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = _numbered(frame, index)
-            yield (arrived if input == "counts" else screen.display(arrived)), _numbered(truth, index)
+            yield (arrived if input == "counts" else agc_sequence.display(arrived)), _numbered(truth, index)
 
     @cached_property
-    def _screen(self) -> AgcSequence:
-        return self._new_screen()
+    def _agc_sequence(self) -> AgcSequence:
+        return self._new_agc_sequence()
 
-    def _new_screen(self) -> AgcSequence:
+    def _new_agc_sequence(self) -> AgcSequence:
         return AgcSequence(self.agc, self.bits, lambda index: self._counts(index).image)
 
     def _counts(self, index: int) -> Frame:
@@ -164,9 +164,9 @@ def _numbered(of: Numbered, index: int) -> Numbered:
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """Yield (Frame, Truth) of a scenario's frames start .. stop-1 in order: counts and ground truth.
 
-    With jobs > 1, `jobs` worker processes render them, the same bit for bit. They take about a second to start, and pay
-    from some thousand small frames or some hundred large ones on; the calling script needs the guard
-    ``if __name__ == "__main__"``. Frames may be kept, and written into.
+    With jobs > 1, `jobs` worker processes render them, the same bit for bit; the calling script then needs the guard
+    ``if __name__ == "__main__"``. Workers take about a second to start, which pays from about a thousand small or a
+    hundred large frames on. Frames may be kept and changed.
 
     InputError for an argument that is not a scenario (a recording has `frames()` and `truths()` of its own), for a
     start or a stop below 0, and for a number of frames or jobs that is not whole.

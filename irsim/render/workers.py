@@ -27,20 +27,20 @@ from irsim.scenario.model import Scenario
 from irsim.types import Counts, Frame, Truth
 
 BLOCKS = (64, 32, 16, 8, 4, 2, 1)
-"""Frames that a worker may be given at a time. A multiple of eight, where there are enough frames: these share a key
-frame (`irsim.backgrounds.texture`). The more, the less often noise with memory begins anew."""
+"""Possible lengths of a block, frames. Eight consecutive frames share a key frame (`irsim.backgrounds.texture`). Noise
+with memory starts anew in each block, so that long ones are faster."""
 
 BLOCKS_EACH = 4
-"""Blocks that each worker has at least, where there are frames enough, so that all end at about the same time."""
+"""Least number of blocks per worker, if there are enough frames, so that all end at about the same time."""
 
 QUEUED = 2
 """Blocks that a worker has at a time."""
 
 MEMORY = 256 << 20
-"""Bytes of shared memory at most, as long as each worker has room for two pictures."""
+"""Most bytes of shared memory; each worker has room for two pictures at least."""
 
 EXIT_S = 10.0
-"""Time in which a process whose pipe is closed is expected to end, s."""
+"""Longest wait for the end of a process whose pipe is closed, s."""
 
 
 def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[tuple[Frame, Truth], None, None]:
@@ -65,7 +65,8 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
 
 
 def block_frames(jobs: int, size: tuple[int, int], count: int) -> int:
-    """Return the frames per block for so many workers, pictures of a size (columns, rows) px and frames in all."""
+    """Return the frames per block for `jobs` workers, pictures of `size` (columns, rows) px and `count` frames in
+    all."""
     most = min(
         MEMORY // (jobs * QUEUED * size[0] * size[1] * np.dtype(np.uint16).itemsize), count // (jobs * BLOCKS_EACH)
     )
@@ -73,24 +74,24 @@ def block_frames(jobs: int, size: tuple[int, int], count: int) -> int:
 
 
 class _Worker:
-    """Worker process as its parent sees it: it renders blocks of frames. Start it within `interrupts_held`."""
+    """Parent's handle of a worker process that renders blocks of frames. Create it within `interrupts_held`."""
 
     def __init__(self, context: BaseContext, scenario: Scenario, slots: int) -> None:
         columns, rows = scenario.camera.size
-        memory = context.RawArray(c_uint16, slots * rows * columns)  # nameless: nothing is left of it
+        memory = context.RawArray(c_uint16, slots * rows * columns)  # nameless: removed with its last process
         self._slots = cycle(_pictures(memory, scenario))
         self._pipe, theirs = context.Pipe()
         self._bits, self._heard = scenario.camera.bits, False
         self._process = process(context, _serve, scenario, inherited=(theirs, memory))
         self._process.start()
-        theirs.close()  # or the end of the process would go unnoticed
+        theirs.close()  # else the end of the process would not close the pipe
 
     def give(self, block: Sequence[int]) -> None:
         with suppress(OSError):  # a dead worker is reported by `next`
             self._pipe.send(block)
 
     def next(self) -> tuple[Frame, Truth]:
-        """Return the next frame and its truth; raise what the worker raised, or IrsimError where it died."""
+        """Return the next frame and its truth; raise the worker's error, or IrsimError if it died."""
         try:
             answer = self._pipe.recv()
         except (EOFError, OSError):
@@ -104,8 +105,8 @@ class _Worker:
         self._process.join(EXIT_S)
         code = self._process.exitcode
         when = "while it rendered" if self._heard else "before its first frame"
-        # A status of 1 is Python's after a traceback, or of a script without the guard: the reason stands on stderr.
-        allowed = "what it asks for above" if code == 1 and not self._heard else "the same again"
+        # Status 1 follows a traceback, or the hint on the guard: stderr has the reason.
+        allowed = "the change named above" if code == 1 and not self._heard else "the same again"
         return IrsimError(f"a worker process died {when} ({exit_status_text(code)}); allowed: {allowed}, or fewer jobs")
 
     def close(self) -> None:
@@ -122,7 +123,7 @@ def _pictures(memory: Array[c_uint16], scenario: Scenario) -> list[Counts]:
 
 
 def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> None:
-    """Answer each block with the truths of its frames, their pictures in the slots of `memory` in turn."""
+    """Render each block: send the truths of its frames, and write their pictures to the slots of `memory` in turn."""
     cv2.setNumThreads(1)
     slots = cycle(_pictures(memory, scenario))
     with suppress(EOFError, OSError):  # the parent has closed its end

@@ -16,7 +16,7 @@ Place = tuple[str | int, ...]
 
 @st.composite
 def invalid_texts(draw: st.DrawFn) -> tuple[str, str]:
-    """Draw (fault, a text that is no scenario)."""
+    """Draw (fault, an invalid scenario text)."""
     fault = draw(st.sampled_from(list(_FAULTS)))
     return fault, _FAULTS[fault](draw, draw(documents()))
 
@@ -54,7 +54,7 @@ _PIECES = (
 
 
 def _places(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
-    """Yield every place of a tree and its value, the root first."""
+    """Yield the path and the value of every node of a tree, the root first."""
     yield place, value
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for step, item in items:
@@ -124,7 +124,7 @@ def _unknown_id(draw: st.DrawFn, tree: Any) -> str:
     return write_yaml({**tree, "follow": draw(st.sampled_from(["nobody", "targets", "Target", "target "]))})
 
 
-def _two_of_one_id(draw: st.DrawFn, tree: Any) -> str:
+def _repeated_id(draw: st.DrawFn, tree: Any) -> str:
     return write_yaml({**tree, "targets": [*tree["targets"], tree["targets"][0]]})
 
 
@@ -150,10 +150,10 @@ _UNREADABLE = (
     "key: \ud800",
     "%TAG",
 )
-"""Lines that are no YAML in any place."""
+"""Lines that are invalid YAML in any place."""
 
 
-def _no_mapping(draw: st.DrawFn, tree: Any) -> str:
+def _not_a_mapping(draw: st.DrawFn, tree: Any) -> str:
     return draw(
         st.sampled_from(
             ["", "# nothing\n", "[]", "3", "scenario", "null", "- seed: 1", "---\n---\n", write_yaml([tree])]
@@ -161,13 +161,13 @@ def _no_mapping(draw: st.DrawFn, tree: Any) -> str:
     )
 
 
-def _bottomless(draw: st.DrawFn, tree: Any) -> str:
+def _deeply_nested(draw: st.DrawFn, tree: Any) -> str:
     depth = draw(st.sampled_from([50, 1000, 20000]))
     opening, closing = draw(st.sampled_from([("[", "]"), ("{a: ", "}")]))
     return f"background: {opening * depth}1{closing * depth}"
 
 
-def _laughs(draw: st.DrawFn, tree: Any) -> str:
+def _alias_bomb(draw: st.DrawFn, tree: Any) -> str:
     """Return an alias bomb: each list holds the one before it ten times."""
     lines = ["a0: &a0 [1]"] + [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
     return "\n".join(lines)
@@ -175,23 +175,23 @@ def _laughs(draw: st.DrawFn, tree: Any) -> str:
 
 _FAULTS: dict[str, Callable[[st.DrawFn, Any], str]] = {
     "an unknown key": _unknown_key,
-    "a number that cannot be": _unusable_number,
+    "an unusable number": _unusable_number,
     "a wrong type": _wrong_type,
     "an unknown kind": _unknown_kind,
-    "a key that is missing": _missing_key,
-    "an id that is not there": _unknown_id,
-    "two of one id": _two_of_one_id,
-    "a key that is there twice": _repeated_key,
-    "no YAML": _not_yaml,
-    "no mapping": _no_mapping,
-    "bottomless nesting": _bottomless,
-    "a billion laughs": _laughs,
+    "a missing key": _missing_key,
+    "an unknown id": _unknown_id,
+    "a repeated id": _repeated_id,
+    "a repeated key": _repeated_key,
+    "invalid YAML": _not_yaml,
+    "a text that is not a mapping": _not_a_mapping,
+    "deep nesting": _deeply_nested,
+    "an alias bomb": _alias_bomb,
 }
 
 
 @st.composite
 def damaged_recordings(draw: st.DrawFn, whole: bytes) -> bytes:
-    """Draw a recording's bytes with one to three damages: reading them fails or makes no difference."""
+    """Draw a recording's bytes with one to three damages: reading them fails or gives the same frames."""
     data = whole
     for _ in range(draw(st.integers(1, 3))):
         data = draw(st.sampled_from(_DAMAGES))(draw, data)
@@ -214,7 +214,7 @@ def _cut(draw: st.DrawFn, data: bytes) -> bytes:
     return data[: _span(draw, data)[0]]
 
 
-def _beheaded(draw: st.DrawFn, data: bytes) -> bytes:
+def _without_beginning(draw: st.DrawFn, data: bytes) -> bytes:
     return data[_span(draw, data)[0] :]
 
 
@@ -248,7 +248,7 @@ def _number(draw: st.DrawFn, data: bytes) -> bytes:
 _DAMAGES: tuple[Callable[[st.DrawFn, bytes], bytes], ...] = (
     _flipped,
     _cut,
-    _beheaded,
+    _without_beginning,
     _without,
     _blank,
     _twice,

@@ -1,7 +1,7 @@
 """Hypothesis strategies for scenes: parts as mappings, and whole scenarios.
 
-Severities 0 to 5 are the steps of a ladder, from no effect to more than most trackers survive; the ladders are those of
-the shipped `stress` scenarios where one has the cause, except `HIDING`.
+Severities go from 0, no effect, to 5, more than most trackers survive. Their values are those of the shipped `stress`
+scenario of the same cause, except for `HIDING`.
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
 COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Fraction of the sky covered by cloud."""
 HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
-"""Hidden fraction of a target, and number of frames: as in `stress/occlusion`, but in fewer frames, as these scenes are
-short."""
+"""Occluded fraction of a target, and number of frames: fewer than in `stress/occlusion`, as these scenes are short."""
 ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
 """Angle between crossing trajectories, degrees."""
 FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
@@ -52,12 +51,12 @@ def chosen(given: SearchStrategy[Drawn] | None, default: SearchStrategy[Drawn]) 
 
 
 def severities(top: int = TOP) -> SearchStrategy[int]:
-    """Return integers 0 .. top; they shrink to 0."""
+    """Return a strategy of integers 0 .. top, which shrink to 0."""
     return st.integers(0, top)
 
 
 def seeds() -> SearchStrategy[int]:
-    """Return seeds of a scene; draw them last, since a smaller seed is no milder."""
+    """Return a strategy of scene seeds; draw them last, since a smaller seed is not milder."""
     return st.integers(0, 2**31 - 1)
 
 
@@ -118,7 +117,7 @@ def manoeuvres(
 
 
 def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 1000.0) -> SearchStrategy[Part]:
-    """Return any of these paths; they shrink to a target at rest."""
+    """Return a strategy of all these paths, which shrink to a target at rest."""
     return st.one_of(
         straights(size, frames, range_m=range_m),
         weaves(size, frames, range_m=range_m),
@@ -128,7 +127,7 @@ def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 100
 
 @st.composite
 def shapes(draw: st.DrawFn) -> Part:
-    """Draw a target shape about 15 px wide at 1000 m and 0.5 mrad; an even patch is the first."""
+    """Draw a target shape about 15 px wide at 1000 m and 0.5 mrad; the simplest is a uniform patch."""
     kinds = {"hot_spot": 0, "fighter": 7.0, "car": 5.0, "boat": 8.0, "quadrotor": 5.0, "point": 0}
     kind = draw(st.sampled_from(list(kinds)))
     if kind == "hot_spot":
@@ -140,7 +139,7 @@ def shapes(draw: st.DrawFn) -> Part:
 
 @st.composite
 def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
-    """Draw keys of a camera: its NETD by `NETD_MK` and its noise terms; white noise alone is the first."""
+    """Draw keys of a camera: its NETD by `NETD_MK` and its noise terms; the simplest is white noise alone."""
     netd = NETD_MK[draw(chosen(severity, severities()))]
     terms: tuple[Part, ...] = (
         {"kind": "fixed_pattern"},
@@ -173,7 +172,7 @@ def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
 @st.composite
 def countries(draw: st.DrawFn) -> Part:
     """Draw a background of ground or landscape, with temperatures of an hour or given ones, and a horizon behind trees
-    that is bare, wooded, or the default. Flat ground is the first."""
+    that is bare, wooded, or the default. The simplest is flat ground."""
     kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
     country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
     hour = draw(st.sampled_from(["any", "day", "night"]))
@@ -188,8 +187,8 @@ def countries(draw: st.DrawFn) -> Part:
 
 @st.composite
 def cameras(draw: st.DrawFn) -> Part:
-    """Draw keys of a camera: a preset or none, some keys of its own and, where they agree, a detector. The plain camera
-    is the first."""
+    """Draw keys of a camera: a preset or none, some keys of its own and, where they agree, a detector. The simplest is
+    the default camera."""
     plain = {"bits": 14, "netd_mk": 40.0, "time_constant_ms": 0.0, "noise": [{"kind": "white"}], "correction": None}
     own = draw(st.sets(st.sampled_from(sorted(plain))))
     preset = draw(st.sampled_from([None, *PRESETS]))
@@ -268,7 +267,7 @@ def camera_motions(draw: st.DrawFn, severity: SearchStrategy[int] | None = None)
 
 
 HOT_SPOT: Part = {"kind": "hot_spot", "size_m": [7.0, 5.0], "temperature_k": 305.0}
-"""Even patch to which `shapes` shrinks."""
+"""Uniform patch to which `shapes` shrinks."""
 
 
 SIZE, FRAMES, IFOV_MRAD = (96, 72), 30, 0.5

@@ -95,7 +95,9 @@ def test_check_tells_of_a_scenario_without_its_parts(run: Run, folder: Path) -> 
 
 def test_the_way_out_of_a_folder_can_be_typed(run: Run, tmp_path: Path) -> None:
     (tmp_path / "my frames").mkdir()
-    assert "(irsim import 'my frames' makes one of its pictures)" in run("info", "my frames", cwd=tmp_path).stderr
+    assert (
+        "(irsim import 'my frames' makes a recording of its pictures)" in run("info", "my frames", cwd=tmp_path).stderr
+    )
 
 
 def test_no_part_to_switch_off_is_told(run: Run, folder: Path) -> None:

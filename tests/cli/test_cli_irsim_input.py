@@ -19,7 +19,7 @@ BAD = {
     "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
     "a suite": (["check", "a-suite.yaml"], "a-suite.yaml:1:1: has the keys of a suite, not of a scenario; allowed: "),
     "wrong override": (["render", "scene.yaml", "camera.bitz=3"], "irsim: override camera.bitz: unknown key 'bitz'; "),
-    "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': this is no KEY=VALUE; "),
+    "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': not KEY=VALUE; "),
     "unknown part": (["render", "scene.yaml", "--without", "x"], "irsim: override without: without.0: there is no 'x'"),
     "no frames": (["render", "scene.yaml", "--frames", "0"], "irsim: --frames 0: no such range; allowed: "),
     "frames backwards": (["render", "scene.yaml", "--frames", "5:5"], "irsim: --frames 5:5: no such range; allowed: "),

@@ -234,7 +234,7 @@ def test_the_command_judges_noise_by_its_status(tmp_path: Path) -> None:
 
 def test_noise_of_a_moving_scene_is_not_judged() -> None:
     moving = ["realism", *CLOUDS, "--like", "cloud"]
-    reason = "its noise cannot be judged, for the scene moves; allowed: a still camera"
+    reason = "its noise cannot be judged: the scene moves; allowed: a still camera"
     alone = CliRunner().invoke(app, moving)
     assert alone.exit_code == 0, alone.output
     assert alone.stdout.splitlines()[-2:] == ["looks like: cloud", reason]
@@ -251,7 +251,7 @@ def test_noise_of_a_moving_scene_is_not_judged() -> None:
         (96, 1, ["--camera", "cooled"], "1 frame is too few to measure noise; allowed: at least 4"),
         (16, 12, ["--like", "cloud"], "16x16 px are too few for a spectrum; allowed: at least 64x64"),
         (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be measured; allowed: at least 8x8"),
-        (96, 12, [], "its noise is not judged, for pictures of 8 bits hold no sensor's"),
+        (96, 12, [], "its noise is not judged: pictures of 8 bits hold no sensor's noise"),
     ],
 )
 def test_pictures_of_8_bits_are_judged_or_refused_in_a_line(

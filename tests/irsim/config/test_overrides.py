@@ -99,8 +99,8 @@ OVERRIDES_WRONG = {
         "override background.kind: cannot import 'nosuch:Thing': No module named 'nosuch'; allowed: sky, "
     ),
     "background.kind=os:path": "override background.kind: 'os:path' is no background kind; allowed: a subclass of ",
-    "camera": "override 'camera': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",
-    "=3": "override '=3': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",
+    "camera": "override 'camera': not KEY=VALUE; allowed: e.g. camera.netd_mk=80",
+    "=3": "override '=3': not KEY=VALUE; allowed: e.g. camera.netd_mk=80",
 }
 
 

@@ -160,12 +160,12 @@ def test_a_missing_file_suggests_an_override(folder: Path, place: str) -> None:
     text, gone = TEXTS[place].replace("KEYS", "file: GONE"), f"gone{Path(FILES[place]).suffix}"
     said = f"{place}.file: {folder}/{gone}: there is no such file"
     assert told(text.replace("GONE", gone)).endswith(
-        f": {said}; allowed: a file that is there; {place}.file=PATH puts another in its place"
+        f": {said}; allowed: an existing file; {place}.file=PATH selects another file"
     )
     assert irsim.loads(text.replace("GONE", gone), "f.yaml", [f"{place}.file={FILES[place]}"])
     assert (
         told(text.replace("GONE", FILES[place]), f"{place}.file={gone}")
-        == f"override {said}; allowed: a file that is there"
+        == f"override {said}; allowed: an existing file"
     )
     (folder / gone).write_bytes(b"no such thing")
     assert "puts another" not in told(text.replace("GONE", gone))

@@ -262,7 +262,7 @@ def test_what_turns_from_like_to_like_is_told(kind: str, key: str, hz: float, st
     )
     said = [notice for notice in doubts(scene) if notice.at == ("targets", 0, "shape", key)]
     assert len(said) == still
-    first, *others = (Renderer(scene).seen(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
+    first, *others = (Renderer(scene).drawn_targets(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
     same = all(first.shape == other.shape and np.allclose(first, other, atol=1e-9) for other in others)
     assert same == (still or hz == 0)
 

@@ -202,7 +202,7 @@ def test_a_program_from_a_pipe_is_an_input_error(call: str, tmp_path: Path) -> N
         [sys.executable], input=program, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 1
-    last = "irsim.errors.InputError: worker processes cannot read the program that asks for them, <stdin>; allowed: "
+    last = "irsim.errors.InputError: worker processes cannot import the main program, <stdin>; allowed: "
     assert done.stderr.splitlines()[-1] == f"{last}one job, or a program in a file"
     assert done.stderr.count("Traceback") == 1
 

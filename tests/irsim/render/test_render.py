@@ -38,7 +38,7 @@ def test_signal_center_with_a_contrast_factor(contrast: float) -> None:
     car = {"id": "one", "shape": {"kind": "car"}, "path": path}
     sky = {"kind": "sky", "horizon_k": 290.0, "zenith_k": 290.0}
     usual, other = (Renderer(scene(targets=[{**car, "contrast": share}], background=sky)) for share in (1.0, contrast))
-    (seen,), (truth,), (own,) = other.seen(0), other.scene(0)[1].targets, usual.scene(0)[1].targets
+    (seen,), (truth,), (own,) = other.drawn_targets(0), other.scene(0)[1].targets, usual.scene(0)[1].targets
     sprite = seen.piece.sprite
     x, y = centroid(sprite.emission)
     assert truth.signal_center == pytest.approx((x + sprite.x0, y + sprite.y0), abs=1e-3)

@@ -131,7 +131,7 @@ def test_moved_files_are_given_by_overrides(project: Path, elsewhere: Path, run:
     lost = run("render", "moved/made.mcap", "-o", "again.mcap", cwd=elsewhere)
     assert lost.returncode == 2
     for key, name in (("background.file", "footage/own.mcap"), ("targets.box.shape.file", "box.obj")):
-        assert f"{key}: {project / name}: there is no such file; allowed: a file that is there; {key}=" in lost.stderr
+        assert f"{key}: {project / name}: there is no such file; allowed: an existing file; {key}=" in lost.stderr
     new = ["background.file=moved/footage/own.mcap", "targets.box.shape.file=moved/box.obj"]
     assert run("render", "moved/made.mcap", *new, "-o", "again.mcap", cwd=elsewhere).returncode == 0
     assert np.array_equal(pictures(elsewhere / "again.mcap"), pictures(elsewhere / "moved" / "made.mcap"))
