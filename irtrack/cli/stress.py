@@ -32,12 +32,14 @@ def stress(
 ) -> None:
     """Run trackers over nine causes of failure at severities 0 to 5; print the lost runs and breaking points."""
     from irtrack.bench import parse_trackers
-    from irtrack.bench.stress import SUITE, stress_suite
+    from irtrack.bench.suite import STRESS_SUITE, stress_suite
     from irtrack.report import severity_figures, severity_values
 
     check_results(results)
     chosen = names("--only", only) or ()
-    cells = sweep(stress_suite(parse_trackers(trackers), seeds, chosen, suite or SUITE), results, jobs)
+    cells = sweep(
+        stress_suite(parse_trackers(trackers), seeds, chosen, STRESS_SUITE if suite is None else suite), results, jobs
+    )
     figures = severity_figures(cells)
     if as_json:
         print_json({"results": str(results), "causes": [severity_values(each) for each in figures]})

@@ -87,7 +87,7 @@ def test_own_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = irsim.loads(SPACE).model_copy(update={"expect": (Still(),)})
     assert margin(rules_of(scene)[0], trace([0, 0])) == -0.5
     monkeypatch.delattr(Still, "margin")
-    with pytest.raises(irsim.InputError, match=r"expect\.0: has no margin.*allowed: never_lost"):
+    with pytest.raises(irsim.InputError, match=r"expect\.0: .*has no margin; allowed: never_lost"):
         rules_of(scene)
 
 
