@@ -46,7 +46,7 @@ from irsim.recording.reader import Recording, open_recording
 from irsim.types import Frame, Image, Source, Truth
 
 
-def check_default(path: Path) -> None:
+def check_default_output(path: Path) -> None:
     """InputError where something is there that was not rendered: nobody has named it, and footage or truth would be
     lost. What was rendered can be rendered again."""
     if not path.exists():

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 import irsim
-from irsim.cli.video import AMBER, BLACK, PALETTE, WHITE, drawn, moving_picture
+from irsim.cli.video import AMBER, BLACK, PALETTE, WHITE, annotated, write_video
 from irsim.recording import open_recording, record
 from irsim.render.stream import Rendering
 from irsim.types import Box, Frame, TargetTruth, Truth
@@ -32,12 +32,12 @@ def source() -> Rendering:
 
 
 def expected(source: irsim.Source | Rendering, start: int, stop: int, factor: int) -> list[npt.NDArray[np.uint8]]:
-    return [PALETTE[drawn(frame, truth, factor)] for frame, truth in source.pairs(start, stop, input="display")]
+    return [PALETTE[annotated(frame, truth, factor)] for frame, truth in source.pairs(start, stop, input="display")]
 
 
 def test_a_webm_decodes_to_what_was_drawn(source: Rendering, tmp_path: Path) -> None:
     done: list[int] = []
-    path = moving_picture(source, tmp_path / "a.webm", 4, 20, done.append)
+    path = write_video(source, tmp_path / "a.webm", 4, 20, done.append)
     assert done == list(range(1, 17))
     with av.open(path) as container:
         stream = container.streams.video[0]
@@ -57,7 +57,7 @@ def test_a_webm_decodes_to_what_was_drawn(source: Rendering, tmp_path: Path) -> 
 
 
 def test_a_gif_decodes_to_what_was_drawn_bit_for_bit(source: Rendering, tmp_path: Path) -> None:
-    path = moving_picture(source, tmp_path / "a.gif", 4, 20)
+    path = write_video(source, tmp_path / "a.gif", 4, 20)
     with Image.open(path) as gif:
         found = [(np.asarray(frame.convert("RGB")), frame.info["duration"]) for frame in ImageSequence.Iterator(gif)]
         assert gif.info["loop"] == 0
@@ -72,20 +72,20 @@ def test_a_gif_decodes_to_what_was_drawn_bit_for_bit(source: Rendering, tmp_path
 @pytest.mark.parametrize(("rate", "lasts"), [(0.5, 2000), (25, 40), (200, 20)])
 def test_a_gif_keeps_time(rate: float, lasts: int, tmp_path: Path) -> None:
     slow = Rendering(irsim.loads(SCENE, "scene", [f"camera.rate_hz={rate}"]), "slow")
-    with Image.open(moving_picture(slow, tmp_path / "a.gif", 0, 3)) as gif:
+    with Image.open(write_video(slow, tmp_path / "a.gif", 0, 3)) as gif:
         assert [frame.info["duration"] for frame in ImageSequence.Iterator(gif)] == [lasts] * 3
 
 
 def test_frames_that_arrive_twice_are_shown_twice(tmp_path: Path) -> None:
     doubled = Rendering(irsim.loads(SCENE, "scene", ["camera.faults=[{kind: duplicate, frames: [1, 2]}]"]), "doubled")
     for name in ("a.gif", "a.webm"):
-        with av.open(moving_picture(doubled, tmp_path / name, 0, 6)) as container:
+        with av.open(write_video(doubled, tmp_path / name, 0, 6)) as container:
             assert len(list(container.decode(video=0))) == 6
 
 
 def test_a_recording_moves_as_its_source(source: Rendering, tmp_path: Path) -> None:
     recording = open_recording(record(source, tmp_path / "a.mcap", 0, 5))
-    a, b = (moving_picture(each, tmp_path / f"{each.name}.gif", 0, 5) for each in (recording, source))
+    a, b = (write_video(each, tmp_path / f"{each.name}.gif", 0, 5) for each in (recording, source))
     assert a.read_bytes() == b.read_bytes()
 
 
@@ -96,12 +96,12 @@ def boxed(visible: float | None = None, box: Box | None = None) -> npt.NDArray[n
     """Mid grey with one target's box, 4 times as large."""
     frame = Frame(np.full((40, 60), 128, np.uint8), 0, 0.0, 8)
     box = box or Box(30, 20, 9, 7)
-    return drawn(frame, Truth(0, 0.0, (TargetTruth("t", (box.cx, box.cy), box, visible=visible),)), 4)
+    return annotated(frame, Truth(0, 0.0, (TargetTruth("t", (box.cx, box.cy), box, visible=visible),)), 4)
 
 
 def test_greys_are_spread_over_the_palette() -> None:
     frame = Frame(np.arange(256, dtype=np.uint8).reshape(1, 256).repeat(40, axis=0), 0, 0.0, 8)
-    shown = PALETTE[drawn(frame, None)]
+    shown = PALETTE[annotated(frame, None)]
     np.testing.assert_allclose(shown[5, :, 0], np.arange(256), atol=1)
     assert (PALETTE[: WHITE + 1, 0] == PALETTE[: WHITE + 1, 2]).all()
 
@@ -140,11 +140,11 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     source: Rendering, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(irsim.InputError, match=r"allowed: \.webm, \.gif"):
-        moving_picture(source, tmp_path / "a.avi")
+        write_video(source, tmp_path / "a.avi")
     with pytest.raises(irsim.InputError, match="no frames 20:31; allowed: within 0:30"):
-        moving_picture(source, tmp_path / "a.gif", 20, 31)
+        write_video(source, tmp_path / "a.gif", 20, 31)
     with pytest.raises(irsim.InputError, match="the folder"):
-        moving_picture(source, tmp_path / "no" / "a.gif", 0, 1)
+        write_video(source, tmp_path / "no" / "a.gif", 0, 1)
     real = builtins.__import__
 
     def without_av(name: str, *rest: Any, **named: Any) -> Any:
@@ -154,7 +154,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 
     monkeypatch.setattr(builtins, "__import__", without_av)
     with pytest.raises(irsim.InputError, match=r"pip install 'irtrack\[video\]'"):
-        moving_picture(source, tmp_path / "a.webm", 0, 2)
+        write_video(source, tmp_path / "a.webm", 0, 2)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -168,6 +168,6 @@ def test_a_failing_source_leaves_the_old_picture(ending: str, tmp_path: Path) ->
     path = tmp_path / f"a{ending}"
     path.write_bytes(b"old")
     with pytest.raises(irsim.InputError, match="damaged"):
-        moving_picture(Broken(irsim.loads(SCENE), "broken"), path, 0, 5)
+        write_video(Broken(irsim.loads(SCENE), "broken"), path, 0, 5)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
