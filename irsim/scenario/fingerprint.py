@@ -26,8 +26,7 @@ NOT_PIXELS = (
     *("scenario/expectation.py", "scenario/sampling.py", "scenario/variation.py", "strategies"),
     # show, write and measure rendered frames
     *("notebook.py", "displayed", "fitting", "measure", "render/masks.py", "render/moments.py", "render/levels.py"),
-    *("recording/conversion.py", "recording/arrays.py", "recording/importing.py", "recording/labels.py"),
-    *("recording/pictures.py", "recording/tiff.py", "recording/output.py", "stated.py"),
+    *("recording/images.py", "recording/importers.py", "recording/labels.py", "recording/output.py"),
     # commands, and ways in
     *("__main__.py", "cli", "render/sources.py"),
 )

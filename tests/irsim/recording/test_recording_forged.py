@@ -179,7 +179,7 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
     with path.open("wb") as file:
         writer = ChunkWriter(file)
         writer.metadata(
-            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).seal()
+            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).to_record()
         )
         channel = writer.topic("/tracks/x/states", TRACK_STATE)
         writer.chunk([Message(channel, 0, 0, TrackStateMessage(index=0).SerializeToString())])
