@@ -56,8 +56,8 @@ def test_forge_writes_valid_recordings(tmp_path: Path) -> None:
 
 def test_no_module_named_in_a_recording_is_imported(tmp_path: Path, evil: str) -> None:
     path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{evil}:X"}}'})
-    assert "is not imported" in refused(path)
-    with pytest.raises(InputError, match="is not imported"):
+    assert "are not imported" in refused(path)
+    with pytest.raises(InputError, match="are not imported"):
         recover(path, tmp_path / "out.mcap")
     assert evil not in sys.modules
 
