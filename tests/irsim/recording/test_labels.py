@@ -150,4 +150,4 @@ def test_truth_that_cannot_be_read(tmp_path: Path) -> None:
         import_frames(folder, tmp_path / "r.mcap", truth=tmp_path / "no.csv")
     for options in ({"accuracy_px": 2.0}, {"follow": "jet"}):
         with pytest.raises(InputError, match=r"allowed with truth only \(truth=CSV\)"):
-            import_frames(folder, tmp_path / "r.mcap", **options)  # type: ignore[arg-type]  # one option or the other
+            import_frames(folder, tmp_path / "r.mcap", **options)
