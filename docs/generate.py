@@ -34,7 +34,7 @@ from irsim.camera.camera import Camera
 from irsim.camera.drift import Correction
 from irsim.camera.motion_blur import MotionBlur
 from irsim.camera.vignetting import Vignetting
-from irsim.cli.gallery import bodies, framed, typical
+from irsim.cli.gallery import body_kinds, default_shape, framed
 from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
 from irsim.config.fields import field_docs
 from irsim.config.quantities import LARGEST
@@ -337,8 +337,8 @@ def centre_offsets() -> Iterator[str]:
     yield "| kind | across, of the box's width | down, of its height | both, of its diagonal |"
     yield "| --- | --- | --- | --- |"
     worst = []
-    for kind in bodies():
-        shape = typical(kind)
+    for kind in body_kinds():
+        shape = default_shape(kind)
         sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.picture_poses]
         across = max(abs(sprite.center[0] - sprite.box.cx) / sprite.box.w for sprite in sprites)
         down = max(abs(sprite.center[1] - sprite.box.cy) / sprite.box.h for sprite in sprites)

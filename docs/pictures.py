@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from irsim.cli.figures import contact_sheet
-from irsim.cli.sheets import SHEETS
+from irsim.cli.gallery import SHEETS
 from irsim.render.sources import open_source
 from irsim.scenario.catalog import examples
 

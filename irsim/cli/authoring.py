@@ -1,4 +1,4 @@
-"""The commands of irsim that help to write scenarios; the command line itself is `irsim.cli.app`."""
+"""Commands that help to write scenarios: new, schema, sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from irsim.cli.source_options import tell_unheeded
+from irsim.cli.source_options import warn_unheeded
 from irsim.cli.terminal import given_path, progress_bar
 from irsim.errors import InputError, counted
 
@@ -21,10 +21,16 @@ def new(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.", parser=given_path),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="YAML",
+            help="File to write; default: KIND.yaml in this folder.",
+            parser=given_path,
+        ),
     ] = None,
 ) -> None:
-    """Write a commented scenario to begin your own from; it replaces nothing."""
+    """Write a commented scenario to start from. It replaces no file."""
     from irsim.recording.output import check_output
     from irsim.scenario.catalog import start_text, write_new
     from irsim.scenario.loader import load
@@ -37,18 +43,21 @@ def new(
     show = f"irsim show {shlex.quote(str(path))}"
     try:
         load(path)
-    except InputError as error:  # what it needs of the user is not there yet, such as footage
-        print(f"look at it, once this is mended: {show}\n{error}")
+    except InputError as error:  # a file of the user's, such as footage, is not there yet
+        print(f"show it, once this is corrected: {show}\n{error}")
     else:
-        print(f"look at it: {show}")
+        print(f"show it: {show}")
 
 
 def schema(
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="JSON", help="Default: standard output.", parser=given_path)
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="JSON", help="File to write; default: standard output.", parser=given_path
+        ),
     ] = None,
 ) -> None:
-    """Print the JSON Schema of scenarios, by which editors complete and check them."""
+    """Print the JSON Schema of scenarios, for completion in editors."""
     from irsim.recording.output import atomic_text, check_output
     from irsim.scenario.catalog import json_schema
 
@@ -63,37 +72,45 @@ def schema(
 
 
 def sample(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or name, with `vary`.")],
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="Scenario file or shipped scenario's name, with `vary`.")
+    ],
     overrides: Annotated[
         list[str] | None,
-        typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario; a key so given varies no more."),
+        typer.Argument(metavar="KEY=VALUE", help="Overrides of the scenario; an overridden key is not varied."),
     ] = None,
-    count: Annotated[int, typer.Option("-n", metavar="N", min=1, max=100_000, help="How many are drawn.")] = 10,
+    count: Annotated[int, typer.Option("-n", metavar="N", min=1, max=100_000, help="Number of scenarios.")] = 10,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-samples in this folder.", parser=given_path),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Folder to write; default: NAME-samples in this folder.",
+            parser=given_path,
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
 ) -> None:
-    """Draw scenarios from the ranges under `vary` and write each as a file of its own."""
+    """Draw scenarios from the ranges under `vary`, each to a file."""
     from irsim.recording.output import atomic_text, check_output, make_folder, refuse_leftovers
     from irsim.scenario.catalog import find
     from irsim.scenario.loader import load
     from irsim.scenario.sampling import sample_names, sample_texts
 
     loaded = load(scenario, overrides or ())
-    tell_unheeded(scenario, overrides)
+    warn_unheeded(scenario, overrides)
     name = Path(scenario).stem
     folder = output or Path(f"{name}-samples")
-    repeat = shlex.join(["irsim", "sample", scenario, *(overrides or ()), "-n", str(count), "--seed", str(seed)])
+    command = shlex.join(["irsim", "sample", scenario, *(overrides or ()), "-n", str(count), "--seed", str(seed)])
     paths = [folder / file for file in sample_names(name, count)]
     for path in paths:
         if folder.is_dir():
             check_output(path, find(scenario), *loaded.files)
-    ours, alike = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
-    refuse_leftovers(folder, lambda file: file not in ours and alike.fullmatch(file) is not None, "samples")
+    new_names, sample_name = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
+    refuse_leftovers(folder, lambda file: file not in new_names and bool(sample_name.fullmatch(file)), "samples")
     with progress_bar(f"sample {name}", count) as progress:
-        texts = sample_texts(loaded, name, count, seed, repeat, folder, progress)
+        texts = sample_texts(loaded, name, count, seed, command, folder, progress)
     make_folder(folder)
     for path, text in zip(paths, texts, strict=True):
         with atomic_text(path) as file:

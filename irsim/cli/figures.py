@@ -1,4 +1,4 @@
-"""Pictures of a source: the one room of irsim that knows matplotlib."""
+"""Figures by matplotlib: a sheet of frames with their truth boxes, a sheet of labelled pictures."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 POINTS_PER_IN = 72
-WHOLE = (0, 255)
-"""Greys of a picture for people."""
-SHEET = 12
-"""Frames on a sheet at most."""
+FULL_RANGE = (0, 255)
+"""Least and highest grey of an 8-bit picture."""
+SHEET_FRAMES = 12
+"""Highest number of frames on a sheet."""
 COLUMNS = 4
 CELL_IN = 3.6
 """Width of a frame on the sheet, inches."""
-LARGER = 2
-"""Frames are drawn so much larger at most where few of them share the sheet."""
-TITLE_LETTERS_PER_IN = 14
-TRUTH_COLOR = "#ffb000"  # legible on black, grey and white; told apart by the colour-blind too
+MAX_ENLARGEMENT = 2
+"""Highest factor by which frames are drawn larger where fewer than COLUMNS are on the sheet."""
+TITLE_CHARS_PER_IN = 14
+TRUTH_COLOR = "#ffb000"  # legible on black, grey and white, also for the colour-blind
 ZOOM_PX = 32
 """Least side of the enlarged part, px."""
-ZOOM_SHARE = 0.3
-"""Height of that part on the sheet, as a share of the picture's."""
+ZOOM_FRACTION = 0.3
+"""Height of that part on the sheet, as a fraction of the picture's."""
 NAME_PT = 7
-"""Size of targets' names, points."""
-NARROWED = 1.05
-"""A frame is drawn narrower than its cell of the sheet by up to so much, so that names are that much larger in it."""
-HIGHLIGHT = 97.0
-"""Percentile of the counts in a target's box, or around it where that is more, that is drawn white where it is
-enlarged: what is hotter, an engine, hides nothing of the body."""
+"""Font size of targets' names, points."""
+CELL_MARGIN = 1.05
+"""Width of a cell over the least width of the frame in it: text of NAME_PT covers up to this much more of the frame."""
+WHITE_PERCENTILE = 97.0
+"""Percentile of the counts in a target's box, or in the enlarged part where that is higher, that is drawn white: a
+small hot spot such as an engine does not darken the body."""
 MARGIN_PX = 6.0
-"""Boxes are drawn larger by this, or they would hide what they show."""
+"""Width and height added to a drawn box, px, so that its line does not cover the target."""
 
 
-def sheet_indices(count: int, most: int = SHEET) -> list[int]:
-    """Frames spread evenly from the first to the last."""
+def sheet_indices(count: int, most: int = SHEET_FRAMES) -> list[int]:
+    """Return at most so many indices, spread evenly from the first to the last."""
     return sorted({round(float(at)) for at in np.linspace(0, count - 1, min(count, most))})
 
 
 def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | None = None) -> Path:
     """Draw frames of a source, spread evenly over start .. stop-1, as a PNG file and return its path.
 
-    Each frame has its number and time, its targets' boxes, and an enlarged part around the target
-    that is followed, whose own counts are drawn from black to white. Where all the frames together leave half
-    of the greys unused, what they use is drawn from black to white, and the title says so.
+    Each frame has its number and time, its targets' boxes, and an enlarged part around the followed target, whose
+    counts have a grey scale of their own. Where all the frames together use less than half of the greys, the used ones
+    are stretched from black to white, and the title gives them.
     InputError where the file cannot be written, or is one that the source is read from.
     """
     from matplotlib.figure import Figure
@@ -66,47 +66,47 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     indices = [start + index for index in sheet_indices((len(source) if stop is None else stop) - start)]
     columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
     width, height = source.size
-    cell = CELL_IN * min(COLUMNS / columns, LARGER)
+    cell = CELL_IN * min(COLUMNS / columns, MAX_ENLARGEMENT)
     figure = Figure(figsize=(cell * columns, (cell * height / width + 0.12) * rows + 0.5), layout="constrained")
     frames = [source.frame(index, "display") for index in indices]
-    black, white = greys = drawn_greys([frame.image for frame in frames])
+    black, white = greys = grey_range([frame.image for frame in frames])
     facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
-    boxes = "; boxes: truth, dotted where more than half is hidden; what is enlarged has greys of its own"
+    boxes = "; boxes: truth, dotted where more than half is hidden; enlarged parts have their own greys"
     key = boxes if source.has_truth else "; no truth"
-    stretched = "" if greys == WHOLE else f"; greys {black} to {white} drawn from black to white"
-    title = fill(f"{source.name}: {facts}{key}{stretched}", int(TITLE_LETTERS_PER_IN * cell * columns))
+    stretched = "" if greys == FULL_RANGE else f"; greys {black} to {white} drawn from black to white"
+    title = fill(f"{source.name}: {facts}{key}{stretched}", int(TITLE_CHARS_PER_IN * cell * columns))
     figure.suptitle(title, fontsize=9)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, frame in zip(grid.flat, frames, strict=False):
         truth = next(iter(source.truths(frame.index, frame.index + 1)), None)
-        taken = _draw_frame(axes, frame, truth, greys, NARROWED * width / (cell * POINTS_PER_IN))
+        occupied = _draw_frame(axes, frame, truth, greys, CELL_MARGIN * width / (cell * POINTS_PER_IN))
         followed = truth.target(source.follow) if truth is not None and source.follow is not None else None
         if followed is not None and followed.in_view is not False:
-            _draw_zoom(axes, source.frame(frame.index).image, followed.box, taken)
+            _draw_zoom(axes, source.frame(frame.index).image, followed.box, occupied)
     with atomic_file(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
 
 
-def drawn_greys(images: Sequence[Image]) -> tuple[int, int]:
-    """The greys to draw as black and as white: `WHOLE`, or where less than half of them are used, the ends of those."""
+def grey_range(images: Sequence[Image]) -> tuple[int, int]:
+    """Return the greys to draw as black and as white: FULL_RANGE, or the used ones where these are less than half."""
     low, high = min(int(image.min()) for image in images), max(int(image.max()) for image in images)
-    return (low, high) if 0 < high - low < (WHOLE[1] - WHOLE[0]) / 2 else WHOLE
+    return (low, high) if 0 < high - low < (FULL_RANGE[1] - FULL_RANGE[0]) / 2 else FULL_RANGE
 
 
 @dataclass(frozen=True, eq=False)
-class Labelled:
-    """A picture (rows, cols) uint8, what it is called, and a part of it to be enlarged."""
+class LabelledImage:
+    """Picture (rows, cols) uint8 with its label, and a part of it to be enlarged."""
 
     label: str
     image: Image
     part: Box | None = None
 
 
-def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int = COLUMNS) -> Path:
-    """Draw pictures side by side, each under its label, as a PNG file and return its path."""
+def labelled_sheet(pictures: Sequence[LabelledImage], path: str | Path, columns: int = COLUMNS) -> Path:
+    """Draw pictures side by side, each below its label, as a PNG file and return its path."""
     from matplotlib.figure import Figure
 
     path = path_of(path)
@@ -117,7 +117,7 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, picture in zip(grid.flat, pictures, strict=False):
-        axes.imshow(picture.image, cmap="gray", vmin=WHOLE[0], vmax=WHOLE[1], interpolation="nearest")
+        axes.imshow(picture.image, cmap="gray", vmin=FULL_RANGE[0], vmax=FULL_RANGE[1], interpolation="nearest")
         axes.set_title(picture.label, fontsize=9, pad=2)
         if picture.part is not None:
             _draw_box(axes, picture.part, hidden=False)
@@ -128,23 +128,23 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
 
 
 def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, greys: tuple[int, int], px_per_pt: float) -> list[Box]:
-    """A frame with its targets' boxes and names; what these take."""
+    """Draw a frame with its targets' boxes and names; return the boxes that these occupy."""
     from matplotlib.patheffects import withStroke
 
     rows, columns = frame.image.shape
     axes.imshow(frame.image, cmap="gray", vmin=greys[0], vmax=greys[1], interpolation="nearest")
     axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
     axes.autoscale(False)
-    taken: list[Box] = []
+    occupied: list[Box] = []
     names: list[Box] = []
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
         _draw_box(axes, box, target.hidden)
         name = shortened(target.id, columns / px_per_pt)
-        wide, high = (px_per_pt * points for points in _extent(name))
-        left, bottom = name_place(box, (wide, high), (columns, rows), names)
+        wide, high = (px_per_pt * points for points in _text_size(name))
+        left, bottom = name_position(box, (wide, high), (columns, rows), names)
         names.append(Box.from_edges(left, bottom - high, left + wide, bottom))
-        taken += [target.box, names[-1]]
+        occupied += [target.box, names[-1]]
         axes.text(
             left,
             bottom,
@@ -155,7 +155,7 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, greys: tuple[int,
             clip_on=True,
             path_effects=[withStroke(linewidth=1.5, foreground="black")],
         )
-    return taken
+    return occupied
 
 
 def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
@@ -174,12 +174,14 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
     )
 
 
-def name_place(
+def name_position(
     box: Box, extent: tuple[float, float], size: tuple[int, int], names: Sequence[Box] = ()
 ) -> tuple[float, float]:
-    """Lower left corner, px, of a name of that extent (width, height), within a picture of `size` (columns, rows) while
-    any of the box is in it: above its box, or where other names stand there already, below or beside it. Where there is
-    no room above, it is below, or else in it."""
+    """Return the lower left corner, px, of a name of some extent (width, height) in a picture of `size`.
+
+    It is above its box, or below or inside it where there is no room above; below or beside it where that overlaps less
+    of other names. It is inside the picture while any of the box is.
+    """
     (wide, high), (columns, rows) = extent, size
     left = min(max(box.left, 0.0), box.right)
     if box.left < columns:
@@ -191,42 +193,40 @@ def name_place(
         first = left, below if below <= rows else max(box.top, 0.0) + 1 + high
     others = (left, below), (box.right + 1, middle), (box.left - 1 - wide, middle)
     inside = [(x, y) for x, y in others if x >= 0 and x + wide <= columns and high <= y <= rows]
-    return min([first, *inside], key=lambda place: _covered(place, extent, names))
+    return min([first, *inside], key=lambda place: _overlap(place, extent, names))
 
 
-def _covered(place: tuple[float, float], extent: tuple[float, float], names: Sequence[Box]) -> float:
-    """How much, px2, a name at a place (its lower left corner) would cover of other names."""
+def _overlap(place: tuple[float, float], extent: tuple[float, float], names: Sequence[Box]) -> float:
+    """Return the area, px^2, of other names below a name at a place (its lower left corner)."""
     (left, bottom), (wide, high) = place, extent
     across = (max(min(left + wide, name.right) - max(left, name.left), 0.0) for name in names)
     down = (max(min(bottom, name.bottom) - max(bottom - high, name.top), 0.0) for name in names)
     return sum(x * y for x, y in zip(across, down, strict=True))
 
 
-def shortened(name: str, most_pt: float) -> str:
-    """The name, or as much of it as is no wider than so many points, its middle left out."""
+def shortened(name: str, width_pt: float) -> str:
+    """Return the name, its middle left out where it would be wider than `width_pt` points."""
     kept = len(name)
     short = name
-    while _extent(short)[0] > most_pt and kept > 2:
+    while _text_size(short)[0] > width_pt and kept > 2:
         kept -= 1
         short = f"{name[: (kept + 1) // 2]}…{name[len(name) - kept // 2 :]}"
     return short
 
 
-def _extent(name: str) -> tuple[float, float]:
-    """Width of a name, and height of a line, points."""
+def _text_size(name: str) -> tuple[float, float]:
+    """Return the width of a name and the height of a line, points."""
     from matplotlib.textpath import TextPath
 
     return float(TextPath((0, 0), name, size=NAME_PT).get_extents().x1), 1.2 * NAME_PT
 
 
-def zoom_corner(box: Box, taken: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
-    """Lower left corner, as shares of the axes, of the enlarged part of a picture of `size` (columns, rows).
-
-    It stands in the corner that hides the fewest of what is `taken` (boxes of targets, their names) and of `box`
-    itself, of these in the farthest from `box`.
-    """
+def zoom_corner(box: Box, occupied: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
+    """Return the lower left corner, in fractions of the axes, of the enlarged part of a picture of `size`
+    (columns, rows): in the picture's corner that hides the fewest `occupied` boxes and `box` itself; among equals, in
+    the one farthest from `box`."""
     columns, rows = size
-    width, height = ZOOM_SHARE * rows, ZOOM_SHARE * rows
+    width, height = ZOOM_FRACTION * rows, ZOOM_FRACTION * rows
     best: tuple[int, float] | None = None
     chosen = (0.0, 0.0)
     for left in (0.0, columns - width):
@@ -236,7 +236,7 @@ def zoom_corner(box: Box, taken: Sequence[Box], size: tuple[int, int]) -> tuple[
                 and other.left - MARGIN_PX < left + width
                 and top < other.bottom + MARGIN_PX
                 and other.top - MARGIN_PX < top + height
-                for other in [box, *taken]
+                for other in [box, *occupied]
             )
             near = -math.hypot(left + width / 2 - box.cx, top + height / 2 - box.cy)
             if best is None or (hidden, near) < best:
@@ -245,22 +245,24 @@ def zoom_corner(box: Box, taken: Sequence[Box], size: tuple[int, int]) -> tuple[
 
 
 def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
-    """Side, px, of the part around a box that is enlarged in a picture of `size`; None where nothing would be."""
+    """Return the side, px, of the part around a box to enlarge in a picture of `size`; None where it would not grow."""
     columns, rows = size
     side = max(ZOOM_PX, 2 * round(max(box.w, box.h)))
-    return side if side < min(ZOOM_SHARE * rows, columns) else None
+    return side if side < min(ZOOM_FRACTION * rows, columns) else None
 
 
-def _within(image: Image, box: Box) -> Image:
-    """The pixels of a picture that a box meets, one at least."""
+def _pixels_in(image: Image, box: Box) -> Image:
+    """Return the pixels of a picture inside a box, at least one."""
     (left, top, right, bottom), (rows, columns) = box.edges, image.shape
     x, y = (min(max(round(at), 0), most - 1) for at, most in ((left, columns), (top, rows)))
     return image[y : max(round(bottom) + 1, y + 1), x : max(round(right) + 1, x + 1)]
 
 
-def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box]) -> None:
-    """An enlarged part around a box, in the corner where it hides least; none where it would show the box smaller than
-    the picture does. Its greys are its own: where a picture shows a hot body as one white spot, its parts are seen."""
+def _draw_zoom(axes: Axes, image: Image, box: Box, occupied: Sequence[Box]) -> None:
+    """Draw the part around a box enlarged in a corner of the picture, unless it would not be larger there.
+
+    It has a grey scale of its own, so that a body that is white all over in the picture shows its parts.
+    """
     rows, columns = image.shape
     side = zoom_side(box, (columns, rows))
     if side is None:
@@ -268,12 +270,14 @@ def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box]) -> None
     left = min(max(round(box.cx - side / 2), 0), columns - side)
     top = min(max(round(box.cy - side / 2), 0), rows - side)
     part = image[top : top + side, left : left + side]
-    zoom = axes.inset_axes((*zoom_corner(box, taken, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))
+    zoom = axes.inset_axes(
+        (*zoom_corner(box, occupied, (columns, rows)), ZOOM_FRACTION * rows / columns, ZOOM_FRACTION)
+    )
     zoom.imshow(
         part,
         cmap="gray",
         vmin=float(part.min()),
-        vmax=max(float(np.percentile(counts, HIGHLIGHT)) for counts in (part, _within(image, box))),
+        vmax=max(float(np.percentile(counts, WHITE_PERCENTILE)) for counts in (part, _pixels_in(image, box))),
         interpolation="nearest",
         extent=(left - 0.5, left + side - 0.5, top + side - 0.5, top - 0.5),
     )

@@ -1,159 +1,219 @@
-"""Pictures of every target kind, as a camera shows them, with labels or as riddles: `irsim gallery`."""
+"""Sheets of `irsim gallery`: every target kind, background, camera preset and AGC, each in a picture of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 
-from irsim.errors import InputError
+from irsim.camera import AGCS
+from irsim.camera.presets import PRESETS
+from irsim.cli.figures import LabelledImage, labelled_sheet
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import AWAY, euler
 from irsim.physics.radiometry import radiance, temperature
-from irsim.recording.output import atomic_text, check_output, write_png
+from irsim.recording.output import write_png
 from irsim.render.composite import draw_over
-from irsim.rng import normals, stream
+from irsim.render.stream import Rendering
+from irsim.rng import normals
+from irsim.scenario.loader import load
+from irsim.scenario.model import Scenario
 from irsim.targets import SHAPES, Shape, View
 from irsim.targets.base import Angles
 from irsim.targets.body import Body
-from irsim.types import Band, Image
+from irsim.types import Band, Box, Image
 
-CROP = 64
-"""Side of a crop, px."""
+CROP_PX = 64
+"""Side of a crop of one target, px."""
 FILL = 0.84
-"""Share of the crop that the body fills, on its longer side."""
-ENLARGED = 2
-ABREAST = 3
-"""Kinds in a row of the sheet."""
-LABEL = 22
+"""Fraction of the crop's side that the longer side of the body's box takes."""
+ENLARGEMENT = 2
+KINDS_PER_ROW = 3
+LABEL_PX = 22
 """Height of a label, px."""
-BLIND_EACH = 2
-"""Crops of each kind in a blind test."""
-BLIND_LARGER = 6
-"""How many times a crop is enlarged in a blind test, in its larger copy."""
 NOISE_K = 0.08
-"""Of the camera, K."""
+"""Standard deviation of the camera's noise, K."""
 SPAN_K = 12.0
-"""Least span of temperatures from black to white, K."""
+"""Least temperature difference between black and white, K."""
+ZOOM_PX = 32
+"""Side of the enlarged part of a camera's picture, px."""
+DRONE_RANGE_M = 45
 
 
-def typical(kind: str) -> Shape:
-    """The shape of a kind as it is when nothing but what must be is given."""
-    shape = SHAPES.find(kind).model_validate({})
-    assert isinstance(shape, Shape)
-    return shape
-
-
-def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, side: int = CROP) -> Image:
-    """(side, side) uint8: the body filling most of the picture before an even background, a little noise on it.
-
-    pose  yaw, pitch, roll, degrees, as for targets; white is the 99th percentile of the temperatures
-          in the crop, black the first, at least SPAN_K apart
-    """
-    behind = float(radiance(band, shape.picture_background_k))
-    context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
-    sprite = framed(shape, pose, context, time)
-    light = np.full((side, side), behind)
-    draw_over(light, sprite)
-    shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
-    low, high = np.percentile(shown, [1.0, 99.0])
-    low, high = min(low, shape.picture_background_k - SPAN_K / 4), max(high, low + SPAN_K)
-    return np.asarray(np.clip((shown - low) / (high - low), 0, 1) * 255).round().astype(np.uint8)
-
-
-@dataclass(frozen=True)
-class Riddle:
-    """One crop of a blind test: its kind and how that is posed: yaw, pitch, roll, degrees, and the time, s."""
-
-    kind: str
-    pose: Angles
-    time: float
-
-
-def riddles(seed: int) -> list[Riddle]:
-    """BLIND_EACH of every kind in random order, at any yaw; pitch and roll lie within those of the kind's poses."""
-    draw = stream(seed, "gallery", "blind")
-    found = []
-    for kind in bodies():
-        poses = np.array(typical(kind).picture_poses)
-        for _ in range(BLIND_EACH):
-            _, pitch, roll = draw.uniform(poses.min(axis=0), poses.max(axis=0)).tolist()
-            found.append(Riddle(kind, (float(draw.uniform(0, 360)), pitch, roll), float(draw.uniform(0, 1))))
-    return [found[place] for place in draw.permutation(len(found))]
-
-
-def write_blind(folder: Path, seed: int) -> Path:
-    """Write a blind test: numbered crops without labels, as they are and enlarged, into a new folder.
-
-    Returns what they are: a CSV file beside the folder. InputError where either cannot be written.
-    """
-    key = folder.with_name(f"{folder.name}-key.csv")
-    check_output(key)
-    try:
-        folder.mkdir()
-    except OSError as error:
-        raise InputError(f"{folder}: {error.strerror}; allowed: the name of a new folder") from None
-    lines = ["picture,kind,yaw_deg,pitch_deg,roll_deg,time_s"]
-    for number, riddle in enumerate(riddles(seed), start=1):
-        picture = crop(typical(riddle.kind), riddle.pose, time=riddle.time)
-        larger = cv2.resize(picture, None, fx=BLIND_LARGER, fy=BLIND_LARGER, interpolation=cv2.INTER_CUBIC)
-        write_png(folder / f"{number:02}.png", picture)
-        write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
-        yaw, pitch, roll = riddle.pose
-        lines.append(f"{number:02},{riddle.kind},{yaw:.0f},{pitch:.0f},{roll:.0f},{riddle.time:.3f}")
-    with atomic_text(key) as file:
-        file.write("\n".join(lines) + "\n")
-    return key
-
-
-def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sprite:
-    """The body in the middle of the frame, at the range where it fills it; pose as in `crop`, time in s."""
-    side = context.geometry.size[0]
-    down = np.radians(shape.picture_depression_deg)
-    tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
-    attitude = tilt @ AWAY @ euler(np.array(pose))
-    place, range_m = np.array([(side - 1) / 2] * 2), 3000.0
-
-    def drawn() -> Sprite:
-        sprite = shape.draw(View(context.geometry.place(place, range_m), attitude, context, time))
-        assert sprite is not None
-        return sprite
-
-    for _ in range(4):
-        box = drawn().box
-        place = place + (side - 1) / 2 - np.array([box.cx, box.cy])
-        range_m *= max(box.w, box.h) / (FILL * side)
-    return drawn()
-
-
-def bodies() -> Iterator[str]:
-    """The kinds that have a form and need no file."""
+def body_kinds() -> Iterator[str]:
+    """Yield the target kinds that are bodies and have no required key, such as a mesh file."""
     for name, kind in SHAPES:
         if issubclass(kind, Body) and not any(field.is_required() for field in kind.model_fields.values()):
             yield name
 
 
-def sheet() -> Image:
-    """(rows, columns) uint8: every kind with its name, in each of its poses."""
+def default_shape(kind: str) -> Shape:
+    """Return the shape of a kind with its defaults."""
+    shape = SHAPES.find(kind).model_validate({})
+    assert isinstance(shape, Shape)
+    return shape
+
+
+def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, side: int = CROP_PX) -> Image:
+    """Return (side, side) uint8: the body before a uniform background, with a little noise.
+
+    pose  yaw, pitch, roll, degrees, as for targets
+
+    Black is the 1st percentile of the temperatures, white the 99th, at least SPAN_K apart.
+    """
+    background = float(radiance(band, shape.picture_background_k))
+    context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=background)
+    scene = np.full((side, side), background)
+    draw_over(scene, framed(shape, pose, context, time))
+    noisy = temperature(band, scene) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
+    low, high = np.percentile(noisy, [1.0, 99.0])
+    low, high = min(low, shape.picture_background_k - SPAN_K / 4), max(high, low + SPAN_K)
+    return np.asarray(np.clip((noisy - low) / (high - low), 0, 1) * 255).round().astype(np.uint8)
+
+
+def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sprite:
+    """Return the body at the centre of the frame, at the range where it takes FILL of it.
+
+    pose  yaw, pitch, roll, degrees
+    time  of moving parts such as rotors, s
+    """
+    side = context.geometry.size[0]
+    down = np.radians(shape.picture_depression_deg)
+    tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
+    attitude = tilt @ AWAY @ euler(np.array(pose))
+    centre, range_m = np.array([(side - 1) / 2] * 2), 3000.0
+
+    def sprite() -> Sprite:
+        drawn = shape.draw(View(context.geometry.place(centre, range_m), attitude, context, time))
+        assert drawn is not None
+        return drawn
+
+    for _ in range(4):
+        box = sprite().box
+        centre = centre + (side - 1) / 2 - np.array([box.cx, box.cy])
+        range_m *= max(box.w, box.h) / (FILL * side)
+    return sprite()
+
+
+def target_sheet() -> Image:
+    """Return (rows, columns) uint8: every target kind with its name, in each of its poses."""
     blocks = []
-    for name in bodies():
-        shape = typical(name)
+    for name in body_kinds():
+        shape = default_shape(name)
         crops = np.concatenate([crop(shape, pose) for pose in shape.picture_poses], axis=1)
-        large = cv2.resize(crops, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_NEAREST)
-        label = np.full((LABEL, large.shape[1]), 255, dtype=np.uint8)
-        cv2.putText(label, name, (6, LABEL - 7), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 0, 1, cv2.LINE_AA)
+        large = cv2.resize(crops, None, fx=ENLARGEMENT, fy=ENLARGEMENT, interpolation=cv2.INTER_NEAREST)
+        label = np.full((LABEL_PX, large.shape[1]), 255, dtype=np.uint8)
+        cv2.putText(label, name, (6, LABEL_PX - 7), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 0, 1, cv2.LINE_AA)
         blocks.append(np.pad(np.concatenate([label, large]), 3, constant_values=255))
-    blocks += [np.full_like(blocks[0], 255)] * (-len(blocks) % ABREAST)
-    rows = [np.concatenate(blocks[at : at + ABREAST], axis=1) for at in range(0, len(blocks), ABREAST)]
+    blocks += [np.full_like(blocks[0], 255)] * (-len(blocks) % KINDS_PER_ROW)
+    rows = [np.concatenate(blocks[at : at + KINDS_PER_ROW], axis=1) for at in range(0, len(blocks), KINDS_PER_ROW)]
     return np.concatenate(rows)
 
 
-def write_sheet(path: Path) -> Path:
-    """Write the sheet as a PNG file and return its path. InputError where the file cannot be written."""
-    write_png(path, sheet())
+def write_target_sheet(path: Path) -> Path:
+    """Write the sheet of targets as a PNG file and return its path. InputError where the file cannot be written."""
+    write_png(path, target_sheet())
     return path
+
+
+_LOOK_UP = {"elevation_deg": 12, "band": "mwir", "range_k": [210, 330]}
+_LOOK_DOWN = {"elevation_deg": -12, "ifov_mrad": 0.6, "band": "lwir", "range_k": [250, 330]}
+_LOOK_OUT = {"elevation_deg": 0.6, "ifov_mrad": 0.25, "band": "lwir", "range_k": [210, 330]}
+_LOOK_AT_SEA = {**_LOOK_OUT, "elevation_deg": -1.2, "ifov_mrad": 0.4}
+_SKY = {"kind": "sky", "horizon_k": 285, "zenith_k": 245}
+_CLOUD = {"temperature_k": 274, "range_m": 6000}
+_HIGH = {"coverage": 0.6, "depth": 0.8, "betas": [2.8, 3.8], "correlation_mrad": 50, "temperature_k": 272}
+_LOW = {"id": "low", "coverage": 0.35, "temperature_k": 276, "sunlit_k": 8, "range_m": 3000}
+_LAND = {"kind": "landscape", "camera_height_m": 4, "fields": {}}
+_WOOD = {"trees": [{"range_m": 900, "height_m": 18, "spacing_m": 4, "relief_m": 0.7}]}
+_VILLAGE = {"buildings": [{"range_m": 700, "spacing_m": 60, "relief_m": 0.7}]}
+_PATCHES = {"fields": {"size_mrad": 60}, "roads": {"count": 2}, "water": {"share": 0.05}}
+_TERRAIN = {"kind": "ground", "correlation_mrad": 60}
+_ROUGH = {"form": "rough", "per_mrad2": 0.0012, "size_mrad": [6, 14]}
+_SEA = {"kind": "sea", "horizon_k": 281, "zenith_k": 225, "camera_height_m": 18, "water_k": 286}
+
+BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
+    ("sky: clear", _LOOK_UP, _SKY),
+    ("sky: thin high cloud", _LOOK_UP, {**_SKY, "clouds": [{**_HIGH, "range_m": 9000}]}),
+    ("sky: broken, sunlit edges", _LOOK_UP, {**_SKY, "clouds": [{**_CLOUD, "coverage": 0.4, "sunlit_k": 10}]}),
+    ("sky: two layers", _LOOK_UP, {**_SKY, "clouds": [{"id": "high", **_HIGH, "range_m": 9000}, _LOW]}),
+    ("sky: overcast", _LOOK_UP, {**_SKY, "clouds": [{**_CLOUD, "coverage": 0.98, "depth": 3}]}),
+    ("ground: terrain", _LOOK_DOWN, _TERRAIN),
+    ("ground: warm and cold clutter", _LOOK_DOWN, {**_TERRAIN, "clutter": _ROUGH}),
+    ("ground: fields, roads, water by day", _LOOK_DOWN, {**_TERRAIN, "hour": "day", **_PATCHES}),
+    ("ground: the same by night", _LOOK_DOWN, {**_TERRAIN, "hour": "night", **_PATCHES}),
+    ("landscape: tree line", _LOOK_OUT, {**_LAND, "hour": "night", **_WOOD}),
+    ("landscape: village by day", _LOOK_OUT, {**_LAND, "hour": "day", **_WOOD, **_VILLAGE}),
+    ("sea: wind 5 m/s, glint", _LOOK_AT_SEA, {**_SEA, "wind_m_s": 5, "sun_deg": [1, 13]}),
+]
+"""(label, keys under camera, keys under background)."""
+
+_SIZE = {"size": [320, 256], "ifov_mrad": 0.3}
+
+
+def backgrounds() -> Iterator[LabelledImage]:
+    """Yield a frame of each background."""
+    for label, camera, background in BACKGROUNDS:
+        keys = {"seed": 3, "frames": 2, "camera": {**_SIZE, **camera}, "background": background}
+        yield LabelledImage(label, Rendering(Scenario.model_validate(keys)).frame(0, "display").image)
+
+
+_FAINT_DRONE = {
+    "background": {"kind": "sky", "horizon_k": 281, "zenith_k": 278},
+    "targets": [
+        {
+            "id": "drone",
+            "shape": {
+                "kind": "quadrotor",
+                "temperature_k": 280.35,
+                "motors_k": 280.75,
+                "battery_k": 280.65,
+                "rotors_k": 280.1,
+                "rotor_deg": 45,
+            },
+            "attitude_deg": (30, 45, 0),  # tilted, so that all four arms are visible
+            "path": {"kind": "straight", "start": [160, 128], "range_m": DRONE_RANGE_M},
+        }
+    ],
+}
+
+
+def cameras() -> Iterator[LabelledImage]:
+    """Yield the same faint drone before an almost uniform sky by each camera preset, which shows the camera's noise."""
+    for preset in PRESETS:
+        camera = {**_SIZE, "preset": preset, "elevation_deg": 6}
+        scenario = Scenario.model_validate({"seed": 3, "frames": 2, "camera": camera, **_FAINT_DRONE})
+        image = Rendering(scenario).frame(1, "display").image
+        label = f"{preset}: NETD {scenario.camera.netd():.3g} mK; a drone {DRONE_RANGE_M} m away"
+        yield LabelledImage(label, image, Box(160, 128, ZOOM_PX, ZOOM_PX))
+
+
+AGC_EXAMPLES = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))
+"""(shipped scenario, frame) of the pictures that compare AGCs."""
+_AGC_KINDS = [kind for kind in AGCS.kinds if kind not in ("fixed", "none")]
+
+
+def agcs() -> Iterator[LabelledImage]:
+    """Yield the same frames by each AGC with its defaults, without those that need limits or do nothing."""
+    for name, index in AGC_EXAMPLES:
+        for kind in _AGC_KINDS:
+            scenario = load(name, [f"camera.agc={{kind: {kind}}}"])
+            yield LabelledImage(f"{name}: {kind}", Rendering(scenario).frame(index, "display").image)
+
+
+def _writer(images: Callable[[], Iterator[LabelledImage]], columns: int) -> Callable[[Path], Path]:
+    return lambda path: labelled_sheet(list(images()), path, columns)
+
+
+SHEETS: dict[str, Callable[[Path], Path]] = {
+    "targets": write_target_sheet,
+    "backgrounds": _writer(backgrounds, 4),
+    "cameras": _writer(cameras, 4),
+    "agcs": _writer(agcs, len(_AGC_KINDS)),
+}
+"""Function of each sheet that writes it as a PNG file and returns the path."""

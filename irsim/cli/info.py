@@ -1,4 +1,4 @@
-"""The command that says what is in a scene or a recording."""
+"""The command info: contents of a scenario or a recording, and a summary of the targets' ground truth."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ from irsim.cli.terminal import progress_bar
 from irsim.errors import counted, decimal_text
 
 if TYPE_CHECKING:
-    from irsim.cli.truth_summary import Spell, Survey
+    from irsim.cli.truth_summary import FrameSpan, TargetSummary
     from irsim.recording import Recording
     from irsim.types import Source, Truth
+
+SPANS = 8
+"""Spans of frames on one line at most."""
 
 
 def info(
@@ -21,27 +24,27 @@ def info(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Say what is in a recording or a scenario, and how large, fast, clear and hidden its targets are.
+    """Print contents of a scenario or recording, and target statistics.
 
-    Every byte of a recording is checked; status 2 where some are damaged.
+    The statistics are size, speed, SCR and hidden frames of each target. Every byte of a recording is checked; status 2
+    where some are damaged.
     """
     from irsim.recording import Recording, damages
 
     opened = open_changed(source, overrides, seed, without)
-    kept = opened if isinstance(opened, Recording) else None
-    damaged = "" if kept is None else ", ".join(damages(kept))
-    if kept is not None and damaged:
-        raise kept.container.damage(damaged)
+    recording = opened if isinstance(opened, Recording) else None
+    if recording is not None and (damaged := ", ".join(damages(recording))):
+        raise recording.container.damage_error(damaged)
     for label, text in (
-        ("scenario" if kept is None else "recording", source),
-        *_facts(opened, len(opened) / opened.rate_hz if kept is None else kept.info()["duration_s"]),
-        *(_names(opened) if kept is None else _of_the_file(kept)),
+        ("scenario" if recording is None else "recording", source),
+        *_facts(opened, len(opened) / opened.rate_hz if recording is None else recording.info()["duration_s"]),
+        *(_names(opened) if recording is None else _file_facts(recording)),
     ):
         print(f"{label:10} {text}")
 
 
 def _names(source: Source) -> Iterator[tuple[str, str]]:
-    """What --without may name in a scenario."""
+    """Yield the names of a scenario's parts, as --without takes them."""
     from irsim.render.stream import Rendering
 
     assert isinstance(source, Rendering)
@@ -54,31 +57,31 @@ def _names(source: Source) -> Iterator[tuple[str, str]]:
 
 
 def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
-    """Labels and texts of what any source has."""
-    from irsim.cli.truth_summary import survey
+    """Yield label and text of each fact about any source."""
+    from irsim.cli.truth_summary import summarize
     from irsim.recording import Recording
 
     columns, rows = source.size
     yield "frames", f"{len(source)} at {decimal_text(source.rate_hz, 6)} Hz, {decimal_text(duration_s, 3)} s"
     yield "picture", f"{columns}x{rows} px, {source.bits} bits"
     if not source.has_truth:
-        yield "truth", "none: give trackers --init"
+        yield "truth", "none: trackers need --init"
     else:
         truths = _truths(source)
         accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
         yield "truth", "exact" if accuracy == 0 else f"within {decimal_text(accuracy, 6)} px"
-        for target in survey(truths, source.size):
+        for target in summarize(truths, source.size):
             yield from _target(target)
     if source.follow:
         yield "follow", source.follow
     if not isinstance(source, Recording):
         yield "scene hash", source.hash
     elif source.header.source_hash is not None:
-        yield "scene hash", f"{source.header.source_hash} (irsim info tells the same of the scene that was rendered)"
+        yield "scene hash", f"{source.header.source_hash} (of the rendered scenario, as irsim info SCENARIO prints it)"
 
 
 def _truths(source: Source) -> list[Truth]:
-    """Of all frames: a scenario's are drawn for it."""
+    """Return the truths of all frames; those of a scenario are rendered, with a progress bar."""
     truths = []
     with progress_bar(f"info {source.name}", len(source)) as progress:
         for truth in source.truths():
@@ -88,40 +91,37 @@ def _truths(source: Source) -> list[Truth]:
     return truths
 
 
-def _target(target: Survey) -> Iterator[tuple[str, str]]:
-    what = f" ({target.cls})" if target.cls else ""
-    yield "target", f"{target.id}{what}: {counted(target.frames, 'frame')} from {target.first} on"
+def _target(target: TargetSummary) -> Iterator[tuple[str, str]]:
+    target_class = f" ({target.cls})" if target.cls else ""
+    yield "target", f"{target.id}{target_class}: {counted(target.frames, 'frame')} from {target.first} on"
     figures = [f"{decimal_text(target.size[0], 3)} x {decimal_text(target.size[1], 3)} px"]
     if target.speed is not None:
         figures.append(f"{decimal_text(target.speed, 2)} px/frame")
     if target.scr is not None:
-        low, middle, high = (decimal_text(scr, 2) for scr in target.scr)
-        figures.append(f"SCR {middle} ({low} to {high})")
+        low, median, high = (decimal_text(scr, 2) for scr in target.scr)
+        figures.append(f"SCR {median} ({low} to {high})")
     else:
-        figures.append(f"no SCR: {target.why_none}")
+        figures.append(f"no SCR: {target.no_scr}")
     yield "", f"  {', '.join(figures)}"
-    for label, spells in (
+    for label, spans in (
         ("more than half hidden", target.hidden),
         ("partly out of view", target.cut),
         ("out of view", target.outside),
         ("crossing", target.crossing),
         ("absent", target.absent),
     ):
-        if spells:
-            yield "", f"  {label} in {_shortened([_spell(spell) for spell in spells])}"
+        if spans:
+            more = f" and {len(spans) - SPANS} more" if len(spans) > SPANS else ""
+            yield "", f"  {label} in {', '.join(map(_span, spans[:SPANS]))}{more}"
 
 
-def _spell(spell: Spell) -> str:
-    frames = f"{spell.first}" if spell.first == spell.last else f"{spell.first}-{spell.last}"
-    return f"{frames} by {' and '.join(spell.by)}" if spell.by else frames
+def _span(span: FrameSpan) -> str:
+    frames = f"{span.first}" if span.first == span.last else f"{span.first}-{span.last}"
+    return f"{frames} by {' and '.join(span.occluders)}" if span.occluders else frames
 
 
-def _shortened(texts: list[str], most: int = 8) -> str:
-    """The first of them, and how many more there are."""
-    return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
-
-
-def _of_the_file(recording: Recording) -> Iterator[tuple[str, str]]:
+def _file_facts(recording: Recording) -> Iterator[tuple[str, str]]:
+    """Yield label and text of each fact about a recording's file."""
     info = recording.info()
     for topic, count in info["topics"].items():
         yield "topic", f"{topic}: {counted(count, 'message')}"

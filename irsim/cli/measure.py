@@ -1,4 +1,4 @@
-"""Commands that measure recordings: noise, fit, realism."""
+"""Commands that measure frames: noise, fit, realism."""
 
 from __future__ import annotations
 
@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from irsim.calibration.selection import Region, TimedFrames
     from irsim.types import Source
 
-SourceArgument = Annotated[
-    str, typer.Argument(metavar="SCENARIO|REC", help="A recording, or a scenario, which is rendered for it.")
-]
+SourceArgument = Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="Recording, or scenario to render.")]
 FramesOption = Annotated[
     str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: the first 300.")
 ]
@@ -31,7 +29,7 @@ RegionOption = Annotated[
     str | None,
     typer.Option(metavar="X,Y,W,H", help="Region of flat, still background, px; default: the flattest window."),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of lines.")]
 
 
 def noise(
@@ -43,7 +41,10 @@ def noise(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Measure noise on a flat region: 3-D noise, correlation over time, drift, bad pixels, with 95 % intervals."""
+    """Measure noise on a flat region, with 95 % intervals.
+
+    Reported are 3-D noise, correlation over time, drift and bad pixels.
+    """
     from irsim.calibration.noise import measure_noise
     from irsim.calibration.report import noise_lines
     from irsim.calibration.selection import EIGHT_BITS, may_be_pictures, target_mask
@@ -70,7 +71,7 @@ def fit(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="YAML", help="The scenario to write; default: standard output.", parser=given_path
+            "-o", "--output", metavar="YAML", help="Scenario to write; default: standard output.", parser=given_path
         ),
     ] = None,
     region: RegionOption = None,
@@ -79,7 +80,10 @@ def fit(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Fit a camera and a background to a recording and write them as a scenario, with 95 % intervals."""
+    """Fit a camera and a background and write them as a scenario.
+
+    Each fitted value has a 95 % interval.
+    """
     from irsim.calibration.fit import check_replaced, fit_frames
     from irsim.recording.output import check_output
     from irsim.scenario.catalog import find
@@ -101,22 +105,22 @@ def realism(
         str | None,
         typer.Option(
             metavar="CLASS",
-            help="Class of background that texture must fit, or the status is 1; default: `like` of the scenario.",
+            help="Class of background to compare texture with (status 1: outside); default: the scenario's `like`.",
         ),
     ] = None,
     camera: Annotated[
         str | None,
         typer.Option(
             metavar="SORT",
-            help="Sort of camera that noise must fit, or the status is 1: cooled, uncorrected, uncooled. Texture is "
-            "then judged only by a class that --like or the scenario names.",
+            help="Sort of camera to compare noise with (status 1: outside): cooled, uncorrected, uncooled. "
+            "Texture is then judged only where --like or the scenario gives a class.",
         ),
     ] = None,
     as_json: JsonOption = False,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
+    """Compare texture and camera noise with those of real recordings."""
     from irsim.calibration.realism import check_class, check_sort, measure_realism
     from irsim.calibration.selection import scenario_keys
 

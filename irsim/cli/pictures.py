@@ -1,4 +1,4 @@
-"""The commands that draw what a scene or a recording shows: sheets, motion, galleries, masks."""
+"""Commands that draw: show (sheets and videos), gallery, masks."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from irsim.cli.source_options import (
     WithoutOption,
     from_option,
     open_changed,
-    parts,
-    tell_unheeded,
+    part_names,
+    warn_unheeded,
 )
 from irsim.cli.terminal import StoppedError, given_path, progress_bar
 from irsim.errors import InputError, counted, parse_frame_range
@@ -30,7 +30,7 @@ def show(
             "-o",
             "--output",
             metavar="PNG|WEBM|GIF",
-            help="Its ending says what to draw. Default: NAME.png here.",
+            help="Sheet (.png) or video (.webm, .gif) to write; default: NAME.png in this folder.",
             parser=given_path,
         ),
     ] = None,
@@ -40,9 +40,9 @@ def show(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
+    """Draw frames with truth boxes: a sheet (PNG) or a video (WebM, GIF)."""
     from irsim.cli.figures import contact_sheet
-    from irsim.cli.video import moving_picture
+    from irsim.cli.video import write_video
     from irsim.recording.output import check_output
     from irsim.scenario.catalog import find
 
@@ -54,41 +54,34 @@ def show(
         print(contact_sheet(opened, path, wanted.start, wanted.stop))
     else:
         with progress_bar(f"show {opened.name}", len(wanted)) as progress:
-            print(moving_picture(opened, path, wanted.start, wanted.stop, progress))
+            print(write_video(opened, path, wanted.start, wanted.stop, progress))
 
 
 def gallery(
-    what: Annotated[
-        str, typer.Argument(metavar="[targets|backgrounds|cameras|agcs]", help="Of what; targets unless said.")
+    sheet: Annotated[
+        str, typer.Argument(metavar="[targets|backgrounds|cameras|agcs]", help="Which sheet; default: targets.")
     ] = "targets",
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="PNG", help="Default: WHAT.png in this folder.", parser=given_path),
-    ] = None,
-    blind: Annotated[
-        Path | None,
         typer.Option(
-            metavar="DIR", help="A blind test instead: unlabelled crops in DIR, their key beside it.", parser=given_path
+            "-o",
+            "--output",
+            metavar="PNG",
+            help="Picture to write; default: named after the sheet, in this folder.",
+            parser=given_path,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the blind test's order and views.")] = 0,
 ) -> None:
-    """Draw a sheet of all targets, each in several views, or of all backgrounds, cameras or AGCs."""
-    from irsim.cli.gallery import write_blind
-    from irsim.cli.sheets import SHEETS
+    """Draw all target kinds, backgrounds, cameras or AGCs on a sheet."""
+    from irsim.cli.gallery import SHEETS
     from irsim.config.base import suggestion
     from irsim.recording.output import check_output
 
-    if what not in SHEETS:
-        raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
-    if blind is not None:
-        if what != "targets":
-            raise InputError(f"--blind: its crops are of targets, not of {what}; allowed: irsim gallery --blind DIR")
-        print(write_blind(blind, seed))
-        return
-    path = output or Path(f"{what}.png")
+    if sheet not in SHEETS:
+        raise InputError(f"no sheet of '{sheet}'; allowed: {', '.join(SHEETS)}{suggestion(sheet, SHEETS)}")
+    path = output or Path(f"{sheet}.png")
     check_output(path, endings=(".png",))
-    print(SHEETS[what](path))
+    print(SHEETS[sheet](path))
 
 
 def masks(
@@ -96,24 +89,32 @@ def masks(
     overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.", parser=given_path),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Folder to write; default: NAME-masks in this folder.",
+            parser=given_path,
+        ),
     ] = None,
     frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
+        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
     ] = None,
-    target: Annotated[str | None, typer.Option(metavar="ID", help="Of this target only.")] = None,
+    target: Annotated[
+        str | None, typer.Option(metavar="ID", help="Masks of this target only; default: of all.")
+    ] = None,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits.
+    """Write 8-bit PNG masks of each target: whole and its visible part.
 
-    Files bear the numbers of the frames that arrive, as a recording of SCENARIO counts them, or of REC's own frames.
+    File names have the frame numbers of a recording: of SCENARIO, lost frames are not counted.
     """
     from irsim.render.masks import write_masks
     from irsim.render.sources import open_rendering
 
-    rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
-    tell_unheeded(source, overrides, without)
+    rendering, first, stop = open_rendering(source, overrides or (), seed, without=part_names(without))
+    warn_unheeded(source, overrides, without)
     wanted = parse_frame_range(frames, stop - first) if frames is not None else range(stop - first)
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
@@ -126,6 +127,6 @@ def masks(
     except KeyboardInterrupt:
         if not done:
             raise
-        made = f"masks of {done} of {counted(stop - start, 'frame')} are written to {folder}"
-        raise StoppedError(f"stopped; {made}, and the same command replaces them") from None
+        written = f"masks of {done} of {counted(stop - start, 'frame')} are written to {folder}"
+        raise StoppedError(f"stopped; {written}, and the same command replaces them") from None
     print(f"{folder}: {counted(count, 'mask')} of {counted(stop - start, 'frame')}")

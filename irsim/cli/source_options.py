@@ -1,4 +1,4 @@
-"""What several commands ask of a source: its scenario's changes and seed, and parts that are off."""
+"""Arguments and options of commands that take a scenario or a recording: overrides, seed, switched-off parts."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ if TYPE_CHECKING:
     from irsim.types import Source
 
 SourceArgument = Annotated[
-    str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")
+    str, typer.Argument(metavar="SCENARIO|REC", help="Scenario file, shipped scenario's name, or recording.")
 ]
 OverridesArgument = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="KEY=VALUE",
-        help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
+        help="Overrides of the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
     ),
 ]
-SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")]
+SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene; default: the scenario's.")]
 WithoutOption = Annotated[
     str | None,
-    typer.Option(metavar="NAME,...", help="Switch these parts off as well; nothing else changes."),
+    typer.Option(metavar="NAME,...", help="Parts to switch off besides those of the scenario; all else is unchanged."),
 ]
 
 
 def open_changed(source: str, overrides: list[str] | None, seed: int | None, without: str | None) -> Source:
-    """A scenario so changed, or a recording, which can only be opened as it is."""
+    """Return a scenario's source with the changes applied, or a recording; warn of overrides without effect."""
     from irsim.render.sources import open_source
 
-    opened = open_source(source, overrides or (), seed, parts(without))
-    tell_unheeded(source, overrides, without)
+    opened = open_source(source, overrides or (), seed, part_names(without))
+    warn_unheeded(source, overrides, without)
     return opened
 
 
-def tell_unheeded(source: str, overrides: list[str] | None, without: str | None = None) -> None:
-    """Warn on standard error of each override that counts for nothing, with these parts switched off."""
+def warn_unheeded(source: str, overrides: list[str] | None, without: str | None = None) -> None:
+    """Print a warning to standard error for each override that has no effect with these parts switched off."""
     from irsim.lint.warnings import unheeded
 
-    for warning in unheeded(source, overrides or (), parts(without)):
+    for warning in unheeded(source, overrides or (), part_names(without)):
         print(warning, file=sys.stderr)
 
 
 @contextmanager
 def from_option(option: str, parameter: str) -> Iterator[None]:
-    """What the library says is wrong with a parameter, "like 'x': ...", is so of the option that it came from."""
+    """Name the option in place of the library's parameter in an InputError that begins with the latter."""
     try:
         yield
     except InputError as error:
@@ -60,9 +60,9 @@ def from_option(option: str, parameter: str) -> Iterator[None]:
         raise InputError(f"{option} {text.removeprefix(place)}") from None
 
 
-def parts(without: str | None) -> list[str]:
-    """'near, far' is ['near', 'far']. InputError where a name is empty: some variable of a script may be."""
+def part_names(without: str | None) -> list[str]:
+    """Return ['near', 'far'] of 'near, far'. InputError where a name is empty, as of an unset shell variable."""
     names = [] if without is None else [name.strip() for name in without.split(",")]
     if not all(names):
-        raise InputError(f"--without {without!r}: a name is empty; allowed: names with commas between them")
+        raise InputError(f"--without {without!r}: a name is empty; allowed: names separated by commas")
     return names

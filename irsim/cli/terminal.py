@@ -1,4 +1,4 @@
-"""What the commands irsim and irtrack share: errors as lines and exit status, options, the progress bar."""
+"""Shared by the commands irsim and irtrack: errors as lines with an exit status, first options, progress bar."""
 
 from __future__ import annotations
 
@@ -20,32 +20,30 @@ import typer
 from irsim.errors import InputError, IrsimError
 
 SIGNALLED = 128
-"""Exit status after a signal, as shells have it: this and the signal's number."""
+"""Exit status after a signal, as in shells: this plus the signal's number."""
 
 INTERRUPTED = SIGNALLED + signal.SIGINT
-"""After Ctrl-C."""
-
+"""Exit status after Ctrl-C."""
 
 DRAWN_EVERY_S = 0.1
-"""How often a bar is drawn at most: ten times a second, as rich itself does."""
-TOLD_EVERY_S = 10.0
-"""How often a line says how far it is, at most, where there is no terminal: logs stay short."""
-
+"""Least time between two drawings of a bar, s, as in rich."""
+PRINTED_EVERY_S = 10.0
+"""Least time between two lines of progress where standard error is no terminal, s."""
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""What a write to a full disk raises, or beyond what somebody may have of one."""
+"""Errors of a write to a full disk, or beyond a quota or file size limit."""
 
 
 class StoppedError(Exception):
-    """Ctrl-C where there is more to say than that: raised in place of KeyboardInterrupt."""
+    """Ctrl-C with a message: raised in place of KeyboardInterrupt."""
 
 
 UsageError: Any = typer.BadParameter.__base__
-"""What typer raises of options and arguments; it has no public name there."""
+"""Error of typer for wrong options and arguments; typer has no public name for it."""
 
 
 def commands(help: str) -> typer.Typer:
-    """A command of commands, all plain text, as both have it; `--version` and `--import` come before any of them."""
+    """Return a typer app of sub-commands in plain text, with `--version` and `--import` before the sub-command."""
     return typer.Typer(
         help=help,
         rich_markup_mode=None,
@@ -57,8 +55,8 @@ def commands(help: str) -> typer.Typer:
 
 
 def given_path(text: str | os.PathLike[str]) -> Path:
-    """The path that an option or an argument says. An empty one, some script's variable that is not set, would be
-    the folder where the command is given."""
+    """Return the path of an option or an argument. An empty one, as of an unset shell variable, is refused: it would be
+    the current folder."""
     if not os.fspath(text):
         raise typer.BadParameter("is empty; allowed: the name of a file or folder")
     return Path(text)
@@ -71,42 +69,40 @@ OPTIONS = {
     "stop=N": "--frames N",
     "truth=CSV": "--truth CSV",
 }
-"""What sentences of the library call parameters by, and which option each of them is."""
+"""Parameters as the library's messages name them, and the options that set them."""
 
 _ALONE = r"(?m)(?!^)(?<![\w.'\"/\\-]){}(?![\w'\"/\\-]|\.\w)"
-"""A word by itself within a sentence: no part of a file's name, of an override or of what is quoted."""
+"""Pattern of a word within a message: not a part of a file name, of an override or of quoted text."""
 
 
 def in_options(text: str) -> str:
-    """A sentence of the library as the command line says it: `region=X,Y,W,H` is `--region X,Y,W,H`, and a module is
-    imported by an option. What only begins or ends like a parameter is a word of the user's, and so is what a line
-    begins with, its place."""
+    """Return a message of the library with options in place of parameters, such as `--region X,Y,W,H` for
+    `region=X,Y,W,H`, and with `--import` for importing a module. Words of the user's, such as a path at the beginning
+    of a line, are not changed."""
     for parameter, option in OPTIONS.items():
         text = re.sub(_ALONE.format(re.escape(parameter)), option, text)
     return re.sub(r"\bimport ([\w.]+) first, if you trust it", r"--import \1 before the command, if you trust it", text)
 
 
 def run(app: typer.Typer, name: str) -> None:
-    """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
-    # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.
+    """Run the command `name` and exit: an IrsimError becomes lines on standard error and status 2."""
+    # A user's own kinds and trackers (module:Class) may lie in the current folder.
     sys.path.append(os.getcwd())
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal may know fewer letters than are printed
-    came = _ending_as_by_interrupt()
+        sys.stdout.reconfigure(errors="replace")  # the terminal's encoding may lack characters
+    signals = _interrupt_on_signals()
     try:
-        status = _called(app, name, came)
+        status = _call(app, name, signals)
         if sys.stdout is not None:
-            sys.stdout.flush()  # here, where what goes wrong with it is told
+            sys.stdout.flush()  # here, where its errors are reported
         sys.exit(status)
     except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
         print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)
-        sys.exit(SIGNALLED + came[0] if came else INTERRUPTED)
+        sys.exit(SIGNALLED + signals[0] if signals else INTERRUPTED)
     except UsageError as error:
-        if "\n" in error.message:  # the help, where a command was given nothing
+        if "\n" in error.message:  # the help, of a command without arguments
             error.show()
         else:
-            from irsim.cli.usage import usage_line
-
             print(f"{name}: {usage_line(error)}", file=sys.stderr)
         sys.exit(2)
     except IrsimError as error:
@@ -114,65 +110,110 @@ def run(app: typer.Typer, name: str) -> None:
             print(f"{name}: {in_options(line)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
-        # Whoever read the output has gone: leave quietly.
-        _say_no_more()
+        # The reader of the output has closed it.
+        _discard_output()
         sys.exit(1)
     except MemoryError as error:
-        print(
-            f"{name}: out of memory: {error or 'no more is given'}; allowed: fewer or smaller frames", file=sys.stderr
-        )
+        print(f"{name}: out of memory: {error or 'none is left'}; allowed: fewer or smaller frames", file=sys.stderr)
         sys.exit(2)
     except OSError as error:
-        # Unforeseen errors. `irsim.recording.output.atomic_file` reports those of output files.
+        # Errors of output files are reported by `irsim.recording.output.atomic_file`.
         if error.filename is None and error.errno in NO_ROOM:
-            _say_no_more()
+            _discard_output()
             error = OSError(f"standard output: cannot be written: {error.strerror}")
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)
 
 
-def _say_no_more() -> None:
-    """What is still to be written to standard output goes nowhere, also when Python flushes it at its end."""
+def _discard_output() -> None:
+    """Discard further standard output, including what Python flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _called(app: typer.Typer, name: str, came: list[int]) -> Any:
-    """The command's status. KeyboardInterrupt where it was interrupted, whatever that became on its way: numpy takes
-    one that comes while it compares arrays for an error of its own."""
+def _call(app: typer.Typer, name: str, signals: list[int]) -> Any:
+    """Return the command's status. KeyboardInterrupt where it was interrupted, also where a library turned that into
+    another error, as numpy does while it compares arrays."""
     try:
         status = app(prog_name=name, standalone_mode=False)
     except SystemExit as left:
         return left.code
     except Exception as error:
-        if came and not isinstance(error, StoppedError):
+        if signals and not isinstance(error, StoppedError):
             raise KeyboardInterrupt from error
         raise
-    if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
+    if status == INTERRUPTED:  # typer returns this for KeyboardInterrupt
         raise KeyboardInterrupt
     return status
 
 
-def _ending_as_by_interrupt() -> list[int]:
-    """Who ends a program without a keyboard (SIGTERM: batch systems; SIGHUP: a terminal that goes) leaves as little
-    behind as Ctrl-C does. The signals that came."""
-    came: list[int] = []
+def _interrupt_on_signals() -> list[int]:
+    """Raise KeyboardInterrupt on SIGTERM (batch systems) and SIGHUP (a closed terminal), too, so that they leave no
+    temporary files. Return the list to which received signals are appended."""
+    received: list[int] = []
 
     def end(number: int, _: object) -> None:
-        came.append(number)
+        received.append(number)
         if number != signal.SIGINT:
-            signal.signal(number, signal.SIG_DFL)  # a second one waits for nothing
+            signal.signal(number, signal.SIG_DFL)  # a second one ends the process at once
         raise KeyboardInterrupt
 
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         usual = (signal.SIG_DFL, signal.default_int_handler)
-        if number is not None and signal.getsignal(number) in usual:  # nohup ignores one
+        if number is not None and signal.getsignal(number) in usual:  # nohup ignores SIGHUP
             signal.signal(number, end)
-    return came
+    return received
 
 
-def _say_version(context: typer.Context, asked: bool) -> None:
-    if asked:
+_EXPECTED = {
+    "greater_than_equal": "{ge} or more",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_parsing": "a number",
+}
+"""Text after 'must be' for each type of pydantic's errors."""
+
+
+def usage_line(error: Any) -> str:
+    """Return one line for typer's UsageError: '--jobs: must be 1 or more, not 0'.
+
+    Where the installed typer does not give the type of the error, its own sentence follows the option's name.
+    """
+    from irsim.config.base import suggestion
+
+    command = error.ctx.command if error.ctx is not None else None
+    hint = f"; see {error.ctx.command_path} --help" if error.ctx is not None else ""
+    option = getattr(error, "option_name", None)
+    if hasattr(error, "possibilities"):
+        known = [word for param in getattr(command, "params", ()) for word in param.opts]
+        return f"{option}: no such option{suggestion(option, known) or hint}"
+    if option is not None:
+        return f"{option}: {_clause(error.message).removeprefix(f'option {option!r} ')}"
+    param = getattr(error, "param", None)
+    if param is None:
+        return _clause(error.message) + hint
+    name = max(param.opts, key=len) if param.param_type_name == "option" else param.metavar or param.name
+    if not error.message:
+        return f"{name}: is missing{_choices(param)}{hint}"
+    for detail in getattr(error.__cause__, "errors", list)():
+        if detail["type"] in _EXPECTED:
+            expected = _EXPECTED[detail["type"]].format(**detail.get("ctx", {}))
+            return f"{name}: must be {expected}, not {detail['input']}"
+    return f"{name}: {_clause(error.message)}"
+
+
+def _choices(param: Any) -> str:
+    """Return '; allowed: a, b or c' for an argument whose help lists its choices and so begins with a small letter."""
+    help = getattr(param, "help", None) or ""
+    return f"; allowed: {_clause(help)}" if help[:1].islower() else ""
+
+
+def _clause(sentence: str) -> str:
+    return sentence[:1].lower() + sentence[1:].rstrip(".")
+
+
+def _print_version(context: typer.Context, wanted: bool) -> None:
+    if wanted:
         from irsim import __version__
 
         print(f"{context.find_root().info_name} {__version__}")
@@ -185,49 +226,49 @@ def first_options(
         typer.Option(
             "--import",
             metavar="MODULE",
-            help="Import this module of your own first; kinds in it may then be named by recordings and results.",
+            help="Import this module first; recordings and results may then name kinds in it.",
         ),
     ] = None,
     version: Annotated[
-        bool, typer.Option("--version", help="Say the version and leave.", is_eager=True, callback=_say_version)
+        bool, typer.Option("--version", help="Print the version and exit.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
-    """An app's callback, for options before the command. Files must not name code to run, so the user does."""
+    """Handle the options before the sub-command. Files cannot make a command import code; `--import` does."""
     for module in modules or ():
         try:
             importlib.import_module(module)
-        except Exception as error:  # a user's module may fail in any way while it is imported
-            what = " ".join(f"{type(error).__name__}: {error}".split())
-            raise InputError(f"--import {module}: cannot be imported: {what}") from None
+        except Exception as error:  # any error of the module's
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"--import {module}: cannot be imported: {reason}") from None
 
 
 class Progress(Protocol):
-    """Called with how much is done and, where that was not known before, of how much; and with what else to say."""
+    """Function that takes the amount done, the total where it was not known before, and a note to print."""
 
     def __call__(self, done: int, total: int | None = None, note: str = "") -> None: ...
 
 
 def _lines(label: str, total: int | None) -> Progress:
-    """Tells now and then on standard error how far it is: nothing of what is done sooner."""
-    begun = told = monotonic()
+    """Return a Progress that prints a line every PRINTED_EVERY_S seconds, none before that."""
+    begun = printed = monotonic()
     of = total
 
     def move(done: int, total: int | None = None, note: str = "") -> None:
-        nonlocal told, of
+        nonlocal printed, of
         of, now = of if total is None else total, monotonic()
-        if now - told >= TOLD_EVERY_S:
-            told = now
-            far = f"{done}" if of is None else f"{done} of {of}"
-            print(f"{label}: {far}, {now - begun:.0f} s", *filter(None, [note]), file=sys.stderr, flush=True)
+        if now - printed >= PRINTED_EVERY_S:
+            printed = now
+            amount = f"{done}" if of is None else f"{done} of {of}"
+            print(f"{label}: {amount}, {now - begun:.0f} s", *filter(None, [note]), file=sys.stderr, flush=True)
 
     return move
 
 
 @contextmanager
 def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress]:
-    """A bar on standard error, with rate and time left; where that is no terminal, a line every TOLD_EVERY_S.
+    """Show a bar on standard error, with rate and time left; where that is no terminal, lines as of `_lines`.
 
-    ticking   it is drawn by a thread, ten times a second; else only when it moves: a debugger's prompt stays as it is
+    ticking   draw by a thread, ten times a second; else only when the bar moves, so that a debugger's prompt stays
     """
     if not sys.stderr.isatty():
         yield _lines(label, total)
@@ -236,7 +277,7 @@ def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> 
     from rich.console import Console
 
     columns = (
-        progress.TextColumn("{task.description}", markup=False),  # names of files may have brackets
+        progress.TextColumn("{task.description}", markup=False),  # file names may have brackets
         progress.BarColumn(),
         progress.MofNCompleteColumn(),
         progress.TextColumn("{task.fields[rate]}"),

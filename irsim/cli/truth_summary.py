@@ -1,4 +1,4 @@
-"""What truth says of each target over all frames: how large, how fast, how clear, and when it is not seen."""
+"""Ground truth of each target summarised over all frames: size, speed, SCR, and the frames in which it is not seen."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ import numpy as np
 
 from irsim.types import Box, TargetTruth, Truth
 
-WhyNone = Literal["hidden", "outside", "unknown"]
-"""Why a target has no signal-to-clutter ratio: less than half of it is seen in all frames that have its centre, be
-it for the picture's edge; its centre is never in the picture; or truth does not know."""
+NoScr = Literal["hidden", "outside", "unknown"]
+"""Reason why a target has no signal-to-clutter ratio: in every frame with its centre more than half of it is hidden
+or cut off by the edge; its centre is never in the picture; or the truth has no ratio."""
 
 
 @dataclass(frozen=True)
-class Spell:
-    """Frames first .. last, both counted, and the names of what hid the target in any of them."""
+class FrameSpan:
+    """Frames first to last, both included, and the names of the occluders in any of them."""
 
     first: int
     last: int
-    by: tuple[str, ...] = ()
+    occluders: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Survey:
-    """One target over all frames in which it is.
+class TargetSummary:
+    """Truth of one target over all frames in which it exists.
 
-    frames    how many these are; first is the first of them
+    frames    number of these frames; `first` is the first of them
     size      median width and height of its box, px
-    speed     median apparent speed, px per frame; None where truth does not know
-    scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where there is none
-    why_none  one word for why there is none, where that is so
-    hidden    spells in which its centre is in the picture, yet less than half of it is seen
-    cut       such spells in which nothing is known to hide it but the picture's edge
-    outside   spells in which its centre is out of the picture
-    crossing  spells in which its box meets another target's
-    absent    spells in which it is not there
+    speed     median apparent speed, px per frame; None where the truth has no velocity
+    scr       5 %, 50 % and 95 % quantiles of its signal-to-clutter ratio in frames where it is not hidden, or None
+    no_scr    reason why `scr` is None
+    hidden    spans in which its centre is in the picture and less than half of it is visible
+    cut       such spans without an occluder in which its box reaches past the picture's edge
+    outside   spans in which its centre is out of the picture
+    crossing  spans in which its box meets another target's box
+    absent    spans in which it does not exist
     """
 
     id: str
@@ -49,63 +49,61 @@ class Survey:
     size: tuple[float, float]
     speed: float | None
     scr: tuple[float, float, float] | None
-    why_none: WhyNone | None
-    hidden: tuple[Spell, ...]
-    cut: tuple[Spell, ...]
-    outside: tuple[Spell, ...]
-    crossing: tuple[Spell, ...]
-    absent: tuple[Spell, ...]
+    no_scr: NoScr | None
+    hidden: tuple[FrameSpan, ...]
+    cut: tuple[FrameSpan, ...]
+    outside: tuple[FrameSpan, ...]
+    crossing: tuple[FrameSpan, ...]
+    absent: tuple[FrameSpan, ...]
 
 
-def survey(truths: Iterable[Truth], size: tuple[int, int]) -> list[Survey]:
-    """Of each target that the truths name, in the order in which they first do.
+def summarize(truths: Iterable[Truth], size: tuple[int, int]) -> list[TargetSummary]:
+    """Return a summary of each target, in the order of their first frames.
 
     size  (columns, rows) of the frames
     """
     frames: list[int] = []
-    rows: dict[str, dict[int, TargetTruth]] = {}
+    by_target: dict[str, dict[int, TargetTruth]] = {}
     for truth in truths:
         frames.append(truth.index)
         for target in truth.targets:
-            rows.setdefault(target.id, {})[truth.index] = target
-    return [_of(row, frames, size) for row in rows.values()]
+            by_target.setdefault(target.id, {})[truth.index] = target
+    return [_summary(by_frame, frames, size) for by_frame in by_target.values()]
 
 
-def _of(row: dict[int, TargetTruth], frames: list[int], size: tuple[int, int]) -> Survey:
-    targets = list(row.values())
+def _summary(by_frame: dict[int, TargetTruth], frames: list[int], size: tuple[int, int]) -> TargetSummary:
+    targets = list(by_frame.values())
     speeds = [hypot(*target.velocity) for target in targets if target.velocity is not None]
     ratios = [target.scr for target in targets if target.scr is not None and not target.hidden]
-    outside = {index: () for index, target in row.items() if target.in_view is False}
-    unseen = {index: target for index, target in row.items() if target.hidden and index not in outside}
-    cut = {index: () for index, target in unseen.items() if not target.occluders and _leaves(target.box, size)}
-    hidden = {index: target.occluders for index, target in unseen.items() if index not in cut}
-    return Survey(
+    outside = {index: () for index, target in by_frame.items() if target.in_view is False}
+    hidden = {index: target for index, target in by_frame.items() if target.hidden and index not in outside}
+    cut = {index: () for index, target in hidden.items() if not target.occluders and _crosses_edge(target.box, size)}
+    return TargetSummary(
         id=targets[0].id,
         cls=targets[0].cls,
-        frames=len(row),
-        first=next(iter(row)),
+        frames=len(by_frame),
+        first=next(iter(by_frame)),
         size=(_median([target.box.w for target in targets]), _median([target.box.h for target in targets])),
         speed=_median(speeds) if speeds else None,
         scr=tuple(np.quantile(ratios, (0.05, 0.5, 0.95)).tolist()) if ratios else None,
-        why_none=None if ratios else _why_none(targets),
-        hidden=_spells(hidden),
-        cut=_spells(cut),
-        outside=_spells(outside),
-        crossing=_spells({index: () for index, target in row.items() if target.crossing}),
-        absent=_spells({index: () for index in frames if index not in row}),
+        no_scr=None if ratios else _no_scr(targets),
+        hidden=_spans({index: target.occluders for index, target in hidden.items() if index not in cut}),
+        cut=_spans(cut),
+        outside=_spans(outside),
+        crossing=_spans({index: () for index, target in by_frame.items() if target.crossing}),
+        absent=_spans({index: () for index in frames if index not in by_frame}),
     )
 
 
-def _why_none(targets: Sequence[TargetTruth]) -> WhyNone:
-    """Why a target has no ratio in any frame in which it is seen."""
-    inside = [target for target in targets if target.in_view is not False]
-    if not inside:
+def _no_scr(targets: Sequence[TargetTruth]) -> NoScr:
+    in_view = [target for target in targets if target.in_view is not False]
+    if not in_view:
         return "outside"
-    return "hidden" if all(target.hidden for target in inside) else "unknown"
+    return "hidden" if all(target.hidden for target in in_view) else "unknown"
 
 
-def _leaves(box: Box, size: tuple[int, int]) -> bool:
-    """Does a box reach past the edges of frames of (columns, rows)?"""
+def _crosses_edge(box: Box, size: tuple[int, int]) -> bool:
+    """Return whether a box reaches past the edges of frames of (columns, rows)."""
     return min(box.left, box.top) < -0.5 or box.right > size[0] - 0.5 or box.bottom > size[1] - 0.5
 
 
@@ -113,10 +111,11 @@ def _median(values: list[float]) -> float:
     return float(np.median(values))
 
 
-def _spells(names: Mapping[int, tuple[str, ...]]) -> tuple[Spell, ...]:
-    """Runs of neighbouring frames, with all names that any of them has."""
-    spells = []
-    for _, run in groupby(enumerate(names), lambda item: item[1] - item[0]):
+def _spans(occluders: Mapping[int, tuple[str, ...]]) -> tuple[FrameSpan, ...]:
+    """Return runs of consecutive frames, each with the names of all occluders in it."""
+    spans = []
+    for _, run in groupby(enumerate(occluders), lambda item: item[1] - item[0]):
         frames = [frame for _, frame in run]
-        spells.append(Spell(frames[0], frames[-1], tuple(dict.fromkeys(chain(*(names[frame] for frame in frames))))))
-    return tuple(spells)
+        names = dict.fromkeys(chain(*(occluders[frame] for frame in frames)))
+        spans.append(FrameSpan(frames[0], frames[-1], tuple(names)))
+    return tuple(spans)

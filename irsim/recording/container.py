@@ -1,4 +1,4 @@
-"""Reading MCAP (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
+"""MCAP reader (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
 
 from __future__ import annotations
 
@@ -37,8 +37,7 @@ CHUNK_HEAD = struct.Struct("<QQQII")
 """Start time, end time, uncompressed size, its CRC, length of the compression's name, which follows."""
 
 CRC = struct.Struct("<I")
-"""A CRC-32, the last of the records that end in one."""
-
+"""CRC-32, the last field of several records."""
 
 BROKEN = (
     McapError,
@@ -52,29 +51,29 @@ BROKEN = (
     MemoryError,
     RuntimeError,
 )
-"""What mcap, protobuf, lz4, zstandard and struct raise on bytes that are not what they should be."""
+"""Errors of mcap, protobuf, lz4, zstandard and struct on damaged bytes."""
 
 
 class DamageError(InputError):
-    """A file's bytes are not what was written."""
+    """Error of a file whose bytes are not those that were written."""
 
 
 @contextmanager
-def decoded(path: Path, what: str, remedy: str = "") -> Iterator[None]:
-    """Around the decoding of what stands in a file: anything that broken bytes raise is one DamageError.
+def decoding(path: Path, problem: str, remedy: str = "") -> Iterator[None]:
+    """Raise a DamageError in place of any error of decoding in the block.
 
-    what     what is wrong then: 'its index cannot be read'
-    remedy   what the user may do, or nothing
+    problem  such as 'its index cannot be read'
+    remedy   advice to the user, or ''
     """
     try:
         yield
     except BROKEN:
-        raise damage(path, what, remedy) from None
+        raise damage_error(path, problem, remedy) from None
 
 
-def damage(path: Path, what: str, remedy: str = "") -> DamageError:
-    """The error to raise where a check of our own fails."""
-    return DamageError(f"{path}: damaged: {what}" + (f"; {remedy}" if remedy else ""))
+def damage_error(path: Path, problem: str, remedy: str = "") -> DamageError:
+    """Return the error of a damaged file; parameters as of `decoding`."""
+    return DamageError(f"{path}: damaged: {problem}" + (f"; {remedy}" if remedy else ""))
 
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
@@ -85,13 +84,13 @@ _INDEX_ENTRY_BYTES = 16
 _BLOCK = 1 << 20
 
 _LARGEST_UNPACKED = (1 << 30) + (1 << 20)
-"""Bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts, and what
-stands before them. A forged one of a few kB could fill the memory."""
+"""Most bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts and their headers. A forged
+chunk of a few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """A message read: sequence, log time in ns, bytes."""
+    """Message that was read: sequence, log time in ns, bytes."""
 
     sequence: int
     log_time: int
@@ -99,8 +98,8 @@ class Packet:
 
 
 @dataclass(frozen=True, eq=False)
-class Lane:
-    """The chunks that hold a topic's messages; message k is in chunk `chunk_of(k)`."""
+class TopicIndex:
+    """Chunks with messages of one topic; message k is in chunk `chunk_of(k)`."""
 
     channel: int
     chunks: tuple[ChunkIndex, ...]
@@ -116,9 +115,9 @@ class Lane:
 
 @dataclass(frozen=True, eq=False)
 class Container:
-    """An MCAP file's summary. It holds no open file; `open` refuses a file that was changed since.
+    """Summary of an MCAP file. It keeps no file open; `open` refuses a file that was changed since.
 
-    remedy   what errors advise where the file is damaged
+    remedy   advice at the end of each DamageError
     """
 
     path: Path
@@ -131,7 +130,7 @@ class Container:
 
     @contextmanager
     def open(self) -> Iterator[BinaryIO]:
-        """The file, open for the length of a block."""
+        """Open the file for the length of a block."""
         try:
             with open(self.path, "rb", buffering=0) as file:
                 if stamp(file.fileno()) != self.stamp:
@@ -141,48 +140,48 @@ class Container:
             raise InputError(f"{self.path}: cannot be read: {error.strerror}") from None
 
     @cached_property
-    def lanes(self) -> dict[str, Lane]:
-        """Each topic's chunks in file order."""
+    def topics(self) -> dict[str, TopicIndex]:
+        """Index of each topic, chunks in file order."""
         with self.open() as file:
-            return {channel.topic: self._lane(file, channel.id) for channel in self.channels}
+            return {channel.topic: self._topic_index(file, channel.id) for channel in self.channels}
 
-    def _lane(self, file: BinaryIO, channel: int) -> Lane:
+    def _topic_index(self, file: BinaryIO, channel: int) -> TopicIndex:
         chunks = tuple(chunk for chunk in self.chunks if channel in chunk.message_index_offsets)
         counts = []
         for chunk in chunks:
             head = self._read(file, chunk.message_index_offsets[channel], _INDEX_HEAD.size)
             opcode, _, indexed, size = _INDEX_HEAD.unpack(head)
             if opcode != Opcode.MESSAGE_INDEX or indexed != channel:
-                raise self.damage("the index of a chunk is not where it should be")
+                raise self.damage_error("the index of a chunk is not where it should be")
             counts.append(size // _INDEX_ENTRY_BYTES)
-        return Lane(channel, chunks, np.cumsum(counts, dtype=np.int64))
+        return TopicIndex(channel, chunks, np.cumsum(counts, dtype=np.int64))
 
-    def damage(self, what: str) -> DamageError:
-        """The error to raise where a check of what stands in the file fails."""
-        return damage(self.path, what, self.remedy)
+    def damage_error(self, problem: str) -> DamageError:
+        """Return the error of this file, see `damage_error`."""
+        return damage_error(self.path, problem, self.remedy)
 
-    def decoded(self, what: str) -> AbstractContextManager[None]:
-        """Around decoding what stands in the file, see `damage.decoded`."""
-        return decoded(self.path, what, self.remedy)
+    def decoding(self, problem: str) -> AbstractContextManager[None]:
+        """Raise a DamageError of this file in place of errors of decoding, see `decoding`."""
+        return decoding(self.path, problem, self.remedy)
 
-    def packets(self, file: BinaryIO, lane: Lane, chunk: int) -> list[Packet]:
-        """A topic's messages in its chunk number `chunk`, in order."""
-        data = self.chunk_data(file, lane.chunks[chunk])
-        with self.decoded("the messages of a chunk cannot be read"):
-            return list(packets(data, lane.channel))
+    def packets(self, file: BinaryIO, topic: TopicIndex, chunk: int) -> list[Packet]:
+        """Return a topic's messages in its chunk number `chunk`, in order."""
+        data = self.chunk_data(file, topic.chunks[chunk])
+        with self.decoding("the messages of a chunk cannot be read"):
+            return list(packets(data, topic.channel))
 
     def chunk_data(self, file: BinaryIO, chunk: ChunkIndex) -> memoryview:
-        """A chunk's records, unpacked, CRC checked."""
+        """Return a chunk's records, unpacked, CRC checked."""
         raw = memoryview(self._read(file, chunk.chunk_start_offset, chunk.chunk_length))
         if not chunk.compressed_size <= len(raw) - RECORD.size - CHUNK_HEAD.size:
-            raise self.damage("a chunk is cut off")
+            raise self.damage_error("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
         if data is None or not _matches(data, CHUNK_HEAD.unpack_from(raw, RECORD.size)[3]):
-            raise self.damage("a chunk does not match its CRC")
+            raise self.damage_error("a chunk does not match its CRC")
         return data
 
     def data_matches(self) -> bool:
-        """Does all that stands before the summary match its CRC, where it has one?"""
+        """Return whether all bytes before the summary match their CRC, or have none."""
         with self.open() as file:
             file.seek(self.stamp[1] - _FOOTER.size - len(MAGIC))
             left = _FOOTER.unpack(file.read(_FOOTER.size))[2] - _DATA_END.size
@@ -194,42 +193,44 @@ class Container:
         return bool(opcode == Opcode.DATA_END and stated in (0, crc))
 
     def _read(self, file: BinaryIO, offset: int, length: int) -> bytes:
-        """Bytes that the index promises; DamageError where they are not in the file."""
+        """Return bytes at an offset of the index; DamageError where the file ends before."""
         if length < 0 or offset + length > self.stamp[1]:
-            raise self.damage("its index points past its end")
+            raise self.damage_error("its index points past its end")
         file.seek(offset)
         return file.read(length)
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
-        """The metadata records by name."""
+        """Metadata records by name."""
         found = {}
         with self.open() as file:
             for entry in self.metadata_index:
                 raw = self._read(file, entry.offset, entry.length)
-                with self.decoded("its metadata cannot be read"):
+                with self.decoding("its metadata cannot be read"):
                     record = Metadata.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
                 found[record.name] = record.metadata
         return found
 
     def attachment(self, name: str) -> bytes | None:
-        """An attachment's bytes, CRC checked; None where there is none of that name."""
+        """Return an attachment's bytes, CRC checked; None where there is none of that name."""
         for entry in self.attachment_index:
             if entry.name == name:
                 with self.open() as file:
                     raw = self._read(file, entry.offset, entry.length)
-                with self.decoded(f"the attachment {name} cannot be read"):
+                with self.decoding(f"the attachment {name} cannot be read"):
                     body, (crc,) = raw[RECORD.size : -CRC.size], CRC.unpack(raw[-CRC.size :])
                     if not _matches(body, crc):
-                        raise self.damage(f"the attachment {name} does not match its CRC")
+                        raise self.damage_error(f"the attachment {name} does not match its CRC")
                     record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
                     return record.data
         return None
 
 
 def open_container(path: Path, remedy: str = "") -> Container:
-    """Read and check an MCAP file's summary. InputError where there is no such file or it is no MCAP
-    file; DamageError, which ends with the `remedy`, where it is cut short or its summary is broken."""
+    """Read and check the summary of an MCAP file.
+
+    InputError where there is no such file or it is not MCAP; DamageError where it is cut short or damaged.
+    """
     check_mcap(path)
     with open(path, "rb") as file:
         found = stamp(file.fileno())
@@ -237,17 +238,17 @@ def open_container(path: Path, remedy: str = "") -> Container:
         file.seek(max(size - _FOOTER.size - len(MAGIC), 0))
         tail = file.read()
         if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
-            beyond = _beyond_end(path)
-            follows = f"{counted(beyond or 0, 'byte')} of something else after its end"
-            raise damage(path, "it is cut short" if beyond is None else follows, remedy)
+            extra = _bytes_after_end(path)
+            appended = f"{counted(extra or 0, 'byte')} of something else after its end"
+            raise damage_error(path, "it is cut short" if extra is None else appended, remedy)
         opcode, _, start, _, crc = _FOOTER.unpack_from(tail)
         if opcode != Opcode.FOOTER or not len(MAGIC) <= start <= size - len(tail):
-            raise damage(path, "it has no index", remedy)
+            raise damage_error(path, "it has no index", remedy)
         file.seek(start)
         summary = file.read()
     if not _matches(memoryview(summary)[: -len(MAGIC) - CRC.size], crc):
-        raise damage(path, "its index does not match its CRC", remedy)
-    with decoded(path, "its index cannot be read", remedy):
+        raise damage_error(path, "its index does not match its CRC", remedy)
+    with decoding(path, "its index cannot be read", remedy):
         records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)
     chunks = [record for record in records if isinstance(record, ChunkIndex)]
     return Container(
@@ -261,8 +262,8 @@ def open_container(path: Path, remedy: str = "") -> Container:
     )
 
 
-def _beyond_end(path: Path) -> int | None:
-    """How many bytes stand behind a footer with its magic; None where there is none."""
+def _bytes_after_end(path: Path) -> int | None:
+    """Return the number of bytes after the footer; None where there is no footer."""
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         at = data.rfind(MAGIC)
         footer = data[max(at - _FOOTER.size, 0) : at]
@@ -272,7 +273,7 @@ def _beyond_end(path: Path) -> int | None:
 
 
 def check_mcap(path: Path) -> None:
-    """InputError where `path` is not a file that begins like MCAP."""
+    """Raise InputError where `path` is not a file that begins like MCAP."""
     try:
         if path.is_dir():
             raise InputError(
@@ -294,7 +295,7 @@ def check_mcap(path: Path) -> None:
 
 
 def packets(data: memoryview, channel: int) -> Iterator[Packet]:
-    """The messages of a channel among a chunk's records."""
+    """Yield the messages of a channel in a chunk's records."""
     for opcode, body in records(data):
         if opcode == Opcode.MESSAGE:
             found, sequence, log_time, _ = MESSAGE.unpack_from(body)
@@ -303,7 +304,7 @@ def packets(data: memoryview, channel: int) -> Iterator[Packet]:
 
 
 def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Opcode and body of each record in a chunk."""
+    """Yield opcode and body of each record in a chunk."""
     position = 0
     while position < len(data):
         opcode, length = RECORD.unpack_from(data, position)
@@ -313,7 +314,7 @@ def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
 
 
 def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None:
-    """A chunk's records (`size` bytes) from their compressed form; None where that fails."""
+    """Return a chunk's records (`size` bytes) from their compressed form; None where that fails."""
     if compression == "":
         return packed
     if not 0 < size <= _LARGEST_UNPACKED:
@@ -334,4 +335,4 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
 
 
 def _matches(data: bytes | memoryview, crc: int) -> bool:
-    return crc == 0 or crc32(data) == crc  # MCAP: 0 means that there is none
+    return crc == 0 or crc32(data) == crc  # in MCAP 0 stands for no CRC

@@ -1,4 +1,4 @@
-"""What a recording says of itself: the metadata records `irsim` (first) and `irsim_contents` (last)."""
+"""Metadata records of a recording: `irsim` (first in the file) and `irsim_contents` (last)."""
 
 from __future__ import annotations
 
@@ -22,33 +22,31 @@ FORMAT = 1
 _Side = Annotated[int, Field(ge=1, le=65_535)]
 Size = Annotated[tuple[_Side, _Side], Field(strict=False)]
 """Columns, rows."""
-
-
 Count = Annotated[int, Field(ge=0)]
 
 
-class Sealed(Part):
-    """A value kept as an MCAP metadata record: a text for each field and a digest over all of them.
+class DigestRecord(Part):
+    """MCAP metadata record: a text for each field and a digest of all of them.
 
-    Metadata records have no CRC of their own, and every other number hangs on these.
+    Metadata records have no CRC, and decoding of all messages depends on these.
     """
 
-    def seal(self) -> dict[str, str]:
-        """The record's keys and texts; a field that is None has no key."""
+    def to_record(self) -> dict[str, str]:
+        """Return the record's keys and texts; a field that is None has no key."""
         values = self.model_dump(mode="json", exclude_none=True)
         as_text = self._kept_as_text()
         texts = {key: value if key in as_text else json.dumps(value) for key, value in values.items()}
         return {**texts, "digest": _digest(texts)}
 
     @classmethod
-    def unseal(cls, record: Mapping[str, str]) -> Self:
-        """The value of a record; InputError (without a place) where it is damaged."""
+    def from_record(cls, record: Mapping[str, str]) -> Self:
+        """Return the value of a record; InputError, without a file name, where it is damaged."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
             raise InputError("damaged: its metadata does not match its digest")
         as_text = cls._kept_as_text()
         try:
-            # A recording may come from anywhere: what it names is not imported for it.
+            # A recording may come from an untrusted source: no module that it names is imported.
             with importing_nothing():
                 return cls.model_validate(
                     {key: text if key in as_text else json.loads(text) for key, text in texts.items()}
@@ -62,7 +60,7 @@ class Sealed(Part):
 
     @classmethod
     def _kept_as_text(cls) -> set[str]:
-        """Fields that are text and nothing else; all others are kept as JSON."""
+        """Return the fields that are always text; all others are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
 
 
@@ -75,8 +73,8 @@ def _is_text(annotation: Any) -> bool:
     return all(choice is str or isinstance(choice, str) for choice in choices)
 
 
-class Header(Sealed):
-    """What is known before the first frame. Optional fields are None where nobody knows them."""
+class Header(DigestRecord):
+    """Record before the first frame. Optional fields are None where unknown."""
 
     version: str
     """irsim's version that wrote the file."""
@@ -84,48 +82,48 @@ class Header(Sealed):
     name: str
     """The source's name."""
     source_hash: str | None = None
-    """The source's hash; None for imported frames, which have no other than the recording's own."""
+    """The source's hash; None for imported frames."""
     input: Literal["rendered", "imported"]
-    """Where the frames come from."""
+    """Origin of the frames."""
     size: Size
     """Columns, rows."""
     bits: Annotated[int, Field(ge=1, le=16)]
     rate_hz: AboveZero
     follow: str | None = None
-    """Id of the target to follow."""
+    """Id of the target to track."""
     has_truth: bool
     accuracy_px: NotNegative = 0.0
-    """How far the truth's centres may be off."""
+    """Error of the truth's centres, px."""
     agc: Annotated[Agc, AGCS]
-    """How counts become the 8-bit picture."""
+    """AGC of the 8-bit display."""
     first_frame: Count = 0
-    """The source's index of the recording's frame 0."""
+    """Index in the source of the recording's frame 0."""
     ifov_rad: AboveZero | None = None
-    """Field of view of one pixel."""
+    """Field of view of one pixel, rad."""
     band: str | None = None
-    """Name of the band, or its limits in words."""
+    """Name of the band, or its limits as text."""
     range_k: Annotated[tuple[float, float], Field(strict=False)] | None = None
-    """Scene temperatures of count 0 and full scale, where these tell what counts stand for."""
+    """Scene temperatures of count 0 and full scale, K, where counts are linear in temperature."""
     curve: Annotated[Curve, Field(strict=False)] | None = None
-    """What counts stand for where they do not, as of a camera that counts photons."""
+    """Response curve of a camera whose counts are not linear in temperature, such as a photon counter."""
 
 
 class TargetEntry(Part):
-    """A target in the table of contents."""
+    """Target in the table of contents."""
 
     id: str
     cls: str | None = None
     first: Count
-    """First frame in which it exists."""
+    """Index of the first frame in which it exists."""
     frames: Count
-    """In how many frames it exists."""
+    """Number of frames in which it exists."""
 
 
-class Contents(Sealed):
-    """What is known after the last frame."""
+class Contents(DigestRecord):
+    """Record after the last frame."""
 
     frames: Annotated[int, Field(ge=1)]
     targets: Several[TargetEntry] = ()
-    """In the order of their appearance."""
+    """In the order of their first frames."""
     notes: Several[str] = ()
-    """What was decided or lost on the way."""
+    """Assumptions of an import, losses of a recovery."""

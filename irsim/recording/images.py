@@ -1,4 +1,4 @@
-"""Images of other programs: a folder of PNG or TIFF, a TIFF, a numpy array or a video, in grey."""
+"""Grey images of other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
 
 from __future__ import annotations
 
@@ -24,28 +24,31 @@ from irsim.types import Image
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 _LAYOUTS = {42: ("I", 4, "H", 12), 43: ("Q", 8, "Q", 20)}
-"""By a file's version: how an offset is packed, where the first stands, how the number of a page's entries is packed,
-and how long such an entry is, bytes (TIFF 6.0, section 2; BigTIFF, Aware Systems 2008)."""
+"""By a file's version: format of an offset, position of the first one, format of the number of a page's entries, bytes
+of an entry (TIFF 6.0, section 2; BigTIFF, Aware Systems 2008)."""
 _ORDERS = {b"II": "<", b"MM": ">"}
-_WHOLE = {1: "B", 3: "H", 4: "I", 16: "Q"}
-"""How whole numbers of a TIFF are packed, by their type."""
+_INTEGERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
+"""Formats of whole numbers of a TIFF, by their type."""
 _COLUMNS, _ROWS, _BITS, _PHOTOMETRIC, _SAMPLES, _FORMAT = 256, 257, 258, 262, 277, 339
 _WHITE_IS_ZERO = 0
 _OTHER_FORMATS = {2: "signed whole numbers", 3: "floating-point numbers", 5: "complex numbers", 6: "complex numbers"}
-"""SampleFormat of what is no count; an undefined one (4) is to be read as unsigned (TIFF 6.0, section 19)."""
-_TOGETHER_BYTES = 1 << 26
-"""How much is decoded together, at least a page: to find one, all before it are passed over."""
+"""Names of SampleFormats other than unsigned; undefined (4) is read as unsigned (TIFF 6.0, section 19)."""
+_GROUP_BYTES = 1 << 26
+"""Bytes of pages decoded in one call, at least one page: OpenCV skips through all pages before the first."""
 
 
 def page_sizes(file: Path) -> tuple[int, ...]:
-    """Bytes of each page of a TIFF file, decoded. InputError where it is none; where its chain of pages breaks off, for
-    it is cut short then, which decoders pass over; and where OpenCV would make other counts of its pixels."""
+    """Return the decoded bytes of each page of a TIFF file.
+
+    InputError where it is not TIFF; where its chain of pages breaks off, which decoders do not report; and where OpenCV
+    would convert its pixels to other counts.
+    """
     try:
         with file.open("rb") as opened, mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as data:
             found = list(_directories(data))
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
-    except (KeyError, struct.error, ValueError, OverflowError):  # the last of an offset that no file reaches
+    except (KeyError, struct.error, ValueError, OverflowError):  # OverflowError: of an offset above 2^63
         found = []
     if not found:
         raise _damaged(str(file))
@@ -53,21 +56,21 @@ def page_sizes(file: Path) -> tuple[int, ...]:
 
 
 def _size(tags: dict[int, int], place: str) -> int:
-    """Bytes of a page with those tags; InputError where its pixels are not read as they are."""
+    """Return the bytes of a page with these tags; InputError where its pixels would be converted."""
     bits, samples = tags.get(_BITS, 1), tags.get(_SAMPLES, 1)
-    if what := _OTHER_FORMATS.get(tags.get(_FORMAT, 1)):
-        raise InputError(f"{place} has {what} (SampleFormat); allowed: unsigned whole numbers of 8 or 16 bit")
+    if format_name := _OTHER_FORMATS.get(tags.get(_FORMAT, 1)):
+        raise InputError(f"{place} has {format_name} (SampleFormat); allowed: unsigned whole numbers of 8 or 16 bit")
     if bits not in (8, 16) or samples == 2:
-        what = f"{counted(samples, 'sample')} of {counted(bits, 'bit')} a pixel"
-        raise InputError(f"{place} has {what}; allowed: 8 or 16 bit, grey or colours")
+        pixel = f"{counted(samples, 'sample')} of {counted(bits, 'bit')} a pixel"
+        raise InputError(f"{place} has {pixel}; allowed: 8 or 16 bit, grey or colours")
     if tags.get(_PHOTOMETRIC) == _WHITE_IS_ZERO:
         raise InputError(f"{place}: 0 is white in it (PhotometricInterpretation); allowed: 0 is black")
     return tags.get(_COLUMNS, 0) * tags.get(_ROWS, 0) * samples * bits // 8
 
 
 def _directories(data: mmap.mmap) -> Iterator[dict[int, int]]:
-    """Of each page, from the first to the last, its tags that are whole numbers, the first number of each; ValueError
-    where pages go in a circle."""
+    """Yield the tags of each page that are whole numbers, the first number of each; ValueError where the chain of pages
+    is a circle."""
     order = _ORDERS[data[:2]]
     offset, first, number, length = _LAYOUTS[struct.unpack_from(order + "H", data, 2)[0]]
     inline = struct.calcsize(order + offset)
@@ -83,36 +86,39 @@ def _directories(data: mmap.mmap) -> Iterator[dict[int, int]]:
         tags = {}
         for entry in range(start, end, length):
             tag, kind, count = struct.unpack_from(order + "HH" + offset, data, entry)
-            if kind in _WHOLE:
+            if kind in _INTEGERS:
                 place = entry + 4 + inline
-                if count * struct.calcsize(_WHOLE[kind]) > inline:
+                if count * struct.calcsize(_INTEGERS[kind]) > inline:
                     (place,) = struct.unpack_from(order + offset, data, place)
-                (tags[tag],) = struct.unpack_from(order + _WHOLE[kind], data, place)
+                (tags[tag],) = struct.unpack_from(order + _INTEGERS[kind], data, place)
         yield tags
         (at,) = struct.unpack_from(order + offset, data, end)
 
 
 def read_pages(file: Path, sizes: Sequence[int]) -> Iterator[Any]:
-    """The pages, of `page_sizes`, as they stand, each (rows, columns) or (rows, columns, channels), turned as their
-    Orientation says. InputError where one is damaged; TIFF has no checksums, so that only what cannot be decoded is
-    known to be."""
-    for wanted in _together(sizes):
-        with _silent():
+    """Yield the pages, each (rows, columns) or (rows, columns, channels), rotated by their Orientation.
+
+    sizes  of `page_sizes`
+
+    InputError where a page cannot be decoded; TIFF has no checksums that would show other damage.
+    """
+    for wanted in _page_groups(sizes):
+        with _silenced():
             try:
                 found = cv2.imreadmulti(str(file), wanted.start, len(wanted), flags=cv2.IMREAD_UNCHANGED)[1]
-            except cv2.error:  # a size that no picture has
+            except cv2.error:  # of an impossible size
                 found = ()
         yield from found
         if len(found) < len(wanted):
             raise _damaged(str(file) if len(sizes) == 1 else f"{file}: page {wanted.start + len(found)}")
-        del found  # before the next ones are decoded beside them
+        del found  # frees the memory before the next group is decoded
 
 
-def _together(sizes: Sequence[int]) -> Iterator[range]:
-    """Numbers of the pages that are decoded together."""
+def _page_groups(sizes: Sequence[int]) -> Iterator[range]:
+    """Yield the page numbers of each group that is decoded in one call."""
     first, held = 0, 0
     for page, size in enumerate(sizes):
-        if page > first and held + size > _TOGETHER_BYTES:
+        if page > first and held + size > _GROUP_BYTES:
             yield range(first, page)
             first, held = page, 0
         held += size
@@ -124,8 +130,8 @@ def _damaged(place: str) -> InputError:
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
-    """OpenCV speaks on standard error of what is said here in one line."""
+def _silenced() -> Iterator[None]:
+    """Suppress messages of OpenCV on standard error in the block; errors are raised as InputError instead."""
     level = logging.getLogLevel()
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
     try:
@@ -139,8 +145,10 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 
 def read_stack(file: Path) -> Image:
-    """(frames, rows, columns) uint8 or uint16, of the byte order that the file has: a .npy as it lies on the disk, of
-    which what is looked at is read; the one array of a .npz, whole. InputError for anything else."""
+    """Return (frames, rows, columns) uint8 or uint16, in the byte order of the file.
+
+    A .npy is memory-mapped; a .npz must hold one array, which is read whole. InputError for anything else.
+    """
     try:
         found = np.load(file, mmap_mode="r", allow_pickle=False)
         if isinstance(found, np.lib.npyio.NpzFile):
@@ -150,20 +158,22 @@ def read_stack(file: Path) -> Image:
         raise
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or 'is cut short or damaged'}") from None
-    except MemoryError:  # of a whole .npz; or of a head that nobody can take apart
+    except MemoryError:  # of a whole .npz, or of a damaged header
         raise InputError(f"{file}: does not fit in memory, or is damaged") from None
-    except Exception:  # numpy's reader of damaged heads and archives has no list of what it may raise
+    except Exception:  # numpy documents no errors for damaged headers and archives
         found = None
     if not isinstance(found, np.ndarray):
-        raise InputError(f"{file}: is no array of numbers that numpy saved, or is cut short or damaged")
+        raise InputError(f"{file}: is not an array of numbers saved by numpy, or is cut short or damaged")
     return _checked(file, found)
 
 
 def _only(file: Path, archive: Any) -> str:
-    """The name of the one array of an archive, in which other files may lie."""
+    """Return the name of the only array of an archive; other files may be in it."""
     arrays = [entry.removesuffix(".npy") for entry in archive.zip.namelist() if entry.endswith(".npy")]
     if len(arrays) != 1:
-        raise InputError(f"{file}: holds the arrays {reprlib.repr(arrays)}; allowed: one (numpy.save writes it alone)")
+        raise InputError(
+            f"{file}: holds the arrays {reprlib.repr(arrays)}; allowed: one (numpy.save writes a single one)"
+        )
     return str(arrays[0])
 
 
@@ -179,16 +189,16 @@ def _checked(file: Path, found: Any) -> Image:
 
 ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages, a .npy or .npz of such counts, or a video"
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-_CODEC_ROUNDS = 4
-"""Greys that the channels of a grey picture may lie apart after a video codec: its two colour differences rounded one
-step off grey turn red by 255/224 * 1.402 = 1.6 greys and blue by 255/224 * 1.772 = 2.0 the other way (ITU-R BT.601)."""
+_CODEC_ROUNDING = 4
+"""Largest difference between the channels of a grey picture after a video codec, greys: colour differences one step off
+by rounding change red by 255/224 * 1.402 = 1.6 and blue by 255/224 * 1.772 = 2.0 the other way (ITU-R BT.601)."""
 
-_END_AT_LEAST = 12  # bytes of a PNG chunk around its data: length, type, CRC
+_CHUNK_OVERHEAD = 12  # bytes of a PNG chunk around its data: length, type, CRC
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """A picture (rows, columns) uint8 or uint16, where it comes from, and whether it had colours."""
+    """Picture (rows, columns) uint8 or uint16, its origin for messages, and whether it had colours."""
 
     image: Image
     place: str
@@ -196,8 +206,7 @@ class Picture:
 
 
 class Pictures(Protocol):
-    """Where pictures come from. count is None where only reading them all tells; rate_hz where nothing
-    states it."""
+    """Iterable of pictures. count is None where it is known only after reading them all, rate_hz where unknown."""
 
     @property
     def count(self) -> int | None: ...
@@ -207,7 +216,7 @@ class Pictures(Protocol):
 
 
 def open_pictures(path: Path) -> Pictures:
-    """The pictures of a folder, a TIFF, an array or a video. InputError where it is none of these or holds none."""
+    """Open a folder, a TIFF, an array or a video. InputError for another file, or where there are no pictures in it."""
     if path.is_dir():
         return _folder(path)
     if not path.exists():
@@ -221,7 +230,7 @@ def open_pictures(path: Path) -> Pictures:
 
 
 def _folder(path: Path) -> Folder:
-    """Its pictures: files of one kind, for a preview or a mask beside each would be taken for a frame."""
+    """Return the pictures of a folder. InputError for files of two kinds: one may be previews or masks."""
     kinds = ((".png",), TIFF_SUFFIXES)
     found = [[file for file in path.iterdir() if file.suffix.lower() in kind] for kind in kinds]
     if all(found):
@@ -232,7 +241,7 @@ def _folder(path: Path) -> Folder:
 
 
 def _natural(file: Path) -> list[tuple[int, int, str]]:
-    """Sort key by which frame_2 comes before frame_10."""
+    """Return a sort key that puts frame_2 before frame_10."""
     parts = re.split(r"(\d+)", file.name)
     return [(1, int(part), part) if part.isdigit() else (0, 0, part) for part in parts]
 
@@ -310,7 +319,7 @@ def _read_png(file: Path) -> Any:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if _is_whole_png(data) else None
-    except cv2.error:  # a size that no picture has
+    except cv2.error:  # of an impossible size
         image = None
     if image is None:
         raise InputError(f"{file}: is not a PNG picture, or is cut short or damaged")
@@ -318,12 +327,12 @@ def _read_png(file: Path) -> Any:
 
 
 def _is_whole_png(data: bytes) -> bool:
-    """Do all chunks match their CRCs, up to the last? (PNG specification, 5.3.) Decoders differ in what
-    they make of broken files."""
+    """Return whether all chunks match their CRCs, up to the last (PNG specification, 5.3). Decoders differ in how they
+    treat damaged files."""
     if not data.startswith(_PNG_MAGIC):
         return False
     position = len(_PNG_MAGIC)
-    while len(data) - position >= _END_AT_LEAST:
+    while len(data) - position >= _CHUNK_OVERHEAD:
         length = int.from_bytes(data[position : position + 4], "big")
         end = position + 8 + length
         if zlib.crc32(data[position + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
@@ -335,7 +344,7 @@ def _is_whole_png(data: bytes) -> bool:
 
 
 class Video:
-    """A video that OpenCV can decode; always 8 bit."""
+    """Video that OpenCV can decode; always 8 bit."""
 
     count = None
 
@@ -345,12 +354,12 @@ class Video:
         rate = capture.get(cv2.CAP_PROP_FPS)
         self.rate_hz = float(rate) if np.isfinite(rate) and rate > 0 else None
         stated = capture.get(cv2.CAP_PROP_FRAME_COUNT)
-        self.stated_count = int(stated) if np.isfinite(stated) and stated > 0 else None
-        """What the container says; only decoding tells."""
+        self.container_count = int(stated) if np.isfinite(stated) and stated > 0 else None
+        """Number of frames by the container, which decoding may not confirm."""
         capture.release()
 
     def _open(self) -> cv2.VideoCapture:
-        # FFmpeg speaks on standard error of what is said here in one line.
+        # Suppresses messages of FFmpeg on standard error; errors are raised as InputError instead.
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
         capture = cv2.VideoCapture(str(self._path))
         if not capture.isOpened():
@@ -365,7 +374,7 @@ class Video:
                 there, image = capture.read()
                 if not there:
                     break
-                yield _grey(image, f"{self._path}: frame {index}", _CODEC_ROUNDS)
+                yield _grey(image, f"{self._path}: frame {index}", _CODEC_ROUNDING)
                 index += 1
         finally:
             capture.release()
@@ -373,8 +382,8 @@ class Video:
             raise InputError(f"{self._path}: no frame of this video can be decoded")
 
 
-def _grey(image: Any, place: str, rounded: int = 0) -> Picture:
-    """Grey from grey or colour; channels that lie at most `rounded` greys apart are grey that was stored as colour."""
+def _grey(image: Any, place: str, rounding: int = 0) -> Picture:
+    """Return a grey picture; channels that differ by at most `rounding` greys are grey that was stored as colour."""
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: unsigned, 8 or 16 bit")
     if image.ndim == 2:
@@ -383,4 +392,4 @@ def _grey(image: Any, place: str, rounded: int = 0) -> Picture:
     if (colours == colours[..., :1]).all():
         return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
     grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
-    return Picture(grey, place, bool((colours.max(axis=-1) - colours.min(axis=-1) > rounded).any()))
+    return Picture(grey, place, bool((colours.max(axis=-1) - colours.min(axis=-1) > rounding).any()))

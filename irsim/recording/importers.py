@@ -1,4 +1,4 @@
-"""`irsim import`: a folder of pictures, a TIFF, an array, a video or a damaged recording becomes a recording."""
+"""Import of a folder of pictures, a TIFF, an array, a video or a damaged recording to a recording."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from irsim.recording.output import check_output
 from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
 
-ACCURACY_PX = 1.0
-"""How far an imported centre may be off where the user does not say: boxes drawn by hand and partly
-interpolated lay 0.65 to 1.3 px (median) off the bright blob in three sequences of the drone detection
-dataset of Svanstrom, Alonso-Fernandez and Englund (Data in Brief, 2021)."""
+DEFAULT_ACCURACY_PX = 1.0
+"""Default error of imported centres, px: boxes drawn by hand and partly interpolated were 0.65 to 1.3 px (median) from
+the bright blob in three sequences of the drone detection dataset of Svanstrom, Alonso-Fernandez and Englund (Data in
+Brief, 2021)."""
 
 RATES_HZ = (0.001, 10_000.0)
-"""Frames a second that may be asked for, as of a camera."""
-RATE_HZ = 30.0
-"""Frames a second of pictures where the user does not say."""
+"""Allowed frame rates, as of a camera, Hz."""
+DEFAULT_RATE_HZ = 30.0
+"""Default frame rate of pictures, Hz."""
 
 
 def import_frames(
@@ -49,26 +49,26 @@ def import_frames(
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
-    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF, an array of frames x
-    rows x columns that numpy saved (.npy, .npz) or a video as a recording.
+    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF, a numpy array of frames
+    x rows x columns (.npy, .npz) or a video as a recording, and return its path.
 
-    truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and the like stay None
+    truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and other truth are None
     rate_hz      default: the video's own, 30 for pictures
-    agc          counts to the 8-bit picture; default: none for 8-bit pictures, linear for 16-bit ones
-    bits         true depth of 16-bit pictures, default 16
-    accuracy_px  how far the truth's centres may be off, default ACCURACY_PX
-    follow       id of the target to follow, as the CSV or the recording calls it; default: its first
-    compression  of the recording's chunks, default none
+    agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
+    bits         bit depth of counts in 16-bit pictures; default: 16
+    accuracy_px  error of the truth's centres; default: DEFAULT_ACCURACY_PX
+    follow       id of the target to track, in the CSV or in the recording; default: the first
+    compression  of the recording's chunks; default: none
     progress     called with the number of frames done
 
-    A recording that is damaged is taken too: what is whole in it is kept as it is (`recording.recover`),
-    and none of the above but `progress` is for it. Colours are made grey. InputError, one line with its
-    place, for anything wrong; nothing is left behind then.
+    A damaged recording is taken, too: its intact frames are copied (`recording.recover`), and only `progress` of the
+    above is allowed. Colours are converted to grey. InputError, one line with its place, for wrong input; no file is
+    written then.
     """
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))
     check_input(source, ALLOWED)
-    asked = {
+    options = {
         "truth": truth,
         "rate": rate_hz,
         "name": name,
@@ -78,13 +78,13 @@ def import_frames(
         "follow": follow,
         "compression": compression,
     }
-    given = {key: value for key, value in asked.items() if value is not None}
+    given = {key: value for key, value in options.items() if value is not None}
     if begins_as_recording(source):
         _refuse_given(source, given)
         return recover(source, out, progress)
     _check_given(source, given)
     bits = None if bits is None else whole_number("bits", bits, 1)
-    accuracy = ACCURACY_PX if accuracy_px is None else float(accuracy_px)
+    accuracy = DEFAULT_ACCURACY_PX if accuracy_px is None else float(accuracy_px)
 
     pictures = open_pictures(source)
     labels = None if truth is None else read_labels(Path(truth), accuracy, follow)
@@ -95,22 +95,21 @@ def import_frames(
     first = next(reading)
     header = _header(name_of(source) if name is None else name, first, rate, labels, accuracy, agc, bits)
     with writing(out, header, compression="none" if compression is None else compression) as writer:
-        done, coloured = _write(writer, header, labels, first, reading, progress)
+        done, with_colours = _write_pictures(writer, header, labels, first, reading, progress)
         if labels is not None:
             labels.check_end(done)
-        writer.finish((*notes, *_notes(pictures, header, labels, done, coloured)))
+        writer.finish((*notes, *_notes(pictures, header, labels, done, with_colours)))
     return out
 
 
 def name_of(source: Path) -> str:
-    """What a folder or a video is called: the folder's name, or the file's without its ending; what is no letter in it
-    becomes the sign for that."""
+    """Return a folder's name, or a file's without its ending; bytes that are not UTF-8 become U+FFFD."""
     real = source.resolve()
     return os.fsencode(real.name if real.is_dir() else real.stem).decode("utf-8", "replace")
 
 
 def _check_given(source: Path, given: Mapping[str, Any]) -> None:
-    """InputError where what was given, each by its name, is not of its type or range, or is nothing without a truth."""
+    """Raise InputError where an option is of a wrong type or out of range, or needs a truth and there is none."""
     low, high = RATES_HZ
     if "rate" in given and not (is_number(given["rate"]) and low <= given["rate"] <= high):
         raise InputError(f"rate {reprlib.repr(given['rate'])}: allowed: a number from {low:g} to {high:g} Hz")
@@ -120,29 +119,29 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
         if key in given:
             expect_text(key, given[key])
     if "agc" in given and not isinstance(given["agc"], Agc):
-        what = f"agc {reprlib.repr(given['agc'])}"
-        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.camera.AGCS.parse gives")
+        agc = reprlib.repr(given["agc"])
+        raise InputError(f"agc {agc}: is not an AGC; allowed: a value of irsim.camera.AGCS.parse")
     if "truth" not in given and "accuracy" in given:
-        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
+        raise InputError(f"{source}: an accuracy is of the truth; allowed with truth only (truth=CSV)")
     if "truth" not in given and "follow" in given:
-        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (truth=CSV)")
+        raise InputError(f"{source}: a target to track is of the truth; allowed with truth only (truth=CSV)")
 
 
 def _refuse_given(source: Path, given: Mapping[str, Any]) -> None:
-    """InputError where something was given that a recording has of its own."""
+    """Raise InputError where an option was given for a recording, which has its own."""
     if given:
         raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(given)}")
 
 
-def _rate(source: Path, pictures: Pictures, asked: float | None) -> tuple[float, list[str]]:
-    """The rate to use, and a note where nobody gave it."""
-    if asked is not None:
-        return float(asked), []
+def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float, list[str]]:
+    """Return the frame rate and, where the default is used, a note."""
+    if given is not None:
+        return float(given), []
     if pictures.rate_hz is not None:
         return pictures.rate_hz, []
     if isinstance(pictures, Video):
         raise InputError(f"{source}: this video states no frame rate; give one (rate_hz=HZ)")
-    return RATE_HZ, [f"no rate was given: {RATE_HZ:g} Hz assumed"]
+    return DEFAULT_RATE_HZ, [f"no rate was given: {DEFAULT_RATE_HZ:g} Hz assumed"]
 
 
 def _header(
@@ -154,7 +153,7 @@ def _header(
     agc: Agc | None,
     bits: int | None,
 ) -> Header:
-    """What is known of pictures like the first; InputError where its counts are not as deep as `bits`."""
+    """Return the header for pictures like the first; InputError where they have fewer than `bits` bits."""
     stored = 8 * first.image.itemsize
     if bits is not None and bits > stored:
         raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
@@ -172,7 +171,7 @@ def _header(
     )
 
 
-def _write(
+def _write_pictures(
     writer: RecordingWriter,
     header: Header,
     labels: Labels | None,
@@ -180,17 +179,17 @@ def _write(
     others: Iterator[Picture],
     progress: Callable[[int], None] | None,
 ) -> tuple[int, int]:
-    """(how many pictures were written, how many of them had colours)."""
-    done, coloured = 0, 0
+    """Write all pictures; return their number and how many had colours."""
+    done, with_colours = 0, 0
     for picture in chain([first], others):
-        _add(writer, header, labels, picture, first, done)
-        done, coloured = done + 1, coloured + picture.had_colours
+        _write_picture(writer, header, labels, picture, first, done)
+        done, with_colours = done + 1, with_colours + picture.had_colours
         if progress is not None:
             progress(done)
-    return done, coloured
+    return done, with_colours
 
 
-def _add(
+def _write_picture(
     writer: RecordingWriter, header: Header, labels: Labels | None, picture: Picture, first: Picture, index: int
 ) -> None:
     image = picture.image
@@ -212,11 +211,11 @@ def _described(picture: Picture) -> str:
     return f"{columns}x{rows}, {8 * picture.image.itemsize} bit"
 
 
-def _notes(pictures: Pictures, header: Header, labels: Labels | None, done: int, coloured: int) -> Iterator[str]:
-    """What was made of the pictures and the truth, where it may not be meant."""
+def _notes(pictures: Pictures, header: Header, labels: Labels | None, done: int, with_colours: int) -> Iterator[str]:
+    """Yield the assumptions about the pictures and the truth that the user should know."""
     if labels is not None:
-        yield from (*labels.notes, *labels.strays(header.size), *labels.gaps(done))
-    if coloured:
-        yield f"{coloured} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)"
-    if isinstance(pictures, Video) and pictures.stated_count not in (None, done):
-        yield f"the video states {counted(pictures.stated_count, 'frame')}; {done} could be decoded"
+        yield from (*labels.notes, *labels.outside_note(header.size), *labels.gap_note(done))
+    if with_colours:
+        yield f"{with_colours} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)"
+    if isinstance(pictures, Video) and pictures.container_count not in (None, done):
+        yield f"the video states {counted(pictures.container_count, 'frame')}; {done} could be decoded"

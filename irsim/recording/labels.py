@@ -1,4 +1,4 @@
-"""Truth from a CSV of boxes: ``frame,x,y,w,h[,id,cls]``."""
+"""Ground truth from a CSV of boxes: ``frame,x,y,w,h[,id,cls]``."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from irsim.config.paths import text_bytes
 from irsim.errors import InputError, counted
 from irsim.types import Box, TargetTruth, Truth
 
-_NEEDED = ("frame", "x", "y", "w", "h")
+_REQUIRED = ("frame", "x", "y", "w", "h")
 _OPTIONAL = ("id", "cls")
 _ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
-_ONLY_ID = "target"
-_LONGEST_ID = 64
-_NAMED = 3
-"""Targets that one note names."""
-_NO_SEPARATORS = ";\t| "
-"""What other programs put between columns."""
+_DEFAULT_ID = "target"
+_MAX_ID_LENGTH = 64
+_MAX_NAMED = 3
+"""Highest number of targets that a note names."""
+_OTHER_SEPARATORS = ";\t| "
+"""Separators of other programs."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
 class Labels:
-    """The labelled targets of each frame; a frame without an entry has none.
+    """Labelled targets of each frame; a frame without an entry has none.
 
-    rows   the frames with a row for each target, those with blank numbers among them
-    last   the highest frame with a row, and the line it stands in
-    notes  how ids were changed
+    rows   frames of each target's rows, including rows with blank numbers
+    last   highest frame with a row, and its line
+    notes  changes of ids
     """
 
     path: Path
@@ -44,38 +44,39 @@ class Labels:
     notes: tuple[str, ...]
 
     def truth(self, index: int, time: float, size: tuple[int, int]) -> Truth:
-        """The truth of a frame of `size` (columns, rows); it knows of each centre whether it is in view."""
-        return Truth(index, time, tuple(_placed(target, size) for target in self.targets.get(index, ())))
+        """Return the truth of a frame of `size` (columns, rows), with `in_view` of each target."""
+        return Truth(index, time, tuple(_with_view(target, size) for target in self.targets.get(index, ())))
 
-    def strays(self, size: tuple[int, int]) -> tuple[str, ...]:
-        """A note that counts the boxes in which no part of a picture of `size` (columns, rows) lies, if there are."""
+    def outside_note(self, size: tuple[int, int]) -> tuple[str, ...]:
+        """Return a note with the number of boxes wholly outside a picture of `size` (columns, rows); () for none."""
         columns, rows = size
         boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
-        outside = [frame for frame, box in boxes if not _meets(box, columns, rows)]
+        outside = [frame for frame, box in boxes if not _overlaps(box, columns, rows)]
         if not outside:
             return ()
         count = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
         return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
 
-    def gaps(self, frames: int) -> tuple[str, ...]:
-        """A note that names the targets for which frames between their first and last row have none, if there are; or
-        else that says where all rows end, if before the last frame.
+    def gap_note(self, frames: int) -> tuple[str, ...]:
+        """Return a note of the targets with frames without a row between their first and last row; without such
+        targets, a note where all rows end before the last frame; else ().
 
-        Labels of every tenth frame, or of the first minute, would otherwise pass silently for targets mostly absent.
+        Otherwise labels of every tenth frame, or of the first minute, would silently become targets that are mostly
+        absent.
         """
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
-            return self._early_end(frames)
+            return self._early_end_note(frames)
         whole = counted(frames, "frame")
-        named = [f"for {name} in {missing} of {whole}" for name, missing in islice(gappy.items(), _NAMED)]
-        if len(gappy) > _NAMED:
-            named.append(f"for {counted(len(gappy) - _NAMED, 'more target')}")
+        named = [f"for {name} in {missing} of {whole}" for name, missing in islice(gappy.items(), _MAX_NAMED)]
+        if len(gappy) > _MAX_NAMED:
+            named.append(f"for {counted(len(gappy) - _MAX_NAMED, 'more target')}")
         return (
             f"no row {', '.join(named)}: taken as absent there; "
             "write a row for each frame, with blank numbers where a target is absent",
         )
 
-    def _early_end(self, frames: int) -> tuple[str, ...]:
+    def _early_end_note(self, frames: int) -> tuple[str, ...]:
         end, _ = self.last
         if end == frames - 1:
             return ()
@@ -86,7 +87,7 @@ class Labels:
         )
 
     def check_end(self, frames: int) -> None:
-        """InputError where a row is about a frame that is not there."""
+        """Raise InputError where a row is of a frame past the end."""
         frame, line = self.last
         if frame >= frames:
             raise InputError(
@@ -94,13 +95,13 @@ class Labels:
             )
 
 
-def _meets(box: Box, columns: int, rows: int) -> bool:
-    """Does any of a picture lie in a box? Pixel i reaches from i - 1/2 to i + 1/2."""
+def _overlaps(box: Box, columns: int, rows: int) -> bool:
+    """Return whether a box overlaps a picture; pixel i reaches from i - 1/2 to i + 1/2."""
     return box.right > -0.5 and box.left < columns - 0.5 and box.bottom > -0.5 and box.top < rows - 0.5
 
 
-def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
-    """With whether its centre is in view."""
+def _with_view(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
+    """Return the target with `in_view`: whether its centre is in a picture of `size` (columns, rows)."""
     in_view = all(-0.5 <= at <= side - 0.5 for at, side in zip(target.center, size, strict=True))
     return replace(target, in_view=in_view)
 
@@ -108,25 +109,24 @@ def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
 def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> Labels:
     """Read boxes by top-left corner and size in px, whole or fractional.
 
-    Blank numbers, and frames without a row, mean absent; a row with blank numbers and no id is about all targets.
+    Blank numbers, and frames without a row, mean absent; a row with blank numbers and without an id is of all targets.
 
-    `follow` is an id of the file or the name that it becomes; the first target is followed without it.
+    follow  id of the target to track, or its name; default: the first target
 
-    Frames count from 0. Several rows may be about one frame, with ids of their own. An id becomes a
-    valid name: other characters than letters, digits, '_' and '-' become '_', and 'target-' goes before
-    one that does not begin with a letter; where there is none it is 'target'. Centres follow from
-    whole-pixel boxes: cx = x + (w - 1)/2. InputError with file:line for everything that is wrong.
+    Frames count from 0. A frame may have several rows with different ids. An id becomes a valid name: characters other
+    than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that does not begin with a letter; the
+    name without an id is 'target'. Centres are of whole-pixel boxes: cx = x + (w - 1)/2. InputError with file:line.
     """
     rows = list(_rows(path))
     names: dict[str, str] = {}
     boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
-    told: dict[str, set[int]] = {}  # by ids as the file has them
+    frames_by_id: dict[str, set[int]] = {}  # by ids as the file has them
     last = (-1, 0)
     for line, row in rows:
         place = f"{path}:{line}"
         frame = _frame(row["frame"], place)
         last = max(last, (frame, line))
-        told.setdefault(row.get("id", ""), set()).add(frame)
+        frames_by_id.setdefault(row.get("id", ""), set()).add(frame)
         box = _box(row, place)
         if box is None:
             continue
@@ -140,26 +140,26 @@ def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> La
         raise InputError(f"{path}: holds no row; {_ALLOWED}")
     targets = {frame: tuple(target for target, _ in there.values()) for frame, there in boxes.items()}
     changed = tuple(f"id {raw!r} is called {name}" for raw, name in names.items() if raw and raw != name)
-    of_all = told.get("", set())
-    with_row = {name: frozenset(told[raw] | of_all) for raw, name in names.items()}
+    of_all = frames_by_id.get("", set())
+    with_row = {name: frozenset(frames_by_id[raw] | of_all) for raw, name in names.items()}
     return Labels(path, targets, with_row, last, _followed(targets, names, follow, path), changed)
 
 
 def _followed(
-    targets: dict[int, tuple[TargetTruth, ...]], names: dict[str, str], asked: str | None, path: Path
+    targets: dict[int, tuple[TargetTruth, ...]], names: dict[str, str], given: str | None, path: Path
 ) -> str | None:
-    """The name of who is followed."""
-    if asked is None:
+    """Return the name of the target to track."""
+    if given is None:
         return targets[min(targets)][0].id if targets else None
-    wanted = names.get(asked, asked)
+    wanted = names.get(given, given)
     if wanted not in names.values():
         known = ", ".join(names.values()) or "nothing, there are none"
-        raise InputError(f"{path}: there is no target '{asked}'; allowed: {known}{suggestion(asked, names.values())}")
+        raise InputError(f"{path}: there is no target '{given}'; allowed: {known}{suggestion(given, names.values())}")
     return wanted
 
 
 def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Line number and fields by column of each row that is not empty."""
+    """Yield line number and fields by column of each row that is not empty."""
     try:
         text = text_bytes(path).decode("utf-8-sig")
     except FileNotFoundError:
@@ -186,10 +186,10 @@ def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 
 def _check_columns(columns: Sequence[str], place: str) -> None:
-    known = (*_NEEDED, *_OPTIONAL)
-    between = next((mark for mark in _NO_SEPARATORS if len(columns) == 1 and mark in columns[0]), None)
+    known = (*_REQUIRED, *_OPTIONAL)
+    between = next((mark for mark in _OTHER_SEPARATORS if len(columns) == 1 and mark in columns[0]), None)
     if between is not None:
-        raise InputError(f"{place}: {between!r} stands between the columns; {_ALLOWED}, with commas")
+        raise InputError(f"{place}: the columns are separated by {between!r}; {_ALLOWED}, with commas")
     if columns and all(_NUMBER.fullmatch(column) or not column for column in columns):
         raise InputError(f"{place}: the header is missing: the first line names the columns; {_ALLOWED}")
     for column in columns:
@@ -197,7 +197,7 @@ def _check_columns(columns: Sequence[str], place: str) -> None:
             raise InputError(f"{place}: unknown column {column!r}; {_ALLOWED}{suggestion(column.lower(), known)}")
         if columns.count(column) > 1:
             raise InputError(f"{place}: the column {column!r} is there twice; {_ALLOWED}")
-    missing = [column for column in _NEEDED if column not in columns]
+    missing = [column for column in _REQUIRED if column not in columns]
     if missing:
         raise InputError(f"{place}: missing {', '.join(missing)}; {_ALLOWED}")
 
@@ -209,12 +209,12 @@ def _frame(text: str, place: str) -> int:
 
 
 def _box(row: dict[str, str], place: str) -> Box | None:
-    given = [row[column] for column in _NEEDED[1:]]
+    given = [row[column] for column in _REQUIRED[1:]]
     if not any(given):
         return None
     values = []
-    for column, text in zip(_NEEDED[1:], given, strict=True):
-        # Python's float would take '1_0' and digits of other scripts as well.
+    for column, text in zip(_REQUIRED[1:], given, strict=True):
+        # Python's float would accept '1_0' and digits of other scripts.
         value = float(text) if _NUMBER.fullmatch(text) else math.nan
         if not math.isfinite(value):
             raise InputError(f"{place}: {column}: {text!r} is not a number; allowed: px, or all four blank for absent")
@@ -225,13 +225,13 @@ def _box(row: dict[str, str], place: str) -> Box | None:
 
 
 def _name(raw: str, names: dict[str, str], place: str) -> str:
-    """The target's name for an id in the file; remembers it in `names`."""
+    """Return the target's name for an id in the file, and add it to `names`."""
     if raw not in names:
-        name = re.sub(r"[^A-Za-z0-9_-]", "_", raw) or _ONLY_ID
+        name = re.sub(r"[^A-Za-z0-9_-]", "_", raw) or _DEFAULT_ID
         if not name[0].isalpha():
-            name = f"{_ONLY_ID}-{name}"
-        if len(name) > _LONGEST_ID:
-            raise InputError(f"{place}: id: {raw!r} is too long; allowed: {_LONGEST_ID} characters")
+            name = f"{_DEFAULT_ID}-{name}"
+        if len(name) > _MAX_ID_LENGTH:
+            raise InputError(f"{place}: id: {raw!r} is too long; allowed: {_MAX_ID_LENGTH} characters")
         taken = next((other for other, known in names.items() if known == name), None)
         if taken is not None:
             raise InputError(f"{place}: id: {raw!r} and {taken!r} would both be called '{name}'")

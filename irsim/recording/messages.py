@@ -1,4 +1,4 @@
-"""Messages of a recording: times, bands, protobuf schemas, images, annotations, topics and the viewer layout."""
+"""Messages of a recording: times, bands, protobuf schemas, truth, images, annotations, topics and viewer layout."""
 
 from __future__ import annotations
 
@@ -21,20 +21,19 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from irsim.types import Band, BandName, Box, Image, TargetTruth, Truth
 
 EPOCH_NS = 1_577_836_800 * 10**9
-"""Time 0 of every source: 2020-01-01T00:00:00Z, ns since the Unix epoch. Viewers show dates; a fixed
-one keeps files reproducible and lets a track be opened beside its source."""
+"""Log time of time 0: 2020-01-01T00:00:00Z, ns since the Unix epoch. A fixed date keeps files reproducible and aligns a
+track with its source in viewers."""
 
 
 def to_ns(time: float) -> int:
-    """Log time of a frame time in s."""
+    """Return the log time, ns, of a frame time in s."""
     return EPOCH_NS + round(time * 1e9)
 
 
 def from_ns(log_time: int, rate_hz: float) -> float:
-    """Frame time in s of a log time.
+    """Return the frame time in s of a log time in ns.
 
-    Log times are rounded to 1 ns; a time that rounds like a whole number of frame periods is one, so
-    that index / rate comes back bit for bit.
+    Where the log time is a whole number of frame periods, rounded to 1 ns, the time is index / rate bit for bit.
     """
     seconds = (log_time - EPOCH_NS) / 1e9
     regular = round(seconds * rate_hz) / rate_hz
@@ -45,19 +44,19 @@ _NAMED: dict[str, Band] = {name: name for name in get_args(BandName)}
 _LIMITS = re.compile(r"(\d+(?:\.\d+)?) to (\d+(?:\.\d+)?) um")
 
 
-def words_of(band: Band) -> str:
-    """'lwir', or '3.4 to 4.9 um': every digit of the limits, so that `band_of` gives the same band."""
+def band_text(band: Band) -> str:
+    """Return 'lwir', or '3.4 to 4.9 um' with every digit, so that `parse_band` returns the same band."""
     return band if isinstance(band, str) else "{} to {} um".format(*band)
 
 
-def band_of(words: str) -> Band | None:
-    """The band that was worded; None where the words say none that is known."""
+def parse_band(words: str) -> Band | None:
+    """Return the band of a text of `band_text`; None for another text."""
     limits = _LIMITS.fullmatch(words)
     return _NAMED.get(words) if limits is None else (float(limits[1]), float(limits[2]))
 
 
-# Message -> its fields in order of their numbers: (name, type); "*" marks a repeated field. Numbers
-# are part of the file format: append, never reorder.
+# Message -> fields (name, type) in the order of their numbers; "*" marks a repeated field. The numbers are part of the
+# file format: append, never reorder.
 _MESSAGES: dict[str, list[tuple[str, str]]] = {
     "Point": [("x", "double"), ("y", "double")],
     "Box": [("cx", "double"), ("cy", "double"), ("w", "double"), ("h", "double")],
@@ -125,7 +124,7 @@ TrackStateMessage = GetMessageClass(TRACK_STATE)
 
 
 def descriptor_set(descriptor: Descriptor) -> bytes:
-    """A serialised FileDescriptorSet of a message's file and all that it imports, imports first."""
+    """Return the serialised FileDescriptorSet of a message's file and all its imports, imports first."""
     files: dict[str, FileDescriptor] = {}
 
     def collect(file: FileDescriptor) -> None:
@@ -141,40 +140,42 @@ def descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 def point(value: tuple[float, float] | None) -> dict[str, float] | None:
+    """Return the fields of a Point."""
     return None if value is None else {"x": value[0], "y": value[1]}
 
 
 def box(value: Box) -> dict[str, float]:
+    """Return the fields of a Box."""
     return {"cx": value.cx, "cy": value.cy, "w": value.w, "h": value.h}
 
 
-def optional(message: Any, field: str) -> Any:
-    """A field's value, None where it is not set; a Point or an Attitude as a tuple. ValueError as `text`."""
+def optional_field(message: Any, field: str) -> Any:
+    """Return a field's value or None; a Point or an Attitude as a tuple. ValueError as `checked_text`."""
     if not message.HasField(field):
         return None
     value = getattr(message, field)
     if isinstance(value, Message):
         return tuple(getattr(value, part.name) for part in value.DESCRIPTOR.fields)
-    return text(value) if isinstance(value, bytes) else value
+    return checked_text(value) if isinstance(value, bytes) else value
 
 
-def text(value: str | bytes) -> str:
-    """A text; ValueError where it is bytes, as protobuf gives one that is not UTF-8."""
+def checked_text(value: str | bytes) -> str:
+    """Return the text; ValueError for bytes, which protobuf returns for text that is not UTF-8."""
     if isinstance(value, bytes):
-        raise ValueError(f"{value!r} is no text")
+        raise ValueError(f"{value!r} is not text")
     return value
 
 
-def needed(message: Any, field: str) -> Any:
-    """The numbers of a field that must be there, as a tuple; ValueError where it is not set or one is not finite."""
-    values = optional(message, field)
+def required_numbers(message: Any, field: str) -> Any:
+    """Return the numbers of a field as a tuple; ValueError where it is not set or a number is not finite."""
+    values = optional_field(message, field)
     if values is None or not all(map(isfinite, values)):
         raise ValueError(f"{field} {values}")
     return values
 
 
 def encode_truth(truth: Truth) -> bytes:
-    """The bytes of an irsim.Truth."""
+    """Return the bytes of an irsim.Truth."""
     targets = [
         {
             "id": target.id,
@@ -199,26 +200,26 @@ def encode_truth(truth: Truth) -> bytes:
 
 
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
-    """The Truth of frame `index` at `time` s from the bytes of an irsim.Truth; ValueError or protobuf's
-    DecodeError where they are none."""
+    """Return the Truth of frame `index` at `time` s from the bytes of an irsim.Truth; ValueError or protobuf's
+    DecodeError for other bytes."""
     message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     targets = [
         TargetTruth(
-            id=text(target.id),
-            center=needed(target, "center"),
-            box=Box(*needed(target, "box")),
-            cls=optional(target, "cls"),
-            signal_center=optional(target, "signal_center"),
-            velocity=optional(target, "velocity"),
-            attitude=optional(target, "attitude"),
-            range_m=optional(target, "range_m"),
-            visible=optional(target, "visible"),
-            occluders=tuple(map(text, target.occluders)),
-            crossing=optional(target, "crossing"),
-            in_view=optional(target, "in_view"),
-            contrast_k=optional(target, "contrast_k"),
+            id=checked_text(target.id),
+            center=required_numbers(target, "center"),
+            box=Box(*required_numbers(target, "box")),
+            cls=optional_field(target, "cls"),
+            signal_center=optional_field(target, "signal_center"),
+            velocity=optional_field(target, "velocity"),
+            attitude=optional_field(target, "attitude"),
+            range_m=optional_field(target, "range_m"),
+            visible=optional_field(target, "visible"),
+            occluders=tuple(map(checked_text, target.occluders)),
+            crossing=optional_field(target, "crossing"),
+            in_view=optional_field(target, "in_view"),
+            contrast_k=optional_field(target, "contrast_k"),
             accuracy_px=target.accuracy_px,
-            scr=optional(target, "scr"),
+            scr=optional_field(target, "scr"),
         )
         for target in message.targets
     ]
@@ -226,34 +227,34 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
 
 
 OPTICAL_FRAME = "camera"
-"""The frame of reference that images and calibration share."""
+"""Frame of reference of images and calibration."""
 
 _DTYPES = {"mono16": "<u2", "mono8": "u1"}
 
 _DATA = bytes([RawImage.DATA_FIELD_NUMBER << 3 | 2])
-"""What stands before the length of a RawImage's data."""
-_BEHIND = RawImage(frame_id=OPTICAL_FRAME).SerializeToString()
-"""The field after the data, which is the same in all images."""
+"""Tag of a RawImage's data, before its length."""
+_LAST_FIELD = RawImage(frame_id=OPTICAL_FRAME).SerializeToString()
+"""Field after the data, the same in all images."""
 
 
 def encode_image(image: Image, log_time: int) -> bytes:
-    """The bytes of a foxglove.RawImage: mono16 (little-endian) or mono8, as the image's type is."""
+    """Return the bytes of a foxglove.RawImage: mono16 (little-endian) for uint16, mono8 for uint8."""
     encoding = "mono16" if image.dtype == np.uint16 else "mono8"
     before = RawImage(
-        timestamp=stamp(log_time),
+        timestamp=timestamp(log_time),
         width=image.shape[1],
         height=image.shape[0],
         encoding=encoding,
         step=image.shape[1] * image.itemsize,
     )
     counts = np.ascontiguousarray(image, _DTYPES[encoding])
-    # Messages one behind the other are one (protobuf's encoding guide): copied once and not four times.
+    # Concatenated messages are one message (protobuf's encoding guide): the counts are copied once, not four times.
     length = _varint(counts.nbytes)
-    return b"".join((before.SerializeToString(), _DATA, length, counts.data, _BEHIND))
+    return b"".join((before.SerializeToString(), _DATA, length, counts.data, _LAST_FIELD))
 
 
 def _varint(number: int) -> bytes:
-    """A number as protobuf has it: seven bits a byte, the last ones first."""
+    """Return a number in protobuf's encoding: seven bits a byte, lowest first."""
     found = bytearray()
     while number > 0x7F:
         found.append(number & 0x7F | 0x80)
@@ -262,8 +263,8 @@ def _varint(number: int) -> bytes:
 
 
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
-    """The read-only (rows, columns) counts of a foxglove.RawImage; ValueError or protobuf's DecodeError
-    where they are not those of a picture of `size` (columns, rows)."""
+    """Return the read-only (rows, columns) counts of a foxglove.RawImage; ValueError or protobuf's DecodeError where
+    they are not of `size` (columns, rows)."""
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
@@ -275,11 +276,11 @@ def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
 
 
 CORNER_PX = 0.5
-"""Annotations count from the top-left corner of the top-left pixel, irsim from its centre
-(foxglove.PointsAnnotation: "the top-left corner of the top-left pixel of the image as the origin")."""
+"""Offset of coordinates, px: the origin of annotations is "the top-left corner of the top-left pixel of the image"
+(foxglove.PointsAnnotation), that of irsim its centre."""
 
 POINT_LIKE_PX = 5.0
-"""A target smaller than this gets a circle around it: a box would cover it."""
+"""Size below which a target gets a circle around it: the line of a box would cover it."""
 
 _CIRCLE_PX = 3 * POINT_LIKE_PX
 _TEXT_PX = 10.0
@@ -287,7 +288,7 @@ _LINE_PX = 1.0
 
 Rgba = dict[str, float]
 
-# Colours of Okabe & Ito (2008), told apart by colour-blind eyes too.
+# Colours of Okabe & Ito (2008), distinguishable for the colour-blind.
 SEEN: Rgba = {"r": 0.0, "g": 0.62, "b": 0.45, "a": 1.0}
 HIDDEN: Rgba = {"r": 0.90, "g": 0.62, "b": 0.0, "a": 1.0}
 TRACK: Rgba = {"r": 0.34, "g": 0.71, "b": 0.91, "a": 1.0}
@@ -298,8 +299,8 @@ def _time(log_time: int) -> dict[str, int]:
     return {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
 
 
-def stamp(log_time: int) -> Timestamp:
-    """The protobuf timestamp of a log time in ns."""
+def timestamp(log_time: int) -> Timestamp:
+    """Return the protobuf timestamp of a log time in ns."""
     return Timestamp(**_time(log_time))
 
 
@@ -307,8 +308,8 @@ def _point(x: float, y: float) -> dict[str, float]:
     return {"x": x + CORNER_PX, "y": y + CORNER_PX}
 
 
-def draw(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
-    """Add a box, or a circle around a point-like target, and its label."""
+def add_box(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
+    """Add a labelled box, or a circle around a point-like target, to annotations."""
     time = _time(log_time)
     left, top, right, bottom = box.edges
     if max(box.w, box.h) < POINT_LIKE_PX:
@@ -341,31 +342,31 @@ def draw(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_t
 
 
 def annotate_truth(truth: Truth, log_time: int) -> bytes:
-    """The bytes of foxglove.ImageAnnotations: every target, in another colour where mostly hidden."""
+    """Return the bytes of foxglove.ImageAnnotations: a box for every target, in another colour where mostly hidden."""
     annotations = ImageAnnotations()
     for target in truth.targets:
         label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
-        draw(annotations, target.box, label, HIDDEN if target.hidden else SEEN, log_time)
+        add_box(annotations, target.box, label, HIDDEN if target.hidden else SEEN, log_time)
     return annotations.SerializeToString()
 
 
 IMAGE, PREVIEW, CAMERA = "/ir/image", "/ir/preview", "/ir/camera_info"
 TRUTH_BOXES, TRUTH = "/truth/annotations", "/truth/targets"
-"""Topics."""
+"""Topics of a recording."""
 
 SCENARIO, LAYOUT = "scenario.yaml", "layout.json"
-"""Attachments: the scenario as rendered, and the layout."""
+"""Attachments: the rendered scenario, and the viewer layout."""
 
 
 def display_range(image: Image, bits: int) -> tuple[int, int]:
-    """Counts to show as black and white: the middle 99 % of a frame and half as much again each side."""
+    """Return the counts of black and white in viewers: the middle 99 % of a frame, and half that range on each side."""
     low, high = np.percentile(image, (0.5, 99.5))
     margin = max((high - low) / 2, 1.0)
     return max(int(low - margin), 0), min(int(high + margin), 2**bits - 1)
 
 
 def viewer_layout(black: int, white: int, has_truth: bool) -> bytes:
-    """JSON that Foxglove and Lichtblick import: counts beside the 8-bit preview, truth boxes on both."""
+    """Return a layout of Foxglove and Lichtblick as JSON: counts beside the 8-bit preview, truth boxes on both."""
     annotations = {TRUTH_BOXES: {"visible": True}} if has_truth else {}
     counts = {"imageTopic": IMAGE, "annotations": annotations, "minValue": black, "maxValue": white}
     preview = {"imageTopic": PREVIEW, "annotations": annotations}

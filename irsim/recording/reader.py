@@ -1,4 +1,4 @@
-"""Reading a recording: frames by index or in order, truths apart."""
+"""Recording as a source: frames by index or in order, truths apart."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
-from irsim.recording.container import Container, Lane, Packet, open_container
+from irsim.recording.container import Container, Packet, TopicIndex, open_container
 from irsim.recording.header import Contents, Header
-from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, band_of, decode_image, decode_truth, from_ns
+from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
 from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
 
 _HASH_BLOCK = 1 << 20
@@ -24,7 +24,7 @@ _HASH_BLOCK = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Recording(Source):
-    """A recording as a Source. A value: it holds no open file, and pickles.
+    """Recording as a Source. It keeps no file open and can be pickled.
 
     Frame k is the k-th in the file. Images are read-only.
     """
@@ -47,11 +47,11 @@ class Recording(Source):
     @property
     def camera(self) -> CameraFacts:
         header = self.header
-        return CameraFacts(header.ifov_rad, band_of(header.band or ""), header.range_k, header.curve)
+        return CameraFacts(header.ifov_rad, parse_band(header.band or ""), header.range_k, header.curve)
 
     @property
     def name(self) -> str:
-        """The file's stem."""
+        """Stem of the file's name."""
         return self.path.stem
 
     @cached_property
@@ -85,7 +85,7 @@ class Recording(Source):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Ids of all targets, in the order of their appearance."""
+        """Ids of all targets, in the order of their first frames."""
         return tuple(target.id for target in self.contents.targets)
 
     @property
@@ -94,51 +94,51 @@ class Recording(Source):
 
     @cached_property
     def scenario_text(self) -> str | None:
-        """The scenario that was rendered, as YAML; None for imported frames."""
+        """Rendered scenario as YAML; None for imported frames."""
         text = self.container.attachment(SCENARIO)
-        with self.container.decoded("the scenario in it is no text"):
+        with self.container.decoding("the scenario in it is no text"):
             return None if text is None else text.decode()
 
     def __len__(self) -> int:
         return self.contents.frames
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        """Frame `index`. IndexError where there is none, DamageError where its bytes are not what was written.
+        """Return frame `index`. IndexError where there is none, DamageError where it is damaged.
 
-        InputError for another `input` than 'counts' and 'display', and for what is no whole number.
+        InputError for another `input` than 'counts' and 'display', and for an index that is not a whole number.
         """
         index = frame_number(index, len(self), str(self.path))
         return next(self.frames(input, index, index + 1))
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture.
+        """Yield frames start .. stop-1 in order, as counts or as the 8-bit display.
 
         InputError for another `input`, and for a start or a stop below 0.
         """
         expect_input(input)
-        screen = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
+        agc = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
-            with self.container.decoded(f"frame {index} cannot be read"):
+            with self.container.decoding(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
             frame = Frame(image, index, from_ns(packet.log_time, self.rate_hz), self.bits)
-            yield screen.display(frame) if input == "display" else frame
+            yield agc.display(frame) if input == "display" else frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        """Truths of the same frames; nothing where there is no truth."""
+        """Yield the truths of frames start .. stop-1; nothing where there is no truth."""
         if not self.has_truth:
             return
         for index, packet in self._packets(TRUTH, start, stop):
-            with self.container.decoded(f"the truth of frame {index} cannot be read"):
+            with self.container.decoding(f"the truth of frame {index} cannot be read"):
                 truth = decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
             yield truth
 
     def truth(self, index: int) -> Truth | None:
-        """The truth of frame `index`; None where there is no truth. Wrong numbers as of `frame`."""
+        """Return the truth of frame `index`; None where there is no truth. Errors as of `frame`."""
         index = frame_number(index, len(self), str(self.path))
         return next(self.truths(index, index + 1), None)
 
     def info(self) -> dict[str, Any]:
-        """Facts about the recording, ready for JSON; `topics` counts the messages of each."""
+        """Return facts about the recording as values of JSON; `topics` has the number of messages of each."""
         stated = self.header.model_dump(mode="json", exclude_none=True)
         kept = self.contents.model_dump(mode="json", exclude_none=True)
         return {
@@ -148,23 +148,24 @@ class Recording(Source):
             "duration_s": self._duration_s(),
             **stated,
             **kept,
-            "topics": {topic: len(lane) for topic, lane in self.container.lanes.items()},
+            "topics": {topic: len(index) for topic, index in self.container.topics.items()},
         }
 
     def indexed_times(self) -> Iterator[tuple[int, float]]:
-        """(frame, its time in s) of the first and the last frame of each chunk, as the index has them: nothing else is
-        read. Frames between are left out, and chunks in which another program put other topics, too, whose times are
-        those of all."""
-        lane, begin = self._lane(IMAGE), 0
-        for chunk, end in zip(lane.chunks, lane.ends.tolist(), strict=True):
+        """Yield (frame, time in s) of the first and the last frame of each chunk, from the index alone.
+
+        Chunks with several topics, which another program may write, are left out: their times are those of all topics.
+        """
+        topic_index, begin = self._topic_index(IMAGE), 0
+        for chunk, end in zip(topic_index.chunks, topic_index.ends.tolist(), strict=True):
             if len(chunk.message_index_offsets) == 1:
                 yield begin, from_ns(chunk.message_start_time, self.rate_hz)
                 yield end - 1, from_ns(chunk.message_end_time, self.rate_hz)
             begin = end
 
     def _duration_s(self) -> float:
-        """From the first frame to the last, both counted; longer than frames / rate where frames were dropped."""
-        chunks = self._lane(IMAGE).chunks
+        """Return the time from the first frame to the last, both included; frames may be missing between them."""
+        chunks = self._topic_index(IMAGE).chunks
         between = max(chunk.message_end_time for chunk in chunks) - min(chunk.message_start_time for chunk in chunks)
         return between / 1e9 + 1 / self.rate_hz
 
@@ -172,11 +173,11 @@ class Recording(Source):
         wanted = frame_range(start, stop, len(self))
         if not wanted:
             return
-        lane = self._lane(topic)
+        topic_index = self._topic_index(topic)
         with self.container.open() as file:
             index = start
-            for chunk in range(lane.chunk_of(start), len(lane.chunks)):
-                for packet in self.container.packets(file, lane, chunk):
+            for chunk in range(topic_index.chunk_of(start), len(topic_index.chunks)):
+                for packet in self.container.packets(file, topic_index, chunk):
                     if packet.sequence < index:
                         continue
                     if packet.sequence > index:
@@ -187,39 +188,38 @@ class Recording(Source):
                         return
         self._damaged(index)
 
-    def _lane(self, topic: str) -> Lane:
-        lane = self.container.lanes.get(topic)
-        if lane is None or len(lane) != len(self):
-            raise self.container.damage(
-                f"{topic} has {counted(len(lane or ()), 'message')} for {counted(len(self), 'frame')}"
+    def _topic_index(self, topic: str) -> TopicIndex:
+        topic_index = self.container.topics.get(topic)
+        if topic_index is None or len(topic_index) != len(self):
+            raise self.container.damage_error(
+                f"{topic} has {counted(len(topic_index or ()), 'message')} for {counted(len(self), 'frame')}"
             )
-        return lane
+        return topic_index
 
     def _damaged(self, index: int) -> NoReturn:
-        raise self.container.damage(f"frame {index} is not where it should be")
+        raise self.container.damage_error(f"frame {index} is missing")
 
 
 def open_recording(path: str | Path) -> Recording:
     """Open a recording and check its index and metadata; a frame is checked when it is read.
 
-    InputError, one line with the file's name, where there is no such file, or it is empty, cut short,
-    damaged, not MCAP, or not a recording of irsim.
+    InputError where there is no such file, or it is empty, cut short, damaged, not MCAP, or not a recording of irsim.
     """
     path = path_of(path)
     container = open_container(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
     metadata = container.metadata
     if "irsim" not in metadata:
-        what = (
+        problem = (
             "holds a track, not frames (a viewer shows it beside its recording)"
             if "irsim_track" in metadata
             else "has no metadata record 'irsim'"
         )
-        raise InputError(f"{path}: is MCAP but not a recording of irsim: it {what}")
+        raise InputError(f"{path}: is MCAP but not a recording of irsim: it {problem}")
     try:
         return Recording(
             path,
-            Header.unseal(metadata["irsim"]),
-            Contents.unseal(metadata.get("irsim_contents", {})),
+            Header.from_record(metadata["irsim"]),
+            Contents.from_record(metadata.get("irsim_contents", {})),
             container,
         )
     except InputError as error:

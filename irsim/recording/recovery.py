@@ -25,8 +25,8 @@ from irsim.recording.container import (
     RECORD,
     Container,
     DamageError,
-    Lane,
     Packet,
+    TopicIndex,
     check_mcap,
     open_container,
     packets,
@@ -42,13 +42,13 @@ from irsim.types import Frame, Truth
 
 
 def damages(recording: Recording) -> Iterator[str]:
-    """What is damaged in an opened recording, such as 'frames 4 to 5'; nothing where all bytes match their CRCs."""
+    """Yield the damaged parts of a recording, such as 'frames 4 to 5'; nothing where all bytes match their CRCs."""
     container, found = recording.container, False
-    for topic, lane in container.lanes.items():
-        what = "frame" if topic == IMAGE else f"{topic} of frame"
-        for first, last in _broken(container, lane):
+    for topic, topic_index in container.topics.items():
+        name = "frame" if topic == IMAGE else f"{topic} of frame"
+        for first, last in _damaged_spans(container, topic_index):
             found = True
-            yield f"{what} {first}" if first == last else f"{what}s {first} to {last}"
+            yield f"{name} {first}" if first == last else f"{name}s {first} to {last}"
     for entry in container.attachment_index:
         try:
             container.attachment(entry.name)
@@ -59,14 +59,14 @@ def damages(recording: Recording) -> Iterator[str]:
         yield "bytes that no frame needs"
 
 
-def _broken(container: Container, lane: Lane) -> Iterator[tuple[int, int]]:
-    """(first, last) message of each row of chunks that do not match their CRCs."""
+def _damaged_spans(container: Container, topic_index: TopicIndex) -> Iterator[tuple[int, int]]:
+    """Yield (first, last) message of each run of damaged chunks."""
     begun: int | None = None
     first = 0
     with container.open() as file:
-        for chunk, end in enumerate(lane.ends.tolist()):
+        for chunk, end in enumerate(topic_index.ends.tolist()):
             try:
-                container.packets(file, lane, chunk)
+                container.packets(file, topic_index, chunk)
             except DamageError:
                 begun = first if begun is None else begun
             else:
@@ -79,12 +79,12 @@ def _broken(container: Container, lane: Lane) -> Iterator[tuple[int, int]]:
 
 
 Part = Metadata | Attachment | Channel | memoryview
-"""A whole piece of a file; a memoryview is a chunk's records."""
+"""Intact part of a file; a memoryview holds a chunk's records."""
 
 
 @dataclass
 class Salvage:
-    """What was found so far: it grows while `frames` runs."""
+    """Intact parts of a recording; filled while `frames` is iterated."""
 
     path: Path
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -94,29 +94,29 @@ class Salvage:
 
     @property
     def has_truth(self) -> bool:
-        """Does the recording say that every frame has a truth?"""
+        """Whether every frame of the recording has a truth."""
         return self.metadata.get("irsim", {}).get("has_truth") == "true"
 
     @property
     def stated_frames(self) -> int | None:
-        """How many frames there were, where the table of contents is left."""
+        """Number of frames before the damage; None where the table of contents is lost."""
         contents = self._contents
         return None if contents is None else contents.frames
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was known of the recording before it was damaged."""
+        """Notes of the recording before the damage."""
         contents = self._contents
         return () if contents is None else contents.notes
 
     @property
     def _contents(self) -> Contents | None:
         with suppress(InputError):
-            return Contents.unseal(self.metadata.get("irsim_contents", {}))
+            return Contents.from_record(self.metadata.get("irsim_contents", {}))
         return None
 
     def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
-        """Each whole image message with its truth's; frames whose truth is gone are left out."""
+        """Yield each intact image message with its truth's; frames whose truth is lost are left out."""
         for part in _parts(self.path):
             if isinstance(part, Metadata):
                 self.metadata[part.name] = part.metadata
@@ -129,12 +129,12 @@ class Salvage:
                 yield from self._frames_in(part)
 
     def header(self) -> Header:
-        """The recording's header, which stands before its first frame; InputError where it is gone."""
-        begun = next(self.frames(), None) is not None
-        if not begun or "irsim" not in self.metadata:
-            raise _foreign(self.path) if _is_foreign(self.path) else nothing_left(self.path)
+        """Return the recording's header, which precedes its first frame; InputError where it is lost."""
+        any_frame = next(self.frames(), None) is not None
+        if not any_frame or "irsim" not in self.metadata:
+            raise _foreign(self.path) if _is_foreign(self.path) else _nothing_left(self.path)
         try:
-            return Header.unseal(self.metadata["irsim"])
+            return Header.from_record(self.metadata["irsim"])
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from None
 
@@ -143,7 +143,7 @@ class Salvage:
             self.scenario = data.decode()
 
     def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
-        """What can be read of a chunk's frames."""
+        """Return the readable frames of a chunk."""
         images: list[Packet] = []
         with suppress(*BROKEN):
             for opcode, body in records(chunk):
@@ -158,7 +158,7 @@ class Salvage:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Is it whole, and nothing that irsim wrote?"""
+    """Return whether a file is intact and not a recording of irsim."""
     try:
         return all(entry.name != "irsim" for entry in open_container(path).metadata_index)
     except DamageError:
@@ -172,12 +172,12 @@ def _foreign(path: Path) -> InputError:
     )
 
 
-def nothing_left(path: Path) -> InputError:
-    return InputError(f"{path}: not one whole frame of a recording of irsim is left in it")
+def _nothing_left(path: Path) -> InputError:
+    return InputError(f"{path}: it holds no intact frame of a recording of irsim")
 
 
 def _parts(path: Path) -> Iterator[Part]:
-    """By the index where it is whole, else record after record from the start."""
+    """Yield the intact parts: by the index where it is intact, else record after record from the start."""
     try:
         container = open_container(path)
         metadata = container.metadata
@@ -226,50 +226,50 @@ def _part(opcode: int, body: bytes) -> Part | None:
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
             data = unpack(memoryview(chunk.data), chunk.compression, chunk.uncompressed_size)
-            # Without an index nothing but its CRC says that this is a chunk at all.
+            # Without an index only the CRC shows that this is a chunk.
             if data is not None and crc32(data) == chunk.uncompressed_crc:
                 return data
     return None
 
 
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
-    """Write every whole frame of a recording, damaged or not, to a new one and return its path.
+    """Write every intact frame of a recording, damaged or not, to a new one and return its path.
 
-    Frames are numbered anew and keep their times; what was lost before the first is counted in `first_frame`.
-    InputError where nothing can be kept.
+    Frames are renumbered and keep their times; `first_frame` includes frames lost before the first.
+    InputError where no frame is intact.
     """
     path, out = path_of(path), path_of(out)
     check_output(out, path)
     check_mcap(path)
     salvage = Salvage(path)
     header = salvage.header()
-    found = _decodable(salvage, header)
-    first = next(found, None)
+    frames = _decoded_frames(salvage, header)
+    first = next(frames, None)
     if first is None:
-        raise nothing_left(path)
+        raise _nothing_left(path)
     header = header.model_copy(update={"first_frame": header.first_frame + first[0].index})
     with writing(out, header, salvage.scenario) as writer:
-        for kept, (frame, truth) in enumerate(chain([first], found), 1):
+        for kept, (frame, truth) in enumerate(chain([first], frames), 1):
             writer.add(frame, truth)
             if progress is not None:
                 progress(kept)
-        writer.finish(notes=(*salvage.notes, _told(kept, salvage.stated_frames, path.name)))
+        writer.finish(notes=(*salvage.notes, _recovery_note(kept, salvage.stated_frames, path.name)))
     return out
 
 
-def _told(kept: int, stated: int | None, name: str) -> str:
+def _recovery_note(kept: int, stated: int | None, name: str) -> str:
     if stated is None:
         return f"{counted(kept, 'frame')} recovered from {name}"
     return f"{kept} of {counted(stated, 'frame')} recovered from {name}"
 
 
-def _decodable(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:
-    """The frames that mean something, with their truths."""
+def _decoded_frames(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:
+    """Yield the frames that can be decoded, with their truths."""
     for image, truth in salvage.frames():
         time = from_ns(image.log_time, header.rate_hz)
         try:
             frame = Frame(decode_image(image.data, header.size), image.sequence, time, header.bits)
-            known = None if truth is None else decode_truth(truth.data, truth.sequence, time)
+            frame_truth = None if truth is None else decode_truth(truth.data, truth.sequence, time)
         except BROKEN:
             continue
-        yield frame, known
+        yield frame, frame_truth

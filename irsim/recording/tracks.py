@@ -1,4 +1,4 @@
-"""A tracker's run as a recording of its own, to be opened beside its source."""
+"""Tracks: recordings of a tracker's estimates, which viewers open beside those of the source."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from irsim.config.quantities import AboveZero
 from irsim.errors import InputError, counted
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
-from irsim.recording.header import Sealed
+from irsim.recording.header import DigestRecord
 from irsim.recording.messages import (
     TRACK,
     TRACK_STATE,
     TrackStateMessage,
+    add_box,
     box,
-    draw,
+    checked_text,
     from_ns,
-    needed,
-    optional,
+    optional_field,
     point,
-    text,
+    required_numbers,
     to_ns,
 )
 from irsim.recording.output import atomic_file
@@ -38,7 +38,7 @@ _STATES_PER_CHUNK = 512
 
 @dataclass(frozen=True, slots=True)
 class TrackState:
-    """What a tracker said of one frame of its source.
+    """Estimate of a tracker for one frame.
 
     index, time   of the frame (s)
     box           centre and size, px
@@ -59,8 +59,8 @@ class TrackState:
     neff: float | None = None
 
 
-class TrackHeader(Sealed):
-    """Whose track it is: a label of the tracker, the source's name and hash, the target followed."""
+class TrackHeader(DigestRecord):
+    """Metadata of a track: label of the tracker, name and hash of the source, id of the target."""
 
     tracker: str
     source: str
@@ -68,12 +68,12 @@ class TrackHeader(Sealed):
     rate_hz: AboveZero
     target: str | None = None
     states: int = Field(default=0, ge=0)
-    """How many; counted when written."""
+    """Number of states; set by `write_tracks`."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrackRecording:
-    """A track read back."""
+    """Track that was read from a file."""
 
     header: TrackHeader
     states: tuple[TrackState, ...]
@@ -88,7 +88,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
     states = tuple(states)
     with atomic_file(path) as file:
         writer = ChunkWriter(file)
-        writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).seal())
+        writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).to_record())
         boxes, track = _topics(header.tracker)
         boxes_channel = writer.topic(boxes, ImageAnnotations.DESCRIPTOR)
         track_channel = writer.topic(track, TRACK_STATE)
@@ -97,7 +97,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
             for state in states[begin : begin + _STATES_PER_CHUNK]:
                 log_time = to_ns(state.time)
                 annotations = ImageAnnotations()
-                draw(annotations, state.box, f"{header.tracker} {state.status}", TRACK, log_time)
+                add_box(annotations, state.box, f"{header.tracker} {state.status}", TRACK, log_time)
                 chunk.append(Message(boxes_channel, state.index, log_time, annotations.SerializeToString()))
                 chunk.append(Message(track_channel, state.index, log_time, _encode(state)))
             writer.chunk(chunk)
@@ -106,29 +106,29 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
 
 
 def read_tracks(path: str | Path) -> TrackRecording:
-    """Read a track recording. InputError where it is missing, damaged, or something else."""
+    """Read a track recording. InputError where it is missing, damaged, or not a track recording."""
     path = path_of(path)
     container = open_container(path)
     if "irsim_track" not in container.metadata:
         raise InputError(f"{path}: is not a track recording of irsim; allowed: a file that irtrack run -o wrote")
     try:
-        header = TrackHeader.unseal(container.metadata["irsim_track"])
+        header = TrackHeader.from_record(container.metadata["irsim_track"])
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     states: list[TrackState] = []
-    lane = container.lanes.get(_topics(header.tracker)[1])
+    topic_index = container.topics.get(_topics(header.tracker)[1])
     with container.open() as file:
-        for chunk in range(len(lane.chunks) if lane else 0):
-            for packet in container.packets(file, lane, chunk):  # type: ignore[arg-type]  # without a lane there are no chunks
-                with container.decoded(f"state {len(states)} cannot be read"):
+        for chunk in range(len(topic_index.chunks) if topic_index else 0):
+            for packet in container.packets(file, topic_index, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
+                with container.decoding(f"state {len(states)} cannot be read"):
                     states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
     if len(states) != header.states:
-        raise container.damage(f"it holds {len(states)} of {header.states} states")
+        raise container.damage_error(f"it holds {len(states)} of {header.states} states")
     return TrackRecording(header, tuple(states))
 
 
 def _topics(tracker: str) -> tuple[str, str]:
-    """Topics of the boxes and the states; viewers' message paths want plain names."""
+    """Return the topics of boxes and states, in characters that message paths of viewers allow."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", tracker)
     return f"/tracks/{plain}/annotations", f"/tracks/{plain}/states"
 
@@ -156,10 +156,10 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
     return TrackState(
         index=index,
         time=time,
-        box=Box(*needed(message, "box")),
-        status=text(message.status),
-        score=optional(message, "score"),
-        velocity=optional(message, "velocity"),
+        box=Box(*required_numbers(message, "box")),
+        status=checked_text(message.status),
+        score=optional_field(message, "score"),
+        velocity=optional_field(message, "velocity"),
         covariance=covariance,
-        neff=optional(message, "neff"),
+        neff=optional_field(message, "neff"),
     )

@@ -1,4 +1,4 @@
-"""Writing a recording; docs/recordings.md describes the layout."""
+"""Writer of recordings; docs/recordings.md describes the layout."""
 
 from __future__ import annotations
 
@@ -33,22 +33,21 @@ from irsim.recording.messages import (
     TRUTH_BOXES,
     TRUTH_DESCRIPTOR,
     annotate_truth,
+    band_text,
     display_range,
     encode_image,
     encode_truth,
-    stamp,
+    timestamp,
     to_ns,
     viewer_layout,
-    words_of,
 )
 from irsim.recording.output import atomic_file, check_output
 from irsim.recording.reader import Recording, open_recording
 from irsim.types import Frame, Image, Source, Truth
 
 
-def check_default(path: Path) -> None:
-    """InputError where something is there that was not rendered: nobody has named it, and footage or truth would be
-    lost. What was rendered can be rendered again."""
+def check_default_output(path: Path) -> None:
+    """Raise InputError where a default output exists and was not rendered, as it could not be rendered again."""
     if not path.exists():
         return
     try:
@@ -57,24 +56,24 @@ def check_default(path: Path) -> None:
         rendered = False
     if not rendered:
         raise InputError(
-            f"{path}: is there already, was not rendered from a scenario, and would be replaced; allowed: -o with this "
-            "name or another"
+            f"{path}: exists, was not rendered from a scenario, and would be replaced; allowed: -o with this name or "
+            "another"
         )
 
 
 FRAMES_PER_CHUNK = 2
-"""Image messages in a chunk: few enough that a frame alone is cheap to read."""
+"""Image messages in a chunk: few, so that a single frame is read fast."""
 
 PREVIEWS_PER_CHUNK = 16
 
 CURVE_FACTS = ("counts_per_light", "counts_per_root_light", "count_of_no_light")
-"""What the numbers of a header's curve are called beside the pictures; light is in W/m2/sr."""
+"""Names in the image channel's metadata of the numbers of a header's curve; light is in W/m2/sr."""
 
 _JPEG_QUALITY = 85
 
 
 class RecordingWriter:
-    """Takes frames, with their truths, in order, and numbers them from 0."""
+    """Writer of frames with their truths, in order; it numbers them from 0."""
 
     def __init__(self, file: BinaryIO, header: Header, scenario: str | None, compression: Compression) -> None:
         self._header = header
@@ -87,10 +86,10 @@ class RecordingWriter:
         self._targets: dict[str, TargetEntry] = {}
         self._frames_of: Counter[str] = Counter()
         self._count = 0
-        self._screen = AgcSequence(header.agc, header.bits, _not_shown)
+        self._agc = AgcSequence(header.agc, header.bits, _no_earlier_frame)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
-        """Append a frame; its index and its truth's become the number of frames before it."""
+        """Append a frame; its index and its truth's become the number of frames written before."""
         image = frame.image
         columns, rows = self._header.size
         if image.shape != (rows, columns) or image.dtype not in (np.uint8, np.uint16):
@@ -106,7 +105,7 @@ class RecordingWriter:
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
         self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
-        picture = self._screen.picture(image, self._count)
+        picture = self._agc.picture(image, self._count)
         self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
@@ -115,20 +114,20 @@ class RecordingWriter:
             self._flush(self._previews)
 
     def finish(self, notes: tuple[str, ...] = ()) -> None:
-        """Write what is left, the table of contents and the index."""
+        """Write the remaining messages, the table of contents and the index."""
         self._flush_frames()
         self._flush(self._previews)
         frames_of = self._frames_of
         targets = tuple(each.model_copy(update={"frames": frames_of[id]}) for id, each in self._targets.items())
         contents = Contents(frames=self._count, targets=targets, notes=notes)
-        self._chunks.metadata("irsim_contents", contents.seal())
+        self._chunks.metadata("irsim_contents", contents.to_record())
         self._chunks.finish()
 
     def _begin(self, frame: Frame, log_time: int) -> None:
         header = self._header
         black, white = display_range(frame.image, header.bits)
-        # First in the file, so that a recording that was cut short still says what it is.
-        self._chunks.metadata("irsim", header.seal())
+        # First in the file, so that a recording that is cut short can be recovered.
+        self._chunks.metadata("irsim", header.to_record())
         if self._scenario is not None:
             self._chunks.attachment(SCENARIO, "application/yaml", self._scenario.encode())
         self._chunks.attachment(LAYOUT, "application/json", viewer_layout(black, white, header.has_truth))
@@ -154,36 +153,36 @@ class RecordingWriter:
                 self._targets[target.id] = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
             self._frames_of[target.id] += 1
 
-    def _put(self, lane: list[Message], topic: str, log_time: int, data: bytes) -> None:
-        lane.append(Message(self._channels[topic], self._count, log_time, data))
+    def _put(self, pending: list[Message], topic: str, log_time: int, data: bytes) -> None:
+        pending.append(Message(self._channels[topic], self._count, log_time, data))
 
     def _flush_frames(self) -> None:
-        # Truth first: whoever has a whole image chunk has its truth too.
+        # Truth first: a file that is cut after an image chunk has the truth of its frames.
         self._flush(self._small)
         self._flush(self._images)
 
-    def _flush(self, lane: list[Message]) -> None:
-        if lane:
-            self._chunks.chunk(lane)
-            lane.clear()
+    def _flush(self, pending: list[Message]) -> None:
+        if pending:
+            self._chunks.chunk(pending)
+            pending.clear()
 
 
-def _not_shown(index: int) -> Image:
+def _no_earlier_frame(index: int) -> Image:
     raise AssertionError(f"frame {index} comes before a later one")  # all frames are shown, in order
 
 
 def _preview(picture: np.ndarray, log_time: int) -> bytes:
     _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
     return CompressedImage(
-        timestamp=stamp(log_time), frame_id=OPTICAL_FRAME, format="jpeg", data=jpeg.tobytes()
+        timestamp=timestamp(log_time), frame_id=OPTICAL_FRAME, format="jpeg", data=jpeg.tobytes()
     ).SerializeToString()
 
 
 def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
-    """A pinhole without distortion; its focal length in px is 1 / IFOV."""
+    """Return a CameraCalibration: pinhole without distortion, focal length 1 / IFOV px."""
     focal, x, y = 1 / ifov_rad, (size[0] - 1) / 2, (size[1] - 1) / 2
     return CameraCalibration(
-        timestamp=stamp(log_time),
+        timestamp=timestamp(log_time),
         frame_id=OPTICAL_FRAME,
         width=size[0],
         height=size[1],
@@ -197,8 +196,10 @@ def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes
 def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
-    """A writer whose file appears at `path` once `finish` was called and the block ended well. InputError where there
-    is no such compression."""
+    """Open a writer whose file appears at `path` when the block ends without an error; `finish` is called in the block.
+
+    InputError where there is no such compression.
+    """
     allowed = get_args(Compression)
     if not isinstance(compression, str) or compression not in allowed:
         raise InputError(f"compression {compression!r}: allowed: {', '.join(allowed)}")
@@ -217,9 +218,9 @@ def record(
 ) -> Path:
     """Write frames start .. stop-1 of a source as a recording and return its path.
 
-    In the recording they are numbered from 0 and keep their times. `progress` is called with the
-    number of frames done. `jobs` processes render, where the source can use them.
-    InputError where the frames are not in the source, there is no such compression, or the file cannot be written.
+    In the recording they are numbered from 0 and keep their times. `progress` is called with the number of frames done.
+    `jobs` is the number of processes that render, where the source supports it.
+    InputError where the source has no such frames, there is no such compression, or the file cannot be written.
     """
     path = path_of(path)
     expect_source("a record", source)
@@ -238,7 +239,7 @@ def record(
 
 
 def header_of(source: Source, start: int = 0) -> Header:
-    """The header of a recording of `source` from its frame `start` on."""
+    """Return the header of a recording of `source` from its frame `start` on."""
     if isinstance(source, Recording):
         return source.header.model_copy(update={"first_frame": source.header.first_frame + start})
     from irsim import __version__
@@ -257,14 +258,14 @@ def header_of(source: Source, start: int = 0) -> Header:
         agc=source.agc if isinstance(source.agc, Agc) else default_agc(source.bits),
         first_frame=start,
         ifov_rad=camera.ifov_rad,
-        band=None if camera.band is None else words_of(camera.band),
+        band=None if camera.band is None else band_text(camera.band),
         range_k=camera.range_k,
         curve=camera.curve,
     )
 
 
 def default_agc(bits: int) -> Agc:
-    """8-bit counts are a picture already; deeper ones are stretched."""
+    """Return the AGC of counts without one: none for 8 bits, linear for more."""
     agc = AGCS.parse({"kind": "none" if bits <= 8 else "linear"})
     assert isinstance(agc, Agc)
     return agc

@@ -1,4 +1,4 @@
-"""What commands ask of a scenario: changes, a seed, parts to switch off."""
+"""Overrides, seed and --without of the commands that take a scenario."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ COMMANDS = {
     "render": ["-o", "scene.mcap"],
     "masks": ["-o", "masks"],
 }
-"""Those that take a scenario, each with what shows that it was changed."""
+"""Commands that take a scenario, with options by which their output depends on it."""
 
 SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 24").replace(
     "{size: [48, 32]", "{size: [72, 64], motion: [{kind: jitter}]"
 )
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("command", COMMANDS)
-def test_commands_take_changes_and_parts_to_switch_off(run: Run, tmp_path: Path, command: str) -> None:
-    """Their words do the same as the scenario's text; parts go off besides those that the scenario has off."""
+@pytest.mark.parametrize("command", ["check", "info", "noise", "show", "render", "masks"])
+def test_overrides_equal_changes_of_the_scenario(run: Run, tmp_path: Path, command: str) -> None:
+    """--without adds to the parts that the scenario switches off."""
     changed = SHAKEN.replace("seed: 3", "seed: 4").replace("speed: 2", "speed: 1")
     (tmp_path / "text").mkdir()
     (tmp_path / "words").mkdir()
@@ -37,14 +36,14 @@ def test_commands_take_changes_and_parts_to_switch_off(run: Run, tmp_path: Path,
     (tmp_path / "words" / "scene.yaml").write_text(SHAKEN + "without: [jitter]\n")
     seed = ["seed=4"] if command == "check" else ["--seed", "4"]
     words = [*seed, "targets.jet.path.speed=1", "--without", "white"]
-    by_text, by_words = told(run, tmp_path / "text", command), told(run, tmp_path / "words", command, *words)
+    by_text, by_words = output_of(run, tmp_path / "text", command), output_of(run, tmp_path / "words", command, *words)
     assert by_text == by_words
     if command != "check":
-        assert told(run, tmp_path / "words", command) != by_words
+        assert output_of(run, tmp_path / "words", command) != by_words
 
 
-def told(run: Run, folder: Path, command: str, *words: str) -> object:
-    """All that a command says of the scenario there, and the pictures that it writes."""
+def output_of(run: Run, folder: Path, command: str, *words: str) -> object:
+    """Return the output of a command, and the pictures that it writes."""
     done = run(command, "scene.yaml", *COMMANDS[command], *words, cwd=folder)
     assert done.returncode == 0, done.stderr
     if command == "render":
@@ -52,10 +51,9 @@ def told(run: Run, folder: Path, command: str, *words: str) -> object:
     return done.stdout, {path.name: path.read_bytes() for path in folder.rglob("*.png")}
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("command", [*COMMANDS, "sample"])
-def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_path: Path, command: str) -> None:
-    """And say what they say without it, but for the scenario's hash."""
+@pytest.mark.parametrize("command", ["check", "render", "sample"])
+def test_overrides_without_effect_are_warned_of(run: Run, tmp_path: Path, command: str) -> None:
+    """Except for the scenario's hash, the output does not change."""
     vary = "vary: {targets.jet.path.speed: {kind: uniform, low: 1, high: 3}}\n"
     (tmp_path / "scene.yaml").write_text(SHAKEN.replace("noise: [{kind: white}]", "detector: {kind: electrons}") + vary)
     words = COMMANDS.get(command, ["-n", "1"])
@@ -69,12 +67,9 @@ def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_pa
     assert said == without
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("command", COMMANDS)
-def test_changes_of_what_is_switched_off_are_warned_of_and_of_nothing_else(
-    run: Run, tmp_path: Path, command: str
-) -> None:
-    """A temperature beside `scr` counts for nothing; where the point is off, that is what is said of it."""
+@pytest.mark.parametrize("command", ["check", "info", "masks"])
+def test_overrides_of_switched_off_parts_are_warned_of(run: Run, tmp_path: Path, command: str) -> None:
+    """A temperature beside `scr` has no effect; where the point is off, that is the reason given."""
     point = SHAKEN.replace("temperature_k: 600", "scr: 9, area_m2: 1")
     (tmp_path / "scene.yaml").write_text(point)
     words = ["targets.jet.shape.temperature_k=400", "camera.netd_mk=30"]
@@ -87,34 +82,20 @@ def test_changes_of_what_is_switched_off_are_warned_of_and_of_nothing_else(
     assert [line.split(",")[0] for line in on if "override" in line] == [f"{warned}does not count beside scr"]
 
 
-def test_check_tells_of_a_scenario_without_its_parts(run: Run, folder: Path) -> None:
+def test_check_without_a_part(run: Run, folder: Path) -> None:
     (folder / "scene.yaml").write_text(SMALL_SCENE.replace("start: [10, 16]", "start: [1000, 16]"))
     assert "jet" in run("check", "scene.yaml", cwd=folder).stderr
     assert run("check", "scene.yaml", "--without", "jet", cwd=folder).stderr == ""
 
 
-def test_the_way_out_of_a_folder_can_be_typed(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "my frames").mkdir()
-    assert (
-        "(irsim import 'my frames' makes a recording of its pictures)" in run("info", "my frames", cwd=tmp_path).stderr
-    )
-
-
-def test_no_part_to_switch_off_is_told(run: Run, folder: Path) -> None:
+def test_unknown_part_to_switch_off(run: Run, folder: Path) -> None:
     for command, extra in COMMANDS.items():
         done = run(command, "scene.yaml", "--without", "nobody", *extra, cwd=folder)
         assert done.returncode == 2
         assert "override without: without.0: there is no 'nobody'; allowed: jet, white" in done.stderr
 
 
-def test_nothing_is_warned_of_that_is_switched_off(run: Run, folder: Path) -> None:
-    late = SMALL_SCENE.replace("- id: jet", "- id: jet\n    absent: [[30, 40]]")
-    (folder / "scene.yaml").write_text(late)
-    assert "targets.jet.absent.0: warning: it begins at frame 30" in run("check", "scene.yaml", cwd=folder).stderr
-    assert run("check", "scene.yaml", "--without", "jet", cwd=folder).stderr == ""
-
-
-def test_of_several_scenarios_it_is_said_which_is_wrong(run: Run, folder: Path) -> None:
+def test_check_names_the_wrong_scenario(run: Run, folder: Path) -> None:
     (folder / "other.yaml").write_text(SMALL_SCENE.replace("jet", "plane"))
     done = run("check", "scene.yaml", "other.yaml", "--without", "jet", cwd=folder)
     assert done.returncode == 2

@@ -40,7 +40,7 @@ def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
     ]
 
 
-def test_import_tells_what_it_assumed_and_whom_it_renamed(run: Run, folder: Path) -> None:
+def test_import_prints_its_assumptions(run: Run, folder: Path) -> None:
     (folder / "clip").mkdir()
     cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((16, 20), np.uint8))
     (folder / "boxes.csv").write_text("frame,x,y,w,h,id\n0,1,2,5,5,7\n0,9,9,5,5,8\n")
@@ -57,7 +57,7 @@ def test_import_tells_what_it_assumed_and_whom_it_renamed(run: Run, folder: Path
     assert "target     target-7: 1 frame from 0 on" in facts
 
 
-def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None:
+def test_import_with_bits_and_accuracy(run: Run, folder: Path) -> None:
     (folder / "clip").mkdir()
     cv2.imwrite(str(folder / "clip" / "0.png"), np.full((16, 20), 4095, np.uint16))
     (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
@@ -67,15 +67,15 @@ def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None
     assert (recording.bits, recording.header.accuracy_px) == (12, 2.5)
 
 
-def test_import_of_a_recording_onto_itself_says_how_to_recover_it(run: Run, folder: Path) -> None:
-    """It is cut short; the command that is told keeps what is whole of it."""
+def test_import_of_a_recording_to_itself(run: Run, folder: Path) -> None:
+    """The command in the message recovers the recording, which is cut short."""
     whole = irsim.record(irsim.Rendering(irsim.load(folder / "scene.yaml")), folder / "cut1.mcap").read_bytes()
     (folder / "cut1.mcap").write_bytes(whole[:-200])
     done = run("import", "cut1.mcap", cwd=folder)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines() == [
         "irsim: cut1.mcap: would replace cut1.mcap, a recording; allowed: irsim import cut1.mcap -o NEW.mcap, which "
-        "keeps what is whole of it"
+        "recovers its intact frames"
     ]
     done = run("import", "cut1.mcap", "-o", "new.mcap", cwd=folder)
     assert done.returncode == 0, done.stderr

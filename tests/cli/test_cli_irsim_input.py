@@ -1,4 +1,4 @@
-"""Bad input to irsim: one line, status 2, and nothing left behind."""
+"""Wrong input to irsim: one line, status 2, and no files written."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ BAD = {
     "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
     "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
     "a suite": (["check", "a-suite.yaml"], "a-suite.yaml:1:1: has the keys of a suite, not of a scenario; allowed: "),
+    "no scenario": (["check", "camera.netd_mk=1"], "irsim: camera.netd_mk=1: no scenario to override; allowed: "),
     "wrong override": (["render", "scene.yaml", "camera.bitz=3"], "irsim: override camera.bitz: unknown key 'bitz'; "),
     "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': not KEY=VALUE; "),
     "unknown part": (["render", "scene.yaml", "--without", "x"], "irsim: override without: without.0: there is no 'x'"),
     "no frames": (["render", "scene.yaml", "--frames", "0"], "irsim: --frames 0: no such range; allowed: "),
-    "frames backwards": (["render", "scene.yaml", "--frames", "5:5"], "irsim: --frames 5:5: no such range; allowed: "),
-    "frames in words": (["render", "scene.yaml", "--frames", "all"], "irsim: --frames all: no such range; allowed: "),
     "seed below 0": (["render", "scene.yaml", "--seed", "-1"], "irsim: override seed: -1 is out of range; allowed: "),
     "no output folder": (["render", "scene.yaml", "-o", "no/x.mcap"], "irsim: no/x.mcap: the folder no does not exist"),
     "no name": (["info", ""], "irsim: '': the name is empty; allowed: a file, or a shipped scenario's name"),
@@ -44,14 +43,6 @@ BAD = {
         ["import", "clip", "-o", "clip/0.png"],
         "irsim: clip/0.png: would replace clip, ",
     ),
-    "import onto the truth": (
-        ["import", "clip", "--truth", "boxes.csv", "-o", "boxes.csv"],
-        "irsim: boxes.csv: would replace boxes.csv, ",
-    ),
-    "blind test of another sheet": (
-        ["gallery", "agcs", "--blind", "crops"],
-        "irsim: --blind: its crops are of targets, not of agcs; allowed: ",
-    ),
     "an empty name to switch off": (
         ["render", "scene.yaml", "--without", "white,,jet"],
         "irsim: --without 'white,,jet': a name is empty; allowed: ",
@@ -59,15 +50,10 @@ BAD = {
     "no class": (["realism", "good.mcap", "--like", "x"], "irsim: --like 'x': no such class; allowed: cloud, "),
     "no sort": (["realism", "good.mcap", "--camera", "x"], "irsim: --camera 'x': no such sort of camera; allowed: "),
     "no region": (["noise", "good.mcap", "--region", "1,2"], "irsim: --region '1,2': is no region; allowed: x,y,w,h"),
-    "a region outside": (["fit", "good.mcap", "--region", "0,0,8,999"], "irsim: --region '0,0,8,999': does not fit; "),
     "masks of nobody": (["masks", "scene.yaml", "--target", "x"], "irsim: --target 'x': there is no such target; "),
     "unknown AGC": (
         ["import", "clip", "-o", "x.mcap", "--agc", "platau"],
         "irsim: import: agc.kind: unknown agc kind 'platau'; allowed: ",
-    ),
-    "AGC with a wrong key": (
-        ["import", "clip", "-o", "x.mcap", "--agc", "{kind: clahe, tails: [0, 0]}"],
-        "irsim: import: agc.tails: unknown key; allowed: ",
     ),
     "AGC that is no YAML": (["import", "clip", "-o", "x.mcap", "--agc", "{kind: ["], "irsim: --agc: "),
     "nobody to follow": (
@@ -78,46 +64,22 @@ BAD = {
         ["render", "good.mcap"],
         "irsim: good.mcap: would replace good.mcap, ",
     ),
-    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is that of the truth; "),
+    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is of the truth; "),
     "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
-    "bits of a recording": (
-        ["import", "good.mcap", "-o", "x.mcap", "--bits", "12"],
-        "irsim: good.mcap: is a recording and is kept as it is; allowed: no bits",
-    ),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
-    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, not YAML; irsim info describes"),
-    "empty recording to check": (
-        ["check", "empty.mcap"],
-        "empty.mcap: is empty, neither a recording nor YAML; allowed: ",
-    ),
-    "no recording to check": (
-        ["check", "forged.mcap"],
-        "forged.mcap: has the name of a recording, but not its first bytes; ",
-    ),
+    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, no YAML; irsim info"),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
-    "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
-    "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
     "unknown kind of picture": (
         ["show", "scene.yaml", "-o", "x.mp4"],
         "irsim: x.mp4: allowed: a name that ends in .png or .webm or .gif",
     ),
-    "unknown kind of recording": (
-        ["render", "scene.yaml", "-o", "x.avi"],
-        "irsim: x.avi: allowed: a name that ends in .mcap",
-    ),
-    "import into no recording": (["import", "clip", "-o", "clip.bag"], "irsim: clip.bag: allowed: a name that ends in"),
     "fit into no scenario": (["fit", "good.mcap", "-o", "x.json"], "irsim: x.json: allowed: a name that ends in .yaml"),
-    "new scenario of no kind": (["new", "sky", "-o", "x.txt"], "irsim: x.txt: allowed: a name that ends in .yaml"),
     "schema into no JSON": (["schema", "-o", "x.yaml"], "irsim: x.yaml: allowed: a name that ends in .json"),
     "gallery into no picture": (["gallery", "-o", "x.jpg"], "irsim: x.jpg: allowed: a name that ends in .png"),
     "override of a recording": (
         ["show", "good.mcap", "camera.bits=8"],
-        "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
-    ),
-    "changed recording to measure": (
-        ["noise", "good.mcap", "camera.bits=8"],
         "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
     ),
     "parts of a recording": (
@@ -130,13 +92,8 @@ BAD = {
             [command, source, "--frames", "2:2000"],
             "irsim: --frames 2:2000: no such range; allowed: N above 0, or A:B with A below B, within 0:6",
         )
-        for command, source in (
-            *(("show", "scene.yaml"), ("show", "good.mcap"), ("masks", "scene.yaml"), ("masks", "good.mcap")),
-            *(("noise", "scene.yaml"), ("noise", "good.mcap"), ("fit", "good.mcap")),
-        )
+        for command, source in (*(("show", "scene.yaml"), ("masks", "good.mcap"), ("noise", "good.mcap")),)
     },
-    "nothing to import": (["import", "none"], "irsim: none: "),
-    "a device for a scenario": (["check", "device"], "device: is no regular file; allowed: a file, or a shell's <("),
     "a device for a source": (
         ["info", "device"],
         "irsim: device: is no regular file; allowed: a file, or a shell's <(",
@@ -146,16 +103,11 @@ BAD = {
             [command, "pipe.yaml"],
             f"{'' if command == 'check' else 'irsim: '}pipe.yaml: is no regular file; allowed: a file, or a shell's <(",
         )
-        for command in ("check", "info", "show", "render", "sample", "noise", "fit", "masks")
+        for command in ("check", "info", "sample", "fit")
     },
     "a pipe for a recording": (["info", "pipe.mcap"], "irsim: pipe.mcap: is no regular file; allowed: a recording"),
     "a pipe for a video": (["import", "pipe.yaml", "-o", "x.mcap"], "irsim: pipe.yaml: is no regular file; allowed: a"),
-    "a pipe for a truth": (
-        ["import", "clip", "--truth", "pipe.yaml", "-o", "x.mcap"],
-        "irsim: pipe.yaml: is no regular file; allowed: a file, or a shell's <(",
-    ),
     "a pipe among pictures": (["import", "pipes", "-o", "x.mcap"], "irsim: pipes/0.png: is no regular file; allowed: "),
-    "empty folder": (["import", "dir"], "irsim: dir: "),
     "import onto itself": (
         ["import", "good.mcap"],
         "irsim: good.mcap: would replace good.mcap, ",
@@ -186,7 +138,7 @@ def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
+def test_wrong_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
     arguments, expected = BAD[case]
     before = sorted(messy.iterdir())
     done = run(*arguments, cwd=messy)
@@ -222,9 +174,7 @@ def test_wrong_usage_is_one_line_and_status_2(run: Run, messy: Path, case: str) 
     assert (done.returncode, done.stdout, done.stderr.splitlines()) == (2, "", [expected])
 
 
-def test_what_does_not_fit_into_memory_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_out_of_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.argv", ["irsim"])
     app = typer.Typer()
 

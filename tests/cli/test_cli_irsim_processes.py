@@ -1,4 +1,4 @@
-"""irsim as a process of its own: terminals, readers that leave, Ctrl-C, kinds of the user's own."""
+"""irsim as a process: terminals, closed pipes, signals, kinds of the user's own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from command_line import IRSIM, SMALL_SCENE, Run
 from processes import wait_until
 
 
-def test_a_terminal_of_few_letters_gets_what_it_knows(folder: Path) -> None:
+def test_characters_that_the_terminal_lacks(folder: Path) -> None:
     (folder / "sc\u00e9ne.yaml").write_text(SMALL_SCENE)
     done = subprocess.run(
         [*IRSIM, "check", "sc\u00e9ne.yaml"],
@@ -29,7 +29,7 @@ def test_a_terminal_of_few_letters_gets_what_it_knows(folder: Path) -> None:
     assert done.stdout.startswith(b"sc?")
 
 
-def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
+def test_a_closed_pipe_is_not_reported(folder: Path) -> None:
     process = subprocess.Popen(
         [*IRSIM, "check", *["scene.yaml"] * 3], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
@@ -40,17 +40,13 @@ def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
     assert process.wait(60) == 1
 
 
-@pytest.mark.sampled
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a device that is full")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
-    ("program", "words"),
-    [("irsim", ["schema"]), ("irsim", ["check", "scene.yaml", "none.yaml"]), ("irtrack", ["list"])],
+    ("program", "words", "unbuffered"),
+    [("irsim", ["schema"], ""), ("irsim", ["check", "scene.yaml", "none.yaml"], "1"), ("irtrack", ["list"], "")],
 )
-def test_standard_output_that_cannot_be_written_is_named(
-    program: str, words: list[str], unbuffered: str, folder: Path
-) -> None:
-    """Also by a command that has found something wrong; and Python says nothing more when it ends."""
+def test_standard_output_that_cannot_be_written(program: str, words: list[str], unbuffered: str, folder: Path) -> None:
+    """Also after other errors; Python adds nothing at exit."""
     with open("/dev/full", "w") as full:
         done = subprocess.run(
             [sys.executable, "-m", program, *words],
@@ -68,13 +64,13 @@ def test_standard_output_that_cannot_be_written_is_named(
 
 
 @pytest.mark.parametrize("program", ["irsim", "irtrack"])
-def test_ctrl_c_before_a_command_answers_for_itself_is_one_line(
+def test_ctrl_c_during_import_is_one_line(
     program: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(importlib.import_module(f"{program}.cli"), "main", interrupted)
+    monkeypatch.setattr(importlib.import_module(f"{program}.cli.app"), "main", interrupted)
     with pytest.raises((SystemExit, KeyboardInterrupt)) as caught:
         importlib.import_module(f"{program}.__main__").main()
     assert isinstance(caught.value, SystemExit)
@@ -82,10 +78,10 @@ def test_ctrl_c_before_a_command_answers_for_itself_is_one_line(
     assert capsys.readouterr().err == f"{program}: stopped\n"
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("jobs", ["1", "2"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str, folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "jobs"), [(signal.SIGINT, "1"), (signal.SIGINT, "2"), (signal.SIGTERM, "2"), (signal.SIGHUP, "1")]
+)
+def test_an_interrupted_render_leaves_no_files(number: signal.Signals, jobs: str, folder: Path) -> None:
     process = subprocess.Popen(
         [*IRSIM, "render", "scene.yaml", "-o", "long.mcap", "--frames", "1000000", "--jobs", jobs],
         cwd=folder,
@@ -96,7 +92,7 @@ def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str,
     begun = time.monotonic()
     while not list(folder.glob("*long.mcap*")):  # it has begun to write
         assert process.poll() is None
-        assert time.monotonic() < begun + 60, "waited in vain"
+        assert time.monotonic() < begun + 60, "nothing was written"
         time.sleep(0.02)
     process.send_signal(number)
     _, errors = process.communicate(timeout=60)
@@ -105,9 +101,9 @@ def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str,
     assert not list(folder.glob("*long.mcap*"))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_masks_that_were_made_before_a_stop_are_told(number: signal.Signals, folder: Path) -> None:
-    """Older ones that they have replaced cannot be brought back, so that they stay."""
+@pytest.mark.parametrize("number", [signal.SIGTERM])
+def test_interrupted_masks_are_counted(number: signal.Signals, folder: Path) -> None:
+    """They stay, as they may have replaced older ones."""
     words = [*IRSIM, "masks", "scene.yaml", "frames=3000", "-o", "stopped"]
     process = subprocess.Popen(
         words,
@@ -131,8 +127,8 @@ def test_masks_that_were_made_before_a_stop_are_told(number: signal.Signals, fol
     assert whole <= set(os.listdir(folder / "stopped")) <= whole | last
 
 
-def test_what_a_recording_names_is_known_where_the_user_imports_it(run: Run, folder: Path) -> None:
-    (folder / "own_agc.py").write_text("from irsim.display import Plain\n\n\nclass Mine(Plain):\n    pass\n")
+def test_own_kinds_of_a_recording_need_import(run: Run, folder: Path) -> None:
+    (folder / "own_agc.py").write_text("from irsim.camera.agc import Plain\n\n\nclass Mine(Plain):\n    pass\n")
     (folder / "scene.yaml").write_text(SMALL_SCENE.replace("{size", "{agc: {kind: 'own_agc:Mine'}, size"))
     script = Path(sys.executable).with_name("irsim")
 
@@ -151,7 +147,7 @@ def test_what_a_recording_names_is_known_where_the_user_imports_it(run: Run, fol
     assert wrong.stderr.startswith("irsim: --import nosuch_module: cannot be imported: ModuleNotFoundError: ")
 
 
-def test_a_kind_of_the_users_own_lies_where_the_command_is_given(folder: Path) -> None:
+def test_own_kinds_in_the_current_folder(folder: Path) -> None:
     (folder / "mine.py").write_text(
         "from irsim.backgrounds import Sky\n\n\nclass Haze(Sky):\n    haze_k: float = 1.0\n"
     )

@@ -1,4 +1,4 @@
-"""irsim render: the library's frames, with changes, and again from a recording."""
+"""irsim render: the frames of the library, with overrides, and again from a recording."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from command_line import SMALL_SCENE, Run
+from command_line import Run
 
 import irsim
 
@@ -50,15 +50,6 @@ def test_frames_n_and_frames_a_to_b(run: Run, folder: Path) -> None:
         assert np.array_equal(frame.image, wanted.image)
 
 
-def test_without_adds_to_what_the_scenario_has_off(run: Run, folder: Path) -> None:
-    (folder / "off.yaml").write_text(SMALL_SCENE + "without: [jet]\n")
-    done = run("render", "off.yaml", "--without", "white", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    text = irsim.open_recording(folder / "off.mcap").scenario_text
-    assert text is not None
-    assert irsim.loads(text).without == ("jet", "white")
-
-
 def same_pictures(folder: Path, one: str, other: str) -> bool:
     first, second = (irsim.open_recording(folder / name) for name in (one, other))
     return list(first.truths()) == list(second.truths()) and all(
@@ -88,7 +79,7 @@ def test_a_recording_is_rendered_again_with_changes(run: Run, folder: Path) -> N
     assert same_pictures(folder, "c.mcap", "d.mcap")
 
 
-def test_a_recording_renders_no_code_that_it_names(run: Run, folder: Path) -> None:
+def test_no_module_named_in_a_recording_is_imported_by_render(run: Run, folder: Path) -> None:
     from recording_forge import forge
 
     (folder / "evil_scene.py").write_text("raise SystemExit('code of a file was run')")
@@ -96,12 +87,12 @@ def test_a_recording_renders_no_code_that_it_names(run: Run, folder: Path) -> No
     done = run("render", "r.mcap", "-o", "x.mcap", cwd=folder)
     assert done.returncode == 2
     assert done.stderr.startswith("irsim: r.mcap: scenario:1:"), done.stderr
-    assert "is not imported" in done.stderr
+    assert "are not imported" in done.stderr
     assert "evil_scene" not in sys.modules
 
 
-def test_a_default_name_replaces_what_was_rendered_alone(run: Run, folder: Path) -> None:
-    """Imported footage, and files that are no recordings, only where they are named."""
+def test_a_default_output_replaces_only_rendered_recordings(run: Run, folder: Path) -> None:
+    """Imported recordings and other files are replaced only by -o."""
     footage = folder / "scene.mcap"
     pictures = folder / "pictures"
     pictures.mkdir()
@@ -111,10 +102,10 @@ def test_a_default_name_replaces_what_was_rendered_alone(run: Run, folder: Path)
     kept = footage.read_bytes()
     done = run("render", "scene.yaml", cwd=folder)
     assert done.returncode == 2
-    assert "scene.mcap: is there already, was not rendered from a scenario, and would be replaced;" in done.stderr
+    assert "scene.mcap: exists, was not rendered from a scenario, and would be replaced;" in done.stderr
     assert footage.read_bytes() == kept
     assert run("render", "scene.yaml", "-o", "scene.mcap", cwd=folder).returncode == 0
-    assert run("render", "scene.yaml", cwd=folder).returncode == 0  # by now it was
+    assert run("render", "scene.yaml", cwd=folder).returncode == 0  # now it was rendered
     footage.write_bytes(b"mine")
     assert run("render", "scene.yaml", cwd=folder).returncode == 2
     assert footage.read_bytes() == b"mine"

@@ -36,7 +36,7 @@ targets:
     shape: {kind: point, temperature_k: 600}
     path: {kind: straight, start: [10, 16], speed: 2}
 """
-IRSIM = [sys.executable, "-c", "from irsim.cli import main; main()"]
+IRSIM = [sys.executable, "-m", "irsim"]
 """The command irsim, as a process of its own."""
 
 SCENE_OF_TWO = """

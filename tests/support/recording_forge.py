@@ -36,14 +36,14 @@ def forge(
     """A recording of one frame; `header` and `contents` change single texts of the metadata."""
     with path.open("wb") as file:
         writer = ChunkWriter(file, compression)
-        writer.metadata("irsim", resealed(header_of(SOURCE).seal(), header))
+        writer.metadata("irsim", resealed(header_of(SOURCE).to_record(), header))
         if scenario is not None:
             writer.attachment(SCENARIO, "application/yaml", scenario)
         channel = writer.topic(TRUTH, TRUTH_DESCRIPTOR)
         writer.chunk([Message(channel, 0, to_ns(0.0), honest_truth() if truth is None else truth)])
         channel = writer.topic(IMAGE, RawImage.DESCRIPTOR)
         writer.chunk([Message(channel, 0, to_ns(0.0), honest_image() if image is None else image)])
-        writer.metadata("irsim_contents", resealed(Contents(frames=1).seal(), contents))
+        writer.metadata("irsim_contents", resealed(Contents(frames=1).to_record(), contents))
         writer.finish()
     return path
 

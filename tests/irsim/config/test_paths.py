@@ -12,7 +12,7 @@ from mesh_files import BOX
 
 import irsim
 from irsim.cli.figures import contact_sheet
-from irsim.cli.video import moving_picture
+from irsim.cli.video import write_video
 from irsim.config.paths import is_there
 from irsim.errors import InputError
 from irsim.lint.warnings import warnings
@@ -186,7 +186,7 @@ def test_no_recording_has_such_a_name(name: str) -> None:
 
 
 @pytest.mark.parametrize("place", TEXTS)
-@pytest.mark.parametrize(("draw", "ending"), [(contact_sheet, "png"), (moving_picture, "gif")])
+@pytest.mark.parametrize(("draw", "ending"), [(contact_sheet, "png"), (write_video, "gif")])
 def test_a_picture_replaces_no_file_of_the_scene(
     draw: Callable[[Source, Path], Path], ending: str, place: str, folder: Path
 ) -> None:

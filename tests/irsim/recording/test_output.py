@@ -1,8 +1,7 @@
-"""Output files: whole or not there at all, and never over an input."""
+"""Output files: complete or absent, and never in place of an input."""
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import subprocess
@@ -16,7 +15,7 @@ from irsim.errors import InputError
 from irsim.recording.output import atomic_file, atomic_text, check_output
 
 
-def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
+def test_a_file_appears_when_it_is_complete(tmp_path: Path) -> None:
     path = tmp_path / "out.bin"
     path.write_bytes(b"old")
     with atomic_file(path) as file:
@@ -27,7 +26,7 @@ def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
-def test_a_failure_leaves_what_was_there(tmp_path: Path, failure: type[BaseException]) -> None:
+def test_a_failure_keeps_the_old_file(tmp_path: Path, failure: type[BaseException]) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old")
     with pytest.raises(failure), atomic_text(path) as file:  # noqa: PT012 - entering it is a part of the test
@@ -47,22 +46,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert (tmp_path / "real.txt").read_text() == "new"
 
 
-def test_a_read_only_file_system_is_an_input_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """There even taking away what is not there fails, with the name of what is not there."""
-
-    def refuse(path: object, *arguments: object, **named: object) -> None:
-        raise OSError(errno.EROFS, "Read-only file system", str(path))
-
-    monkeypatch.setattr("builtins.open", refuse)
-    monkeypatch.setattr(Path, "unlink", refuse)
-    with (
-        pytest.raises(InputError, match=r"out\.bin: cannot be written: Read-only file system$"),
-        atomic_file(tmp_path / "out.bin"),
-    ):
-        pass
-
-
-def test_no_folder_and_no_device(tmp_path: Path) -> None:
+def test_folders_and_devices_are_refused(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     for path, what in [
@@ -89,7 +73,7 @@ def test_an_input_is_not_replaced(tmp_path: Path) -> None:
     for path, used in [(scenario, scenario), (tmp_path / "b.yaml", scenario), (picture, frames)]:
         with pytest.raises(InputError, match="would replace"):
             check_output(path, None, used)
-    with pytest.raises(InputError, match="would replace"):  # two outputs of one name, neither there yet
+    with pytest.raises(InputError, match="would replace"):  # two outputs of one name, neither of which exists
         check_output(tmp_path / "x", tmp_path / "x")
 
 
@@ -106,8 +90,8 @@ with atomic_file(Path(sys.argv[1]), tidy=True) as file:
 """
 
 
-def test_leftovers_of_a_killed_process_are_removed(tmp_path: Path) -> None:
-    """And not what one that is at work, two at once, has there, nor anything else."""
+def test_temporary_files_of_killed_processes_are_removed(tmp_path: Path) -> None:
+    """Those of a running process and other files are kept."""
     path = tmp_path / "out.mcap"
     killed, working = (
         subprocess.Popen([sys.executable, "-c", WRITES, str(path)], stdout=subprocess.PIPE, text=True) for _ in range(2)
@@ -130,8 +114,8 @@ def test_leftovers_of_a_killed_process_are_removed(tmp_path: Path) -> None:
             working.kill()
 
 
-def test_files_of_another_machine_are_left_alone(tmp_path: Path) -> None:
-    """Its process is none of this machine's, but it holds the file."""
+def test_locked_temporary_files_are_kept(tmp_path: Path) -> None:
+    """The process may run on another machine: it holds the lock."""
     path, gone = tmp_path / "out.mcap", tmp_path / ".out.mcap.4194999.tmp"
     with gone.open("wb") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
@@ -143,7 +127,7 @@ def test_files_of_another_machine_are_left_alone(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["out.mcap"]
 
 
-def test_a_recording_is_tidy(tmp_path: Path) -> None:
+def test_recording_removes_old_temporary_files(tmp_path: Path) -> None:
     (tmp_path / ".a.mcap.4194999.tmp").touch()
     scene = irsim.loads("frames: 1\ncamera: {size: [16, 16]}\nbackground: {kind: ground}\n")
     irsim.record(irsim.Rendering(scene), tmp_path / "a.mcap")

@@ -1,4 +1,4 @@
-"""Recordings: what is written comes back."""
+"""Recordings are read as they were written."""
 
 from __future__ import annotations
 
@@ -28,9 +28,8 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(Noise(), tmp_path_factory.mktemp("rec") / "noise.mcap")
 
 
-@pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
-@pytest.mark.parametrize("bits", [8, 14, 16])
-def test_frames_and_truth_come_back_bit_for_bit(tmp_path: Path, bits: int, compression: str) -> None:
+@pytest.mark.parametrize(("bits", "compression"), [(8, "none"), (14, "lz4"), (16, "zstd"), (16, "none")])
+def test_frames_and_truth_are_read_bit_for_bit(tmp_path: Path, bits: int, compression: str) -> None:
     source = Noise(bits=bits)
     recording = open_recording(record(source, tmp_path / "r.mcap", compression=compression))  # type: ignore[arg-type]  # one of its words, to mypy any str
     assert isinstance(recording, Source)
@@ -39,7 +38,7 @@ def test_frames_and_truth_come_back_bit_for_bit(tmp_path: Path, bits: int, compr
     assert list(recording.truths()) == list(source.truths())
 
 
-def test_a_frame_alone_is_the_frame_in_sequence(recorded: Path) -> None:
+def test_a_frame_alone_equals_the_frame_in_sequence(recorded: Path) -> None:
     recording, source = open_recording(recorded), Noise()
     for index in (6, 0, 3, 2):
         assert same_frames(iter([recording.frame(index)]), iter([source.frame(index)]))
@@ -49,11 +48,6 @@ def test_a_frame_alone_is_the_frame_in_sequence(recorded: Path) -> None:
     for index in (7, -1):
         with pytest.raises(IndexError, match="frames 0 to 6"):
             recording.frame(index)
-
-
-def test_irsim_frames_of_a_recording_says_what_to_call(recorded: Path) -> None:
-    with pytest.raises(InputError, match=r"frames of a Recording; allowed: a Scenario .* a Source has frames\(\)"):
-        irsim.frames(open_recording(recorded))
 
 
 def test_display_is_the_agc_of_the_counts(tmp_path: Path, recorded: Path) -> None:
@@ -87,7 +81,7 @@ def test_without_truth(tmp_path: Path) -> None:
     assert len(list(recording.frames())) == 7
 
 
-def test_targets_and_whom_to_follow(tmp_path: Path, recorded: Path) -> None:
+def test_targets_and_the_followed_one(tmp_path: Path, recorded: Path) -> None:
     recording = open_recording(recorded)
     assert recording.targets == ("jet", "dot")
     assert recording.follow == "dot"
@@ -108,33 +102,25 @@ def test_a_part_of_a_source_keeps_its_times(tmp_path: Path) -> None:
 def test_a_recording_of_a_recording_is_the_same_file(tmp_path: Path, recorded: Path) -> None:
     copy = record(open_recording(recorded), tmp_path / "copy.mcap")
     assert copy.read_bytes() == recorded.read_bytes()
+    assert open_recording(copy).hash == open_recording(recorded).hash
+    assert open_recording(record(Noise(seed=1), tmp_path / "other.mcap")).hash != open_recording(recorded).hash
 
 
-def test_the_hash_tells_recordings_apart(tmp_path: Path, recorded: Path) -> None:
-    again = record(Noise(), tmp_path / "again.mcap")
-    other = record(Noise(seed=1), tmp_path / "other.mcap")
-    assert open_recording(again).hash == open_recording(recorded).hash
-    assert open_recording(other).hash != open_recording(recorded).hash
-
-
-@pytest.mark.parametrize("rate", [9.0, 25.0, 29.97, 30.0, 50.0, 1000 / 7, 10_000.0])
-def test_regular_times_survive_whole_nanoseconds(rate: float) -> None:
+@pytest.mark.parametrize("rate", [9.0, 29.97, 1000 / 7, 10_000.0])
+def test_times_survive_rounding_to_nanoseconds(rate: float) -> None:
     for index in (0, 1, 2, 3, 7, 1000, 999_999):
         assert from_ns(to_ns(index / rate), rate) == index / rate
-
-
-def test_irregular_times_keep_their_nanoseconds() -> None:
-    assert from_ns(to_ns(0.123456789), 30.0) == 0.123456789
+    assert from_ns(to_ns(0.123456789), rate) == 0.123456789
     assert to_ns(0.0) == EPOCH_NS
 
 
-def test_it_pickles(recorded: Path) -> None:
+def test_pickling(recorded: Path) -> None:
     again = pickle.loads(pickle.dumps(open_recording(recorded)))
     assert same_frames(again.frames(), Noise().frames())
     assert again.agc == open_recording(recorded).agc
 
 
-def test_a_file_changed_behind_its_back_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_was_changed_is_refused(tmp_path: Path) -> None:
     path = record(Noise(), tmp_path / "r.mcap")
     recording = open_recording(path)
     record(Noise(seed=1), path)
@@ -142,7 +128,7 @@ def test_a_file_changed_behind_its_back_is_refused(tmp_path: Path) -> None:
         recording.frame(0)
 
 
-def test_a_rendered_scene_comes_back_and_can_be_rendered_from_its_recording(tmp_path: Path) -> None:
+def test_a_scene_is_rendered_again_from_its_recording(tmp_path: Path) -> None:
     scene = irsim.open_source("sky", ["camera.size=[64,48]", "frames=4"], seed=5)
     recording = open_recording(record(scene, tmp_path / "sky.mcap"))
     for input in ("counts", "display"):
@@ -162,21 +148,15 @@ def test_info_is_json(recorded: Path) -> None:
     assert facts["source_hash"] == "abc"
 
 
-def test_public_names() -> None:
-    assert irsim.open_recording is open_recording
-    assert irsim.record is record
-
-
 @pytest.mark.parametrize(
     ("band", "words"),
     [
         ("mwir", "mwir"),
-        ("lwir", "lwir"),
         ((3.4, 4.9), "3.4 to 4.9 um"),
         ((8.0, 1 / 3 + 9), "8.0 to 9.333333333333334 um"),
     ],
 )
-def test_a_band_is_kept_in_words_and_comes_back_as_it_was(tmp_path: Path, band: Band, words: str) -> None:
+def test_bands_are_read_as_written(tmp_path: Path, band: Band, words: str) -> None:
     @dataclass(frozen=True)
     class Seen(Noise):
         camera = CameraFacts(band=band)
@@ -184,18 +164,3 @@ def test_a_band_is_kept_in_words_and_comes_back_as_it_was(tmp_path: Path, band: 
     recording = open_recording(record(Seen(), tmp_path / "r.mcap"))
     assert recording.header.band == words
     assert recording.camera.band == band
-
-
-def test_words_that_say_no_known_band_are_kept_and_not_understood(tmp_path: Path) -> None:
-    @dataclass(frozen=True)
-    class Seen(Noise):
-        camera = CameraFacts(band="1.4 to um")  # type: ignore[arg-type]  # what is wrong is the test
-
-    recording = open_recording(record(Seen(), tmp_path / "r.mcap"))
-    assert recording.header.band == "1.4 to um"
-    assert recording.camera.band is None
-
-
-def test_a_rendered_scene_says_its_band_as_the_scenario_does() -> None:
-    scene = irsim.load("sky", ["camera.band=[3.4, 4.9]"])
-    assert irsim.open_source(scene).camera.band == (3.4, 4.9)

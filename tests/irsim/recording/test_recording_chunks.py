@@ -1,4 +1,4 @@
-"""The bytes that are written are those of mcap's own writer."""
+"""ChunkWriter writes the bytes of the MCAP library's writer."""
 
 from __future__ import annotations
 
@@ -63,7 +63,5 @@ def ours(written: list[list[Message]], compression: Compression) -> bytes:
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
 @given(chunks)
-def test_a_file_has_the_bytes_that_mcaps_own_writer_gives(
-    compression: Compression, written: list[list[Message]]
-) -> None:
+def test_bytes_equal_those_of_the_mcap_library(compression: Compression, written: list[list[Message]]) -> None:
     assert ours(written, compression) == theirs(written, compression)

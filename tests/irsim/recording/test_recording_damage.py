@@ -1,4 +1,4 @@
-"""Files that are no recording, damaged recordings, and recordings that fail while written."""
+"""Files that are not recordings, damaged recordings, and recordings whose writing fails."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from irsim.recording import (
     record,
     recover,
 )
-from irsim.recording.recovery import Salvage
 from irsim.types import Frame, Input
 
 
@@ -33,6 +32,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def one_line(error: pytest.ExceptionInfo[InputError], path: Path) -> str:
+    """Return the message, which is one line with the file's name."""
     text = str(error.value)
     assert "\n" not in text
     assert str(path) in text
@@ -43,7 +43,7 @@ def one_line(error: pytest.ExceptionInfo[InputError], path: Path) -> str:
     ("content", "says"),
     [(None, "no such file"), (b"", "is empty"), (b"PK\x03\x04 something else", "not an MCAP file")],
 )
-def test_files_that_are_no_recording(tmp_path: Path, content: bytes | None, says: str) -> None:
+def test_files_that_are_not_recordings(tmp_path: Path, content: bytes | None, says: str) -> None:
     path = tmp_path / "x.mcap"
     if content is not None:
         path.write_bytes(content)
@@ -54,7 +54,7 @@ def test_files_that_are_no_recording(tmp_path: Path, content: bytes | None, says
 
 @settings(deadline=None, max_examples=60)
 @given(data=st.data())
-def test_no_flipped_byte_goes_unnoticed(recorded: Path, data: st.DataObject) -> None:
+def test_every_flipped_byte_is_detected(recorded: Path, data: st.DataObject) -> None:
     whole = recorded.read_bytes()
     assert not list(damages(open_recording(recorded)))
     at = data.draw(st.integers(0, len(whole) - 1))
@@ -66,15 +66,7 @@ def test_no_flipped_byte_goes_unnoticed(recorded: Path, data: st.DataObject) -> 
             assert list(damages(open_recording(path)))
 
 
-def test_a_folder_is_no_recording(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as error:
-        open_recording(tmp_path)
-    assert "is a folder" in one_line(error, tmp_path)
-
-
-def test_somebody_elses_mcap(tmp_path: Path) -> None:
-    from mcap.writer import Writer
-
+def test_mcap_of_another_program(tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -82,12 +74,16 @@ def test_somebody_elses_mcap(tmp_path: Path) -> None:
         channel = writer.register_channel("/x", "json", 0)
         writer.add_message(channel, 0, b"{}", 0)
         writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
-    with pytest.raises(InputError, match="not a recording of irsim") as error:
-        open_recording(path)
-    one_line(error, path)
+    for read in (open_recording, lambda path: recover(path, tmp_path / "out.mcap")):
+        with pytest.raises(InputError, match="is MCAP but not a recording of irsim") as error:
+            read(path)
+        one_line(error, path)
+    assert not (tmp_path / "out.mcap").exists()
+    with pytest.raises(InputError, match="is a folder"):
+        open_recording(tmp_path)
 
 
-def test_cut_anywhere_it_says_what_to_do_and_recovers_what_is_whole(tmp_path: Path, recorded: Path) -> None:
+def test_every_intact_frame_of_a_cut_file_is_recovered(tmp_path: Path, recorded: Path) -> None:
     data = recorded.read_bytes()
     path, out = tmp_path / "cut.mcap", tmp_path / "out.mcap"
     kept = set()
@@ -107,25 +103,15 @@ def test_cut_anywhere_it_says_what_to_do_and_recovers_what_is_whole(tmp_path: Pa
         assert same_frames(rescued.frames(), Noise().frames(stop=left))
         assert list(rescued.truths()) == list(Noise().truths(stop=left))
         out.unlink()
-    assert kept == {2, 4, 6, 7}  # whole chunks of two, and the last
-
-
-def test_a_damaged_file_is_not_read_through_to_say_so(
-    tmp_path: Path, recorded: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "cut.mcap"
-    path.write_bytes(recorded.read_bytes()[:-500])
-    monkeypatch.setattr(Salvage, "frames", lambda self: pytest.fail("the whole file was read"))
-    with pytest.raises(InputError, match="keeps what is whole"):
-        open_recording(path)
+    assert kept == {2, 4, 6, 7}  # intact chunks of two frames, and the last
 
 
 def test_a_flipped_byte_is_an_error_or_changes_nothing(tmp_path: Path, recorded: Path) -> None:
     data = recorded.read_bytes()
     path = tmp_path / "flipped.mcap"
     rng = np.random.default_rng(1)
-    said: list[str] = []
-    for position in np.sort(rng.choice(len(data), 800, replace=False)):
+    errors: list[str] = []
+    for position in np.sort(rng.choice(len(data), 300, replace=False)):
         damaged = bytearray(data)
         damaged[position] ^= int(rng.integers(1, 256))
         path.write_bytes(damaged)
@@ -134,16 +120,16 @@ def test_a_flipped_byte_is_an_error_or_changes_nothing(tmp_path: Path, recorded:
             frames, truths = list(recording.frames()), list(recording.truths())
             facts = (recording.follow, recording.agc, recording.targets)
         except InputError as error:
-            said.append(str(error))
+            errors.append(str(error))
         else:
             assert same_frames(iter(frames), Noise().frames())
             assert truths == list(Noise().truths())
             assert facts == ("dot", AGCS.parse({"kind": "linear"}), ("jet", "dot"))
-    assert len(said) > 200
-    assert not any("\n" in text for text in said)
+    assert len(errors) > 75
+    assert not any("\n" in text for text in errors)
 
 
-def test_recovery_keeps_what_stands_behind_a_broken_chunk(tmp_path: Path, recorded: Path) -> None:
+def test_frames_after_a_damaged_chunk_are_recovered(tmp_path: Path, recorded: Path) -> None:
     data = bytearray(recorded.read_bytes())
     needle = Noise().frame(2).image.tobytes()
     data[data.find(needle) + 10] ^= 1
@@ -160,7 +146,7 @@ def test_recovery_keeps_what_stands_behind_a_broken_chunk(tmp_path: Path, record
     assert rescued.contents.notes == ("5 of 7 frames recovered from broken.mcap",)
 
 
-def test_what_follows_the_end_is_told_apart_from_a_cut(tmp_path: Path, recorded: Path) -> None:
+def test_bytes_after_the_end_are_reported(tmp_path: Path, recorded: Path) -> None:
     path = tmp_path / "longer.mcap"
     path.write_bytes(recorded.read_bytes() + b"junk")
     with pytest.raises(InputError, match=r"longer\.mcap: damaged: 4 bytes of something else after its end; ") as error:
@@ -169,18 +155,7 @@ def test_what_follows_the_end_is_told_apart_from_a_cut(tmp_path: Path, recorded:
     assert len(open_recording(recover(path, tmp_path / "out.mcap"))) == len(Noise())
 
 
-def test_recovery_says_what_is_no_recording_of_irsim(tmp_path: Path) -> None:
-    path = tmp_path / "foreign.mcap"
-    with open(path, "wb") as file:
-        writer = Writer(file)
-        writer.start()
-        writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
-    with pytest.raises(InputError, match=r"foreign\.mcap: is MCAP but not a recording of irsim; allowed: "):
-        recover(path, tmp_path / "out.mcap")
-    assert not (tmp_path / "out.mcap").exists()
-
-
-def test_nothing_is_recorded_or_recovered_over_what_is_read(tmp_path: Path, recorded: Path) -> None:
+def test_inputs_are_not_overwritten(tmp_path: Path, recorded: Path) -> None:
     before = recorded.read_bytes()
     with pytest.raises(InputError, match="would replace"):
         record(open_recording(recorded), recorded)
@@ -209,19 +184,19 @@ def test_outputs_are_checked_before_any_work(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_failed_recording_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_failed_recording_keeps_the_old_file(tmp_path: Path) -> None:
     class Breaks(Noise):
         def frame(self, index: int, input: Input = "counts") -> Frame:
             if index == 4:
-                raise RuntimeError("the camera fell off")
+                raise RuntimeError("no frame")
             return super().frame(index)
 
     path = tmp_path / "r.mcap"
-    path.write_bytes(b"precious")
-    with pytest.raises(RuntimeError, match="fell off"):
+    path.write_bytes(b"old")
+    with pytest.raises(RuntimeError, match="no frame"):
         record(Breaks(), path)
     assert list(tmp_path.iterdir()) == [path]
-    assert path.read_bytes() == b"precious"
+    assert path.read_bytes() == b"old"
 
 
 def test_frames_of_another_size_are_refused(tmp_path: Path) -> None:
@@ -231,14 +206,4 @@ def test_frames_of_another_size_are_refused(tmp_path: Path) -> None:
 
     with pytest.raises(ValueError, match="expected a 32x24"):
         record(Changes(), tmp_path / "r.mcap")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
-    class Full(Noise):
-        def frame(self, index: int, input: Input = "counts") -> Frame:
-            raise OSError(28, "No space left on device")
-
-    with pytest.raises(InputError, match=r"r\.mcap: cannot be written: No space left on device"):
-        record(Full(), tmp_path / "r.mcap")
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""Recordings that somebody made to do harm: one clear line, no code run, no memory filled."""
+"""Malicious recordings: one clear line, no code is run, memory is bounded."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from recording_fakes import Noise, same_frames
 from recording_forge import SOURCE, forge, honest_image, honest_truth
 
-import irsim
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
 from irsim.recording.chunks import ChunkWriter, Message
@@ -25,7 +24,7 @@ EVIL = "raise SystemExit('code of a file was run')"
 
 @pytest.fixture
 def evil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The name of a module that lies on the path and must not be imported."""
+    """Write a module that must not be imported; return its name."""
     name = f"evil_{abs(hash(tmp_path))}"
     (tmp_path / f"{name}.py").write_text(EVIL)
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -40,7 +39,7 @@ def read_all(path: Path) -> None:
 
 
 def refused(path: Path) -> str:
-    """The one line that reading all of a recording ends with."""
+    """Return the one line of the error of reading all of a recording."""
     with pytest.raises(InputError) as caught:
         read_all(path)
     text = str(caught.value)
@@ -49,25 +48,23 @@ def refused(path: Path) -> str:
     return text
 
 
-def test_the_forger_writes_recordings_that_are_read(tmp_path: Path) -> None:
+def test_forge_writes_valid_recordings(tmp_path: Path) -> None:
     recording = open_recording(forge(tmp_path / "r.mcap"))
     assert same_frames(recording.frames(), SOURCE.frames())
     assert list(recording.truths()) == list(SOURCE.truths())
 
 
-def test_opening_a_recording_imports_nothing_that_it_names(tmp_path: Path, evil: str) -> None:
+def test_no_module_named_in_a_recording_is_imported(tmp_path: Path, evil: str) -> None:
     path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{evil}:X"}}'})
-    assert "is not imported" in refused(path)
-    with pytest.raises(InputError, match="is not imported"):
+    assert "are not imported" in refused(path)
+    with pytest.raises(InputError, match="are not imported"):
         recover(path, tmp_path / "out.mcap")
     assert evil not in sys.modules
 
 
-def test_a_kind_of_ones_own_is_read_once_its_module_is_imported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_own_kinds_are_read_after_an_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     name = "agc_of_my_own"
-    (tmp_path / f"{name}.py").write_text("from irsim.display import Plain\n\n\nclass Mine(Plain):\n    pass\n")
+    (tmp_path / f"{name}.py").write_text("from irsim.camera.agc import Plain\n\n\nclass Mine(Plain):\n    pass\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{name}:Mine"}}'})
     refused(path)
@@ -75,41 +72,27 @@ def test_a_kind_of_ones_own_is_read_once_its_module_is_imported(
     assert open_recording(path).agc.kind == f"{name}:Mine"
 
 
-def test_a_scenario_out_of_a_file_imports_nothing_that_it_names(evil: str) -> None:
-    text = f"background: {{kind: '{evil}:X'}}\n"
-    with pytest.raises(InputError, match="is not imported"):
-        irsim.loads(text, trusted=False)
-    assert evil not in sys.modules
-
-
 @pytest.mark.parametrize(
     "change",
     [
         {"size": "[-1, 64]"},
         {"size": "[32, 65536]"},
-        {"size": "[32"},
         {"size": "[" * 100_000},
-        {"agc": "{}"},
         {"agc": "linear"},
         {"bits": "99999999999999999999"},
         {"rate_hz": "NaN"},
-        {"rate_hz": "0"},
         {"accuracy_px": "-1"},
-        {"ifov_rad": "0"},
         {"first_frame": "-4"},
     ],
 )
-def test_headers_that_mean_nothing(tmp_path: Path, change: dict[str, str]) -> None:
+def test_wrong_headers(tmp_path: Path, change: dict[str, str]) -> None:
     assert "metadata" in refused(forge(tmp_path / "r.mcap", change))
 
 
 @pytest.mark.parametrize("change", [{"frames": "-3"}, {"frames": "0"}, {"frames": "1e400"}, {"targets": "[{}]"}])
-def test_tables_of_contents_that_mean_nothing(tmp_path: Path, change: dict[str, str]) -> None:
+def test_wrong_contents(tmp_path: Path, change: dict[str, str]) -> None:
     assert "metadata" in refused(forge(tmp_path / "r.mcap", contents=change))
-
-
-def test_more_frames_than_there_are(tmp_path: Path) -> None:
-    path = forge(tmp_path / "r.mcap", contents={"frames": "3"})
+    path = forge(tmp_path / "more.mcap", contents={"frames": "3"})
     assert "has 1 message for 3 frames" in refused(path)
     assert len(open_recording(recover(path, tmp_path / "out.mcap"))) == 1
 
@@ -127,16 +110,14 @@ def changed_image(**fields: object) -> bytes:
         b"\xff\xff\xff",
         b"",
         changed_image(width=24, height=32),
-        changed_image(step=2),
         changed_image(data=b"short"),
         changed_image(encoding="rgb8"),
-        changed_image(encoding="mono8"),
     ],
 )
-def test_pictures_that_are_none(tmp_path: Path, image: bytes) -> None:
+def test_wrong_images(tmp_path: Path, image: bytes) -> None:
     path = forge(tmp_path / "r.mcap", image=image)
     assert "damaged: frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="not one whole frame"):
+    with pytest.raises(InputError, match="no intact frame"):
         recover(path, tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
 
@@ -145,29 +126,28 @@ def test_pictures_that_are_none(tmp_path: Path, image: bytes) -> None:
     "target",
     [
         {"id": "jet", "center": {"x": 1, "y": 2}},
-        {"id": "jet", "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}},
         {"id": "jet", "center": {"x": float("nan"), "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}},
     ],
 )
-def test_truth_that_misses_what_it_must_have(tmp_path: Path, target: dict[str, object]) -> None:
+def test_truth_without_required_fields(tmp_path: Path, target: dict[str, object]) -> None:
     truth = TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString()
     path = forge(tmp_path / "r.mcap", truth=truth)
     assert "damaged: the truth of frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="not one whole frame"):
+    with pytest.raises(InputError, match="no intact frame"):
         recover(path, tmp_path / "out.mcap")
 
 
 @pytest.mark.parametrize("word", [b"jet", b"body", b"pole"])  # id, class, occluder
-def test_names_that_are_no_text(tmp_path: Path, word: bytes) -> None:
+def test_names_that_are_not_text(tmp_path: Path, word: bytes) -> None:
     assert word in honest_truth()
     truth = honest_truth().replace(word, b"\xff" * len(word))
     path = forge(tmp_path / "r.mcap", truth=truth)
     assert "damaged: the truth of frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="not one whole frame"):
+    with pytest.raises(InputError, match="no intact frame"):
         recover(path, tmp_path / "out.mcap")
 
 
-def test_truth_and_scenario_that_are_no_text(tmp_path: Path) -> None:
+def test_truth_and_scenario_that_are_not_text(tmp_path: Path) -> None:
     assert "the truth of frame 0" in refused(forge(tmp_path / "r.mcap", truth=b"\xff\xff"))
     path = forge(tmp_path / "s.mcap", scenario=b"\xff\xfe")
     assert "the scenario in it is no text" in refused(path)
@@ -179,7 +159,7 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
     with path.open("wb") as file:
         writer = ChunkWriter(file)
         writer.metadata(
-            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).seal()
+            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).to_record()
         )
         channel = writer.topic("/tracks/x/states", TRACK_STATE)
         writer.chunk([Message(channel, 0, 0, TrackStateMessage(index=0).SerializeToString())])
@@ -188,7 +168,7 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
         read_tracks(path)
 
 
-def test_an_index_that_promises_more_than_the_file_holds(tmp_path: Path) -> None:
+def test_an_index_past_the_end_of_the_file(tmp_path: Path) -> None:
     recording = open_recording(record(Noise(), tmp_path / "r.mcap"))
     for chunk in recording.container.chunks:
         chunk.chunk_length = 2**60
@@ -201,7 +181,7 @@ def test_an_index_that_promises_more_than_the_file_holds(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
-def test_a_chunk_unpacks_to_what_it_says_and_no_more(compression: str) -> None:
+def test_chunks_unpack_to_their_stated_size(compression: str) -> None:
     import lz4.frame  # type: ignore[import-untyped]  # lz4 has no stubs
     import zstandard
 

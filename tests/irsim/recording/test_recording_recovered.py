@@ -1,4 +1,4 @@
-"""What is left of a damaged recording, rendered again by the scenario in it."""
+"""Recovered recordings rendered again by their scenario."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DROPS = "camera.faults=[{kind: drop, frames: [1, 6]}, {kind: duplicate, frames: 
 
 
 def damaged(folder: Path, lost: int, *overrides: str, start: int = 0) -> Path:
-    """What is left of a recording of the scene when the chunk that holds its frame `lost` is broken."""
+    """Return the recovered recording of the scene after the chunk of frame `lost` was damaged."""
     path = record(Rendering(irsim.loads(SCENE, overrides=overrides)), folder / "whole.mcap", start)
     data = bytearray(path.read_bytes())
     data[data.find(open_recording(path).frame(lost).image.tobytes()) + 10] ^= 1
@@ -40,11 +40,8 @@ def times(recording: Recording) -> list[float]:
     return [frame.time for frame in recording.frames()]
 
 
-@pytest.mark.parametrize("overrides", [(), (DROPS,)])
-@pytest.mark.parametrize("start", [0, 3])
-def test_without_its_first_frames_it_is_rendered_again_from_where_it_begins(
-    tmp_path: Path, overrides: tuple[str, ...], start: int
-) -> None:
+@pytest.mark.parametrize(("overrides", "start"), [((), 0), ((DROPS,), 3)])
+def test_a_recovered_end_is_rendered_again(tmp_path: Path, overrides: tuple[str, ...], start: int) -> None:
     left = damaged(tmp_path, 0, *overrides, start=start)
     recording = open_recording(left)
     assert recording.header.first_frame == start + 2
@@ -62,7 +59,7 @@ def test_without_its_first_frames_it_is_rendered_again_from_where_it_begins(
 
 
 @pytest.mark.parametrize("overrides", [(), (DROPS,)])
-def test_without_frames_between_others_it_is_refused(tmp_path: Path, overrides: tuple[str, ...]) -> None:
+def test_rendering_with_lost_frames_is_refused(tmp_path: Path, overrides: tuple[str, ...]) -> None:
     left = damaged(tmp_path, 6, *overrides)
     assert len(times(open_recording(left))) == (10 if not overrides else 9)
     for command in (["masks"], ["render"], ["masks", "--frames", "2"], ["render", "seed=7"], ["render", "frames=11"]):
@@ -76,7 +73,7 @@ def test_without_frames_between_others_it_is_refused(tmp_path: Path, overrides: 
         assert len(told.splitlines()) == 1
 
 
-def test_one_that_does_not_say_where_it_begins_is_refused(tmp_path: Path) -> None:
+def test_a_wrong_first_frame_is_refused(tmp_path: Path) -> None:
     source = Rendering(irsim.loads(SCENE))
     path = tmp_path / "late.mcap"
     with writing(path, header_of(source), source.scenario_text) as writer:
@@ -87,16 +84,16 @@ def test_one_that_does_not_say_where_it_begins_is_refused(tmp_path: Path) -> Non
         open_rendering(path)
 
 
-def test_what_its_scenario_drops_is_not_lost(tmp_path: Path) -> None:
-    """Nor is it where the scenario is changed to drop other frames, or none, or is cut short."""
+def test_frames_that_the_scenario_drops_are_not_lost(tmp_path: Path) -> None:
+    """Nor where overrides drop other frames, or none, or shorten the scenario."""
     path = record(Rendering(irsim.loads(SCENE, overrides=[DROPS])), tmp_path / "a.mcap", 2)
     for change in ([], ["camera.faults=[]"], ["seed=8"], ["frames=9"], ["camera.rate_hz=25"], ["without=[drop]"]):
         rendering, start, stop = open_rendering(path, change)
         assert (start, stop) == (2, min(11, len(rendering)))
 
 
-def test_chunks_of_many_topics_say_nothing_of_lost_frames(tmp_path: Path) -> None:
-    """Another program puts all topics into each chunk: a whole recording is rendered again for all that."""
+def test_chunks_of_several_topics_are_not_lost_frames(tmp_path: Path) -> None:
+    """Another program may write all topics to each chunk."""
     path = record(Rendering(irsim.loads(SCENE)), tmp_path / "whole.mcap")
     mixed = tmp_path / "mixed.mcap"
     with path.open("rb") as source, mixed.open("wb") as out:

@@ -33,13 +33,13 @@ STATES = (
 TRACK = TrackHeader(tracker="grey:n=50", source="noise", source_hash="abc", rate_hz=30.0, target="jet")
 
 
-def test_tracks_come_back(tmp_path: Path) -> None:
+def test_tracks_are_read_as_written(tmp_path: Path) -> None:
     track = read_tracks(write_tracks(tmp_path / "noise.grey.mcap", TRACK, STATES))
     assert track.states == STATES
     assert track.header == TRACK.model_copy(update={"states": 3})
 
 
-def test_tracks_lie_beside_their_source(tmp_path: Path, recorded: Path) -> None:
+def test_tracks_have_the_times_of_their_source(tmp_path: Path, recorded: Path) -> None:
     path = write_tracks(tmp_path / "noise.grey.mcap", TRACK, STATES)
     with path.open("rb") as file:
         messages = list(SeekingReader(file, validate_crcs=True).iter_messages())
@@ -53,7 +53,7 @@ def test_tracks_lie_beside_their_source(tmp_path: Path, recorded: Path) -> None:
     assert all(message.log_time == times[message.sequence] for _, _, message in messages)
 
 
-def test_tracks_and_recordings_are_told_apart(tmp_path: Path, recorded: Path) -> None:
+def test_tracks_are_not_recordings(tmp_path: Path, recorded: Path) -> None:
     path = write_tracks(tmp_path / "t.mcap", TRACK, STATES)
     with pytest.raises(InputError, match="holds a track, not frames"):
         open_recording(path)

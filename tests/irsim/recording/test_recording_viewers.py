@@ -35,7 +35,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(Noise(), tmp_path_factory.mktemp("rec") / "noise.mcap")
 
 
-def test_the_plain_reader_sees_the_topics_with_their_schemas(recorded: Path) -> None:
+def test_topics_and_schemas_by_the_mcap_library(recorded: Path) -> None:
     with recorded.open("rb") as file:
         reader = SeekingReader(file, validate_crcs=True)
         seen: dict[str, tuple[str, list[int]]] = {}
@@ -62,7 +62,7 @@ def test_the_plain_reader_sees_the_topics_with_their_schemas(recorded: Path) -> 
     assert layout["configById"]["Image!counts"]["imageMode"]["imageTopic"] == "/ir/image"
 
 
-def test_truth_decodes_with_nothing_but_the_embedded_schema(recorded: Path) -> None:
+def test_truth_is_decoded_by_the_embedded_schema(recorded: Path) -> None:
     with recorded.open("rb") as file:
         schema, _, message = next(SeekingReader(file).iter_messages(topics=["/truth/targets"]))
     assert schema is not None
@@ -70,12 +70,12 @@ def test_truth_decodes_with_nothing_but_the_embedded_schema(recorded: Path) -> N
     for proto in FileDescriptorSet.FromString(schema.data).file:
         pool.Add(proto)
     truth = GetMessageClass(pool.FindMessageTypeByName("irsim.Truth")).FromString(message.data)
-    jet = truth.targets[0]  # type: ignore[attr-defined]  # a message made from its schema
+    jet = truth.targets[0]  # type: ignore[attr-defined]  # a message class made from its schema
     assert (jet.id, jet.center.x, jet.visible) == ("jet", FULL.center[0], 0.75)
     assert list(jet.occluders) == ["pole", "cloud"]
 
 
-def test_viewers_can_link_every_embedded_schema(recorded: Path) -> None:
+def test_embedded_schemas_have_their_imports(recorded: Path) -> None:
     with recorded.open("rb") as file:
         summary = SeekingReader(file).get_summary()
     assert summary is not None
@@ -103,9 +103,8 @@ def test_images_are_foxglove_raw_images(tmp_path: Path, bits: int, encoding: str
     assert preview.data.startswith(b"\xff\xd8\xff")  # JPEG's start of image
 
 
-@pytest.mark.parametrize("dtype", ["u1", "<u2"])
-@pytest.mark.parametrize("size", [(1, 1), (1, 127), (1, 128), (97, 131)])
-def test_an_image_is_written_as_protobuf_does(size: tuple[int, int], dtype: str) -> None:
+@pytest.mark.parametrize(("size", "dtype"), [((1, 1), "u1"), ((1, 127), "u1"), ((1, 128), "<u2"), ((97, 131), "<u2")])
+def test_images_are_encoded_as_protobuf_does(size: tuple[int, int], dtype: str) -> None:
     drawn = np.random.default_rng(1).integers(0, 200, size).astype(dtype)
     for counts in (drawn, drawn[:, ::-1]):
         written = encode_image(counts, 12_345_678_901)
@@ -115,7 +114,7 @@ def test_an_image_is_written_as_protobuf_does(size: tuple[int, int], dtype: str)
         assert image.SerializeToString() == written
 
 
-def test_annotations_count_from_the_pixels_corner(recorded: Path) -> None:
+def test_annotations_have_their_origin_at_a_pixel_corner(recorded: Path) -> None:
     with recorded.open("rb") as file:
         _, _, message = next(SeekingReader(file).iter_messages(topics=["/truth/annotations"]))
     annotations = ImageAnnotations.FromString(message.data)
@@ -129,7 +128,7 @@ def test_annotations_count_from_the_pixels_corner(recorded: Path) -> None:
     assert [text.text for text in annotations.texts] == ["jet", "dot"]
 
 
-def test_chunks_are_small_whole_and_of_one_sort(recorded: Path) -> None:
+def test_chunks_hold_one_kind_of_message(recorded: Path) -> None:
     data = recorded.read_bytes()
     topics: list[list[str]] = []
     names: dict[int, str] = {}

@@ -1,4 +1,4 @@
-"""The reference recordings: what was once recorded is still read, bit for bit."""
+"""Reference recordings are read bit for bit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_every_reference_is_known() -> None:
 
 
 @pytest.mark.parametrize("name", DIGESTS)
-def test_its_counts_are_those_recorded(name: str) -> None:
+def test_counts_of_a_reference(name: str) -> None:
     recording = irsim.open_recording(FOLDER / f"{name}.mcap")
     digest = hashlib.blake2b(digest_size=8)
     for frame in recording.frames():

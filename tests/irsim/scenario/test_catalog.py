@@ -40,7 +40,7 @@ def validator() -> jsonschema.Draft202012Validator:
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", ["sky", "ground"])
 def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: Run) -> None:
-    assert run("new", name, cwd=tmp_path).stdout == f"{name}.yaml\nlook at it: irsim show {name}.yaml\n"
+    assert run("new", name, cwd=tmp_path).stdout == f"{name}.yaml\nshow it: irsim show {name}.yaml\n"
     checked = run("check", f"{name}.yaml", cwd=tmp_path)
     assert (checked.returncode, checked.stdout, checked.stderr) == (0, f"{name}.yaml: ok\n", "")
     rendering = irsim.Rendering(load(tmp_path / f"{name}.yaml"))
@@ -54,7 +54,7 @@ def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: 
 def test_a_new_scenario_says_what_is_to_be_there_first(tmp_path: Path, run: Run) -> None:
     told = run("new", "recording", cwd=tmp_path)
     assert told.returncode == 0
-    assert "look at it, once this is mended: irsim show recording.yaml\nrecording.yaml:" in told.stdout
+    assert "show it, once this is corrected: irsim show recording.yaml\nrecording.yaml:" in told.stdout
     assert "footage.mcap: there is no such file" in told.stdout
 
 

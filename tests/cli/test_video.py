@@ -1,4 +1,4 @@
-"""Moving pictures: what was written is decoded and held against what should be in it."""
+"""Videos: decoded frames against the annotated ones."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 import irsim
-from irsim.cli.video import AMBER, BLACK, PALETTE, WHITE, drawn, moving_picture
-from irsim.recording import open_recording, record
+from irsim.cli.video import AMBER, PALETTE, WHITE, annotated, write_video
 from irsim.render.stream import Rendering
 from irsim.types import Box, Frame, TargetTruth, Truth
 
@@ -32,12 +31,12 @@ def source() -> Rendering:
 
 
 def expected(source: irsim.Source | Rendering, start: int, stop: int, factor: int) -> list[npt.NDArray[np.uint8]]:
-    return [PALETTE[drawn(frame, truth, factor)] for frame, truth in source.pairs(start, stop, input="display")]
+    return [PALETTE[annotated(frame, truth, factor)] for frame, truth in source.pairs(start, stop, input="display")]
 
 
-def test_a_webm_decodes_to_what_was_drawn(source: Rendering, tmp_path: Path) -> None:
+def test_webm_frames(source: Rendering, tmp_path: Path) -> None:
     done: list[int] = []
-    path = moving_picture(source, tmp_path / "a.webm", 4, 20, done.append)
+    path = write_video(source, tmp_path / "a.webm", 4, 20, done.append)
     assert done == list(range(1, 17))
     with av.open(path) as container:
         stream = container.streams.video[0]
@@ -56,8 +55,8 @@ def test_a_webm_decodes_to_what_was_drawn(source: Rendering, tmp_path: Path) -> 
     assert found[3].max() > 245
 
 
-def test_a_gif_decodes_to_what_was_drawn_bit_for_bit(source: Rendering, tmp_path: Path) -> None:
-    path = moving_picture(source, tmp_path / "a.gif", 4, 20)
+def test_gif_frames_bit_for_bit(source: Rendering, tmp_path: Path) -> None:
+    path = write_video(source, tmp_path / "a.gif", 4, 20)
     with Image.open(path) as gif:
         found = [(np.asarray(frame.convert("RGB")), frame.info["duration"]) for frame in ImageSequence.Iterator(gif)]
         assert gif.info["loop"] == 0
@@ -70,43 +69,34 @@ def test_a_gif_decodes_to_what_was_drawn_bit_for_bit(source: Rendering, tmp_path
 
 
 @pytest.mark.parametrize(("rate", "lasts"), [(0.5, 2000), (25, 40), (200, 20)])
-def test_a_gif_keeps_time(rate: float, lasts: int, tmp_path: Path) -> None:
+def test_gif_durations(rate: float, lasts: int, tmp_path: Path) -> None:
     slow = Rendering(irsim.loads(SCENE, "scene", [f"camera.rate_hz={rate}"]), "slow")
-    with Image.open(moving_picture(slow, tmp_path / "a.gif", 0, 3)) as gif:
+    with Image.open(write_video(slow, tmp_path / "a.gif", 0, 3)) as gif:
         assert [frame.info["duration"] for frame in ImageSequence.Iterator(gif)] == [lasts] * 3
 
 
-def test_frames_that_arrive_twice_are_shown_twice(tmp_path: Path) -> None:
+def test_duplicated_frames_are_shown_twice(tmp_path: Path) -> None:
     doubled = Rendering(irsim.loads(SCENE, "scene", ["camera.faults=[{kind: duplicate, frames: [1, 2]}]"]), "doubled")
     for name in ("a.gif", "a.webm"):
-        with av.open(moving_picture(doubled, tmp_path / name, 0, 6)) as container:
+        with av.open(write_video(doubled, tmp_path / name, 0, 6)) as container:
             assert len(list(container.decode(video=0))) == 6
 
 
-def test_a_recording_moves_as_its_source(source: Rendering, tmp_path: Path) -> None:
-    recording = open_recording(record(source, tmp_path / "a.mcap", 0, 5))
-    a, b = (moving_picture(each, tmp_path / f"{each.name}.gif", 0, 5) for each in (recording, source))
-    assert a.read_bytes() == b.read_bytes()
-
-
-# What is drawn
-
-
 def boxed(visible: float | None = None, box: Box | None = None) -> npt.NDArray[np.uint8]:
-    """Mid grey with one target's box, 4 times as large."""
+    """Return a grey frame with one target's box, enlarged 4 times."""
     frame = Frame(np.full((40, 60), 128, np.uint8), 0, 0.0, 8)
     box = box or Box(30, 20, 9, 7)
-    return drawn(frame, Truth(0, 0.0, (TargetTruth("t", (box.cx, box.cy), box, visible=visible),)), 4)
+    return annotated(frame, Truth(0, 0.0, (TargetTruth("t", (box.cx, box.cy), box, visible=visible),)), 4)
 
 
-def test_greys_are_spread_over_the_palette() -> None:
+def test_greys_span_the_palette() -> None:
     frame = Frame(np.arange(256, dtype=np.uint8).reshape(1, 256).repeat(40, axis=0), 0, 0.0, 8)
-    shown = PALETTE[drawn(frame, None)]
+    shown = PALETTE[annotated(frame, None)]
     np.testing.assert_allclose(shown[5, :, 0], np.arange(256), atol=1)
     assert (PALETTE[: WHITE + 1, 0] == PALETTE[: WHITE + 1, 2]).all()
 
 
-def test_a_box_stands_around_its_target_and_hides_none_of_it() -> None:
+def test_boxes_do_not_cover_their_target() -> None:
     picture = boxed()
     inside = picture[4 * 17 : 4 * 24, 4 * 26 : 4 * 35]
     assert (inside == round(128 * WHITE / 255)).all()
@@ -117,34 +107,25 @@ def test_a_box_stands_around_its_target_and_hides_none_of_it() -> None:
     assert len(rows) > 200
 
 
-def test_of_a_hidden_target_corners_are_drawn() -> None:
+def test_hidden_targets_have_corners_only() -> None:
     whole, hidden = ((boxed(visible)[50:120] == AMBER).sum() for visible in (0.6, 0.4))
     assert 0.2 * whole < hidden < 0.8 * whole
 
 
-def test_boxes_from_far_away_are_drawn_as_far_as_they_are_seen() -> None:
+def test_boxes_outside_the_picture() -> None:
     picture = boxed(box=Box(1e12, -1e12, 5, 5))
     assert set(np.unique(picture[:100])) == {round(128 * WHITE / 255)}
     huge = boxed(box=Box(30, 20, 1e9, 8))
     assert (huge == AMBER).any(axis=0).all()
 
 
-def test_text_is_amber_on_black_and_nothing_else() -> None:
-    assert set(np.unique(boxed())) == {round(128 * WHITE / 255), BLACK, AMBER}
-
-
-# Faults
-
-
-def test_bad_input_is_one_line_and_leaves_nothing(
-    source: Rendering, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_input_writes_no_file(source: Rendering, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(irsim.InputError, match=r"allowed: \.webm, \.gif"):
-        moving_picture(source, tmp_path / "a.avi")
+        write_video(source, tmp_path / "a.avi")
     with pytest.raises(irsim.InputError, match="no frames 20:31; allowed: within 0:30"):
-        moving_picture(source, tmp_path / "a.gif", 20, 31)
+        write_video(source, tmp_path / "a.gif", 20, 31)
     with pytest.raises(irsim.InputError, match="the folder"):
-        moving_picture(source, tmp_path / "no" / "a.gif", 0, 1)
+        write_video(source, tmp_path / "no" / "a.gif", 0, 1)
     real = builtins.__import__
 
     def without_av(name: str, *rest: Any, **named: Any) -> Any:
@@ -154,12 +135,12 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 
     monkeypatch.setattr(builtins, "__import__", without_av)
     with pytest.raises(irsim.InputError, match=r"pip install 'irtrack\[video\]'"):
-        moving_picture(source, tmp_path / "a.webm", 0, 2)
+        write_video(source, tmp_path / "a.webm", 0, 2)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("ending", [".gif", ".webm"])
-def test_a_failing_source_leaves_the_old_picture(ending: str, tmp_path: Path) -> None:
+def test_a_failing_source_keeps_the_old_file(ending: str, tmp_path: Path) -> None:
     class Broken(Rendering):
         def pairs(self, *args: Any, **named: Any) -> Any:
             yield from super().pairs(0, 2, input="display")
@@ -168,6 +149,6 @@ def test_a_failing_source_leaves_the_old_picture(ending: str, tmp_path: Path) ->
     path = tmp_path / f"a{ending}"
     path.write_bytes(b"old")
     with pytest.raises(irsim.InputError, match="damaged"):
-        moving_picture(Broken(irsim.loads(SCENE), "broken"), path, 0, 5)
+        write_video(Broken(irsim.loads(SCENE), "broken"), path, 0, 5)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
