@@ -46,7 +46,7 @@ class Figures:
     The rounding variance of 1/12 is subtracted. rows and columns, of type `Memory`, are in seconds.
 
     noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; upper bounds of white
-                            noise where something moves
+                            noise with motion
     memory_frames           time constant of the correlated part
     walk                    sigma of the change by drift in a frame; None where it is not significant
     row_noise, column_noise white temporal sigma of rows and columns
@@ -219,7 +219,7 @@ def _is_layered(picture: Floats) -> bool:
 
 
 def _over_time(report: NoiseReport) -> dict[str, Any]:
-    """Return the figures of temporal noise; an upper bound of white noise where something moves."""
+    """Return the figures of temporal noise; an upper bound of white noise with motion."""
     if report.moving or report.slides:
         sharp = remove_rounding(Estimate(report.fine, 0.0, 1.05 * report.fine, bound=True), report.rounded)
         return {"noise": sharp, "white": sharp}

@@ -71,8 +71,8 @@ class NoiseReport:
     temporal    pair difference, correlations, memory
     lines       memory of tv and th if correlated over time; the term is then the whole sigma
     level       sigma and memory of the mean of frames; with memory, t is its sigma
-    fine        temporal sigma of noise that is white in time and space; an upper bound where something moves
-    together    whether neighbours in the region change together: something moves, or the camera smooths its noise
+    fine        temporal sigma of noise that is white in time and space; an upper bound with motion
+    together    whether neighbours in the region change together: there is motion, or the camera smooths its noise
     moving      whether motion there is certain
     doubtful    names of figures that may contain the scene
     slides      whether the whole scene moves past the camera

@@ -92,13 +92,13 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
         yield "blinking pixels are found only where they change more than the moving scene"
     elif report.moving:
         yield (
-            f"something moves at {report.region}: only sharp white noise is measured, as an upper bound; "
+            f"motion at {report.region}: only sharp white noise is measured, as an upper bound; "
             "region=X,Y,W,H selects a still place"
         )
     elif report.together:
         yield (
-            f"neighbouring pixels change together at {report.region}: the camera smooths its noise, or something "
-            "moves fast; region=X,Y,W,H selects a still place"
+            f"neighbouring pixels change together at {report.region}: there is fast motion, "
+            "or the camera smooths its noise; region=X,Y,W,H selects a still place"
         )
     elif report.doubtful:
         yield (

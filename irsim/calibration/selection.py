@@ -269,7 +269,7 @@ class Motion:
     """Signs of motion in a window.
 
     fine        sigma of noise that is white in time and space, counts
-    together    whether neighbouring pixels change together: something moves, or the camera smooths its noise
+    together    whether neighbouring pixels change together: there is motion, or the camera smooths its noise
     moving      whether motion is certain
     """
 

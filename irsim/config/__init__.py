@@ -1,1 +1,1 @@
-"""Typed YAML that knows no scene: kinds and families, quantities, error messages with places, overrides."""
+"""Typed YAML, independent of scenes: kinds and families, quantities, error messages with places, overrides."""

@@ -114,7 +114,7 @@ class NamedKind(Kind):
     """Kind in a list, where overrides and --without reach it by its name."""
 
     id: Name | None = None
-    """Its name in the scene; its kind where not given."""
+    """Name in the scene; by default the kind."""
 
     @property
     def name(self) -> str:

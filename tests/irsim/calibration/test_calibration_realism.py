@@ -194,7 +194,7 @@ def test_unknown_names_and_unfit_pictures_are_one_clear_error() -> None:
         check_class("cheese")
     with pytest.raises(InputError, match=r"^camera 'cheese': no such sort of camera; allowed: c"):
         check_sort("cheese")
-    with pytest.raises(InputError, match="even"):
+    with pytest.raises(InputError, match="uniform"):
         texture_figures(np.full((2, 64, 64), 7, np.uint8))
     with pytest.raises(InputError, match="64x64"):
         texture_figures(np.zeros((2, 40, 64), np.uint8))

@@ -105,7 +105,7 @@ WRONG = {
     "falloff: {vignetting: 2}": "camera.falloff.vignetting: 2 is out of range",
     "bloom: {along: up}": "unknown value 'up'; allowed: 'columns', 'rows', 'around'",
     "smear: {time_ms: 41}": "41.0 ms do not fit into a frame at 30.0 Hz; allowed: at most 33.3333 ms",
-    "smear: {}": "it is missing; allowed: a time in ms; or a detector of kind electrons",
+    "smear: {}": "it is missing; allowed: a time in ms, or a detector of kind electrons",
 }
 
 

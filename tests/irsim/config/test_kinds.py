@@ -156,7 +156,7 @@ def test_only_files_are_looked_into_before_validation() -> None:
         for name, decorator in part.__pydantic_decorators__.model_validators.items()
         if decorator.info.mode != "after" and name != "_fill"
     }
-    assert {part for part, _ in own} == {"Recorded", "Model"}
+    assert {part for part, _ in own} == {"Recorded", "MeshShape"}
 
 
 class Ladder(Kind):

@@ -168,7 +168,7 @@ def test_a_missing_file_suggests_an_override(folder: Path, place: str) -> None:
         == f"override {said}; allowed: an existing file"
     )
     (folder / gone).write_bytes(b"no such thing")
-    assert "puts another" not in told(text.replace("GONE", gone))
+    assert "selects another" not in told(text.replace("GONE", gone))
 
 
 def test_a_missing_file_of_a_choice_suggests_no_override(folder: Path) -> None:
@@ -176,7 +176,7 @@ def test_a_missing_file_of_a_choice_suggests_no_override(folder: Path) -> None:
     vary = "vary: {targets.a.shape: {kind: choice, values: [{kind: mesh, file: gone.obj, length_m: 3}, {kind: car}]}}"
     said = told(f"{CAR}{vary}")
     assert "gone.obj: there is no such file" in said
-    assert "puts another" not in said
+    assert "selects another" not in said
 
 
 @pytest.mark.parametrize("name", ["a\0b", "a" * 300])
