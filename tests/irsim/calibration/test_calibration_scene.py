@@ -163,12 +163,12 @@ def test_targets_and_small_things_are_no_background() -> None:
     hot = scene.copy()
     hot[50:54, 80:86] += 400
     found = background(hot)
-    assert found.things == 1
+    assert found.objects == 1
     assert found.filled[52, 83]
     assert np.abs(found.picture - scene).max() < 60
     taken = np.zeros(SHAPE, np.bool_)
     taken[45:60, 75:90] = True
-    assert background(hot, taken).things == 0
+    assert background(hot, taken).objects == 0
     assert not background(scene).filled.any()
 
 

@@ -10,8 +10,8 @@ import pytest
 
 import irsim
 import irsim.calibration
+from irsim.cli.video import write_video
 from irsim.cli.figures import contact_sheet, labelled_sheet
-from irsim.cli.video import moving_picture
 from irsim.errors import InputError
 
 SCENE = irsim.loads(
@@ -50,7 +50,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "contact_sheet": (lambda: contact_sheet(irsim.Rendering(SCENE), anything(None)), NO_PATH),
     "labelled_sheet": (lambda: labelled_sheet([], anything(3)), NO_PATH),
-    "moving_picture": (lambda: moving_picture(irsim.Rendering(SCENE), anything(None)), NO_PATH),
+    "write_video": (lambda: write_video(irsim.Rendering(SCENE), anything(None)), NO_PATH),
     "no rate": (lambda: irsim.measure_noise(FRAMES, 0), "rate_hz 0: allowed: a number above 0, frames a second"),
     "a place for a rate": (
         lambda: irsim.measure_noise(FRAMES, anything((0, 0, 9, 9))),
