@@ -87,8 +87,11 @@ BAD = {
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
     "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, not YAML; irsim info describes"),
-    "empty recording to check": (["check", "empty.mcap"], "empty.mcap: is empty, neither a recording nor YAML; allowed: "),
-    "no recording to check": (["check", "forged.mcap"], "forged.mcap: has the name of a recording, but not its first bytes; "),
+    "empty recording to check": (["check", "empty.mcap"], "empty.mcap: is empty, neither a recording nor YAML; "),
+    "no recording to check": (
+        ["check", "forged.mcap"],
+        "forged.mcap: has the name of a recording, but not its first bytes",
+    ),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
