@@ -96,7 +96,7 @@ def profile(length: int, beta: float, correlation_px: float, seed: int, *address
 def with_histogram(field: Floats, histogram: tuple[float, ...]) -> Floats:
     """Return a Gaussian field (mean 0, variance 1) mapped to another histogram, again of mean 0 and variance 1.
 
-    histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) has few large values;
+    histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) few large values,
                empty returns the field unchanged
 
     Each value is replaced by that of equal rank, which changes the spectrum little.
