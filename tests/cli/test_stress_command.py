@@ -86,7 +86,7 @@ def test_own_suite_runs_at_its_severities(cli: Cli) -> None:
     [
         (["kalmn"], "unknown tracker 'kalmn'"),
         (["kalman", "--only", "nois"], "cause 'nois': allowed: clutter"),
-        (["kalman", "--suite", "suites/quick-suite"], "sky is asked for at one severity at most"),
+        (["kalman", "--suite", "suites/quick-suite"], "sky has at most one severity"),
         (["kalman", "--suite", ""], "the name is empty"),
         (["kalman", "--suite", "strss-suite"], "no shipped suite of that name; allowed: suites/hard-suite, "),
         (["kalman", "--suite", "suites/strss-suite"], "did you mean 'suites/stress-suite'?"),

@@ -37,7 +37,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "no step between anchors": (lambda: irtrack.run_anchors("kalman", SCENE, every=0), "every 0: allowed: 1 or more"),
     "no track": (
         lambda: irtrack.score(anything(None), SCENE),
-        "track: a NoneType is none; allowed: a Track, as irt",
+        "track: a NoneType; allowed: a Track, the result of irtrack.run",
     ),
     "an array for a parameter": (
         lambda: irtrack.make("grey_pf", {"particles": np.zeros(2)}),

@@ -38,7 +38,7 @@ def test_a_recording_scores_its_own_track(tmp_path: Path) -> None:
 
 def test_another_source_is_refused() -> None:
     track = irtrack.run("kalman", irsim.loads(SCENE))
-    with pytest.raises(irtrack.InputError, match="not what the track was run on; allowed: scenario, unchanged"):
+    with pytest.raises(irtrack.InputError, match="not the source of the track; allowed: scenario, unchanged"):
         irtrack.score(track, irsim.loads(SCENE.replace("280", "281")))
     with pytest.raises(irtrack.InputError, match="allowed: scenario with seed 0, not 3, unchanged"):
         irtrack.score(track, irsim.open_source(irsim.loads(SCENE)).with_seed(3))
