@@ -10,8 +10,8 @@ import pytest
 
 import irsim
 import irsim.calibration
-from irsim.cli.video import write_video
 from irsim.cli.figures import contact_sheet, labelled_sheet
+from irsim.cli.video import write_video
 from irsim.errors import InputError
 
 SCENE = irsim.loads(

@@ -62,7 +62,8 @@ def test_png_folders_are_imported_bit_for_bit(tmp_path: Path, dtype: type, bits:
     assert recording.agc == AGCS.parse({"kind": agc})
     assert not recording.has_truth
     for index, frame in enumerate(recording.frames()):
-        assert (frame.time, frame.image.dtype) == (index / 25, dtype)
+        assert frame.time == index / 25
+        assert frame.image.dtype == dtype
         assert np.array_equal(frame.image, images[index])
     assert recording.contents.notes == ()
     assert record(recording, tmp_path / "b.mcap").exists()
