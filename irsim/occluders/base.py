@@ -31,7 +31,7 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 class Occluder(NamedKind):
     """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    It has either a place or an intent: the target to hide, and when. `irsim.scenario.placement_all` turns an intent
+    It has either a place or an intent: the target to hide, and when. `irsim.scenario.placement` turns an intent
     into a place.
     """
 
@@ -118,7 +118,7 @@ class Occluder(NamedKind):
 def required(value: T | None) -> T:
     """Return the value of a placement key; ValueError if it is unset since an intent is not yet placed."""
     if value is None:
-        raise ValueError("the occluder has no place yet: irsim.scenario.placement_all finds it")
+        raise ValueError("the occluder has no place yet: irsim.scenario.placement finds it")
     return value
 
 

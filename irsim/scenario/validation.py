@@ -18,7 +18,7 @@ from irsim.config.serialization import plain_value
 from irsim.config.yaml_text import Document
 from irsim.errors import InputError, Notice
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import unmet
+from irsim.scenario.placement import infeasible
 from irsim.scenario.severity import apply_severity, table_faults
 from irsim.scenario.variation import Choice
 
@@ -81,7 +81,7 @@ def short_text(value: Any) -> str:
 
 def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Iterator[str]:
     """Yield faults of a scenario that is valid by its model."""
-    for notice in (*unmet(scenario), *_range_faults(document, scenario)):
+    for notice in (*infeasible(scenario), *_range_faults(document, scenario)):
         yield notice_line(document, notice)
     if all_severities:
         count = min(map(len, scenario.severities.values()), default=1)

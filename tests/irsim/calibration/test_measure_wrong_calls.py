@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import irsim.measure
 import numpy as np
 import pytest
 
 import irsim
-import irsim.measure
 from irsim.cli.figures import contact_sheet, labelled_sheet
 from irsim.cli.video import moving_picture
 from irsim.errors import InputError

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import irsim.measure
 import numpy as np
 import pytest
 
 import irsim
-import irsim.measure
 import irtrack
 from irsim.errors import InputError
 from irtrack.cli.trackfile import track_to_csv
