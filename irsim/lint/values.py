@@ -45,7 +45,7 @@ def _overruled_keys(value: object, at: tuple[str | int, ...]) -> Iterator[Notice
             if getattr(value, key) is not None:
                 for other in others:
                     if other in value.model_fields_set:
-                        yield Notice((*at, other), f"has no effect beside {key}, which replaces it")
+                        yield Notice((*at, other), f"does not count beside {key}, which replaces it")
         for name in type(value).model_fields:
             yield from _overruled_keys(getattr(value, name), (*at, name))
 
@@ -56,10 +56,10 @@ def key_without_effect(scenario: Scenario) -> Iterator[Notice]:
     detector = camera.detector
     for key in ("netd_mk", "range_k"):
         if key not in detector.camera_keys and _is_written(camera, key):
-            message = f"has no effect for a detector of kind {detector.kind}: its own keys decide"
+            message = f"does not count for a detector of kind {detector.kind}: its own keys decide"
             yield Notice(("camera", key), message)
     if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
-        yield Notice(("atmosphere", "visibility_km"), "has no effect without a preset, whose transmittance it changes")
+        yield Notice(("atmosphere", "visibility_km"), "does not count without a preset, whose transmittance it changes")
     yield from _altitude_overruled(scenario)
 
 
@@ -68,7 +68,7 @@ def _altitude_overruled(scenario: Scenario) -> Iterator[Notice]:
     given, air, surface = scenario.atmosphere, scenario.air, scenario.background.surface
     matters = scenario.is_on("atmosphere") and not (air.is_clear and scenario.sky_preset is None)
     if matters and "altitude_m" in given.model_fields_set and given.altitude_m != air.altitude_m:
-        message = f"{given.altitude_m:g} m has no effect: the camera is {air.altitude_m:g} m above the {surface}"
+        message = f"{given.altitude_m:g} m does not count: the camera is {air.altitude_m:g} m above the {surface}"
         yield Notice(("atmosphere", "altitude_m"), message)
 
 

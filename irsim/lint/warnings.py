@@ -59,8 +59,8 @@ def warnings(
 def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
     """Return a warning for each override of a scenario, or of the one in a recording, without effect.
 
-    Other keys may replace it, or `without` may disable its part: "override camera.netd_mk: warning: has no effect for a
-    detector of kind electrons: its own keys decide". InputError as `irsim.load`.
+    Other keys may replace it, or `without` may disable its part: "override camera.netd_mk: warning: does not count for
+    a detector of kind electrons: its own keys decide". InputError as `irsim.load`.
     """
     if not overrides:
         return []
@@ -84,7 +84,7 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
     for place, key in keys.items():
         path = set_value(document, key, None, place, Scenario)[1]
         if any(path[: len(part)] == part for part in places):
-            found.append(Notice(path, "its part is disabled"))
+            found.append(Notice(path, "its part is switched off"))
     return [_warning(document, notice) for notice in found]
 
 
@@ -151,7 +151,7 @@ def _range_notices(document: Document, scenario: Scenario) -> Iterator[Notice]:
     for key, variation in scenario.vary.items():
         path = set_value(document, key, None, "vary", Scenario)[1]
         if any(path[: len(place)] == place for place in off):
-            yield Notice(("vary", key), "its part is disabled")
+            yield Notice(("vary", key), "its part is switched off")
         yield from islice(_ineffective_range(document, key, path, variation), 1)
         yield from islice(_unplaceable(document, key, variation), 1)
 
@@ -166,7 +166,7 @@ def _ineffective_range(document: Document, key: str, path: KeyPath, variation: V
 def _unplaceable(document: Document, key: str, variation: Variation) -> Iterator[Notice]:
     for at, value in reversed(variation.probes().items()):
         for notice in infeasible(scenario_with(document, key, value, "vary")):
-            message = f"with {short_text(value)} no scenario is possible: {notice.message}"
+            message = f"with {short_text(value)} no scenario can be made: {notice.message}"
             yield Notice(("vary", key, *at), message)
 
 

@@ -133,9 +133,9 @@ def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
     ("old", "new", "line"),
     [
         ("at_frame: 60", "at_frame: 120", "it.path.at_frame: there is no frame 120; allowed: 0 to 119"),
-        ("at_frame: 60", "at_frame: 60, miss_deg: 45, miss_m: 300", "at_frame: it is out of the picture at frame 60"),
-        ("start_m: [-80,", "start_m: [-280,", "it.path.at_frame: leader is out of the picture at frame 60"),
-        ("angle_deg: 60", "angle_deg: 0", "it.path.angle_deg: at this speed and angle it never parts from leader"),
+        ("at_frame: 60", "at_frame: 60, miss_deg: 45, miss_m: 300", "at_frame: it is outside the picture in frame 60"),
+        ("start_m: [-80,", "start_m: [-280,", "it.path.at_frame: leader is outside the picture in frame 60"),
+        ("angle_deg: 60", "angle_deg: 0", "it.path.angle_deg: at this speed and angle it never separates from leader"),
         ("target: leader", "target: it", "it.path.target: it refers to itself"),
     ],
 )
