@@ -11,7 +11,7 @@ SKY = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 250.0}
 
 
 def warned(scene: dict[str, Any]) -> dict[str, str]:
-    """Return the messages by place, several joined by newlines, of 31 frames of 64 x 48 px before a sky unless the mapping says otherwise."""
+    """Return the messages by place, several joined by newlines; by default of 31 frames of 64 x 48 px before a sky."""
     size = {"size": (64, 48), **scene.get("camera", {})}
     whole = {"frames": 31, "background": SKY, **scene, "camera": size}
     found: dict[str, str] = {}

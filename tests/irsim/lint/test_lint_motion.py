@@ -85,7 +85,7 @@ def test_corner_is_no_acceleration() -> None:
     assert "pulls" not in path_warnings(corner, "quadrotor")
 
 
-@pytest.mark.parametrize(("word", "kind"), SHAPES)
+@pytest.mark.parametrize(("word", "kind"), list(SHAPES))
 def test_speed_limit_of_each_body(word: str, kind: type[Shape]) -> None:
     fastest = kind.max_speed_m_s
     assert (fastest is not None) == issubclass(kind, Body)

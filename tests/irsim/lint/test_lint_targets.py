@@ -109,13 +109,13 @@ WALL = {"kind": "bar", "id": "wall", "range_m": 100, "hides": "tank"}
         ({"occluders": [bar(48)]}, None),
         (
             {"occluders": [bar(56)]},
-            "tank, the target to follow, is more than half hidden by bar in 13 of the 24 frames",
+            "tank, the target to follow, is more than half hidden by bar in 13 of the 24",
         ),
         ({"occluders": [bar(150, range_m=400, middle=80)]}, None),
         ({"occluders": [bar(10, middle=20)]}, None),
         (
             {"occluders": [bar(10, middle=20)], "follow": "other"},
-            "other, the target to follow, is more than half hidden",
+            "other, the target to follow, is more than half",
         ),
         ({"occluders": [{**WALL, "frames": (0, 60)}]}, None),
         ({"occluders": [{**WALL, "frames": (0, 99)}]}, "hidden by wall in 24 of the 24 frames"),
