@@ -55,10 +55,10 @@ _PUBLIC = {
     "unheeded": "irsim.lint.warnings",
     "warnings": "irsim.lint.warnings",
     "is_recording": "irsim.config.paths",
-    "Fit": "irsim.fitting",
-    "fit": "irsim.fitting",
-    "measure_noise": "irsim.measure",
-    "measure_realism": "irsim.measure",
+    "Fit": "irsim.calibration.fit",
+    "fit": "irsim.calibration.fit",
+    "measure_noise": "irsim.calibration",
+    "measure_realism": "irsim.calibration",
     "import_frames": "irsim.recording.importers",
 }
 

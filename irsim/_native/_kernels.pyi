@@ -88,7 +88,7 @@ def cloud(
     emitted: Float32,
     /,
 ) -> None:
-    """passed, emitted = what `irsim.backgrounds.clouds.CloudShading` makes of thickness, warmth and the sun's light; places in
+    """Compute transmittance and emission by `irsim.backgrounds.clouds.CloudShading`; places in
     the table of glow are warmth * step + middle."""
 
 def moved(
