@@ -63,9 +63,8 @@ def test_target_to_follow_outside_the_picture(speed: float, outside: int) -> Non
 def test_target_existence(target: dict[str, Any], place: str | None, words: str) -> None:
     scene = follow(**target)
     if "thrown" in str(target):
-        other = {"id": "other", "shape": {"kind": "fighter"}, "path": {"kind": "straight", "start": (80, 60)}}
-        other["path"] |= {"range_m": 3000}
-        scene["targets"].append(other)
+        path = {"kind": "straight", "start": (80, 60), "range_m": 3000}
+        scene["targets"].append({"id": "other", "shape": {"kind": "fighter"}, "path": path})
     found = warned(scene)
     assert [place for place in found if place.startswith("targets.0")] == ([] if place is None else [place])
     assert all(words in found[each] for each in found if each == place)

@@ -153,7 +153,7 @@ def test_kinds_that_cannot_be_compared_or_hashed() -> None:
 
     first, second = (loads(own(f'"{__name__}:Remembering"', "smoke")) for _ in range(2))
     for each in (first, second):
-        assert len(each.targets[0].shape.table) == 3  # type: ignore[attr-defined]  # the kind above
+        assert len(each.targets[0].shape.table) == 3
     assert placed_occluders(first) == placed_occluders(second) == placed_occluders(first)
     (noted,), (smoke,) = (placed_occluders(loads(own("point", kind))) for kind in (f"{__name__}:Noted", "smoke"))
     assert noted.model_dump(exclude={"kind", "notes"}) == smoke.model_dump(exclude={"kind"})
