@@ -97,7 +97,7 @@ def sinking(down_m_s: float) -> dict[str, Any]:
 
 
 def test_a_camera_comes_down_to_its_surface() -> None:
-    assert any("has come down to the lake, 20 m under" in text for text in told(scene("Lake", camera=sinking(15.0))))
+    assert any("reaches the lake, 20 m below" in text for text in told(scene("Lake", camera=sinking(15.0))))
     assert not any("come down" in text for text in told(scene("Lake", camera=sinking(5.0))))
 
 
@@ -163,7 +163,7 @@ def test_an_own_detector_has_its_keys_and_exposure() -> None:
     ignored = [notice.at[-1] for notice in lint(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
-    assert "2 ms are smeared, but the detector integrates for 5 ms" in told(other)
+    assert "2 ms of motion blur, but the detector integrates for 5 ms" in told(other)
     with pytest.raises(ValidationError, match="do not fit into a frame"):
         Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
     off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
