@@ -53,7 +53,7 @@ def test_velocity_is_the_displacement_since_the_frame_before(motion: str) -> Non
     ("motion", "background", "path", "told"),
     [
         ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 10", "", "frame 100 the camera has come"),
-        ("velocity_m_s: [0, 9, -3]", "sea, camera_height_m: 9.2", "", "frame 91 the camera has come down to the sea"),
+        ("velocity_m_s: [0, 9, -3]", "sea, camera_height_m: 9.2", "", "frame 91 the camera reaches the sea"),
         ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 13", "", None),
         ("velocity_m_s: [0, 9, -3]", "ground", "", None),
         ("velocity_m_s: [0, 9, -3]", "ground", ", ground_m: 10", "it sinks by 12 m"),
