@@ -1,7 +1,7 @@
-"""What is legal in a scenario but may not be meant."""
+"""Lint: warnings about scenarios that are legal but doubtful, one file for each subject."""
 
 from __future__ import annotations
 
-from irsim.lint.registry import DOUBTS, doubts, ineffective
+from irsim.lint.registry import CHECKS, ineffective, lint
 
-__all__ = ["DOUBTS", "doubts", "ineffective"]
+__all__ = ["CHECKS", "ineffective", "lint"]

@@ -1,92 +1,114 @@
-"""All warnings of a scenario."""
+"""Checks of a scenario: each yields warnings about values that are legal but doubtful."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from irsim.errors import Notice
-from irsim.lint.air import beyond_fit, far_ground, high_skies, long_paths, long_views, unlike_skies
-from irsim.lint.background import cold_clouds, folded, large_features, off_scale, upside_down
-from irsim.lint.camera import beads, follows_nobody, noisy, rounded_off, sunken, uncounted
-from irsim.lint.cold import colder_than_space
-from irsim.lint.crossing import misses, turned
-from irsim.lint.display import odd_greys, tiny_tiles
-from irsim.lint.effect import overruled, two_exposures, without_effect
-from irsim.lint.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
-from irsim.lint.footage import unknown_scale, unlike_recording, untouched
-from irsim.lint.horizon import beyond_horizon
-from irsim.lint.lens import unlike_pupils
-from irsim.lint.many import built_up, crowded
-from irsim.lint.paths import pulls, through_camera
-from irsim.lint.speeds import too_fast
-from irsim.lint.standing import aloft, buried, unlike_level
-from irsim.lint.targets import hardly_seen, idle, nowhere, odd_shapes, past_the_end, standing_still, too_late
-from irsim.lint.unreachable_contrast import out_of_reach
-from irsim.lint.unseen import mostly_hidden
+from irsim.lint import (
+    atmosphere,
+    backgrounds,
+    camera,
+    contrast,
+    ground,
+    motion,
+    occluders,
+    placement,
+    recording,
+    saturation,
+    targets,
+    values,
+)
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import overdone
 
-INEFFECTIVE = (overruled, without_effect)
+Check = Callable[[Scenario], Iterator[Notice]]
+
+INEFFECTIVE: tuple[Check, ...] = (values.key_overruled, values.key_without_effect)
 """Checks for keys without effect beside others."""
 
-DOUBTS = (
-    *(beyond_fit, *INEFFECTIVE, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
-    *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
-    *(crowded, built_up),
-    *(unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
-    *(unknown_scale, unlike_recording, untouched),
-    *(odd_greys, tiny_tiles, through_camera, pulls, too_fast, misses, turned),
-    *(
-        noisy,
-        rounded_off,
-        uncounted,
-        follows_nobody,
-        beads,
-        sunken,
-        odd_shapes,
-        standing_still,
-        out_of_reach,
-        too_late,
-        past_the_end,
-        nowhere,
-        unlike_level,
-        buried,
-        aloft,
-        beyond_horizon,
-        hardly_seen,
-        mostly_hidden,
-        idle,
-        overdone,
-    ),
+CHECKS: tuple[Check, ...] = (
+    atmosphere.atmosphere_beyond_fit,
+    *INEFFECTIVE,
+    camera.exposure_mismatch,
+    atmosphere.target_beyond_fit,
+    atmosphere.layer_beyond_fit,
+    atmosphere.ground_beyond_fit,
+    atmosphere.sky_above_fit,
+    atmosphere.sky_unlike_atmosphere,
+    saturation.background_saturated,
+    backgrounds.sky_inverted,
+    backgrounds.clouds_colder_than_sky,
+    backgrounds.below_space_temperature,
+    backgrounds.cloud_features_too_large,
+    backgrounds.projection_distorted,
+    backgrounds.clutter_too_dense,
+    backgrounds.too_many_windows,
+    camera.aperture_mismatch,
+    ground.ground_above_horizon,
+    ground.ground_near_horizon,
+    ground.ground_without_parallax,
+    backgrounds.background_layer_passed,
+    recording.recording_scale_unknown,
+    recording.recording_camera_mismatch,
+    recording.camera_key_without_effect,
+    saturation.agc_range_unused,
+    saturation.clahe_tiles_too_small,
+    motion.target_through_camera,
+    motion.acceleration_implausible,
+    motion.speed_implausible,
+    motion.crossing_without_contact,
+    motion.crossing_angle_changed,
+    camera.netd_implausible,
+    camera.noise_below_one_count,
+    camera.shot_noise_missing,
+    motion.camera_follows_disabled_target,
+    camera.motion_blur_steps_too_few,
+    motion.camera_below_ground,
+    targets.shape_implausible,
+    targets.rotation_aliased,
+    contrast.contrast_unreachable,
+    targets.path_after_last_frame,
+    targets.event_after_last_frame,
+    targets.target_always_absent,
+    ground.target_off_ground_level,
+    ground.target_below_ground,
+    ground.target_above_ground,
+    ground.target_beyond_horizon,
+    targets.target_out_of_picture,
+    occluders.target_mostly_occluded,
+    occluders.occluder_without_effect,
+    placement.placed_occluder_excessive,
 )
 
 
-def doubts(scenario: Scenario, looked: Callable[[], None] | None = None) -> Iterator[Notice]:
-    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off.
+def lint(scenario: Scenario, done: Callable[[], None] | None = None) -> Iterator[Notice]:
+    """Yield the warnings of a scenario, such as of a path longer than those of the atmosphere's fit; none of disabled
+    parts.
 
-    looked   called after each of DOUBTS, for some of them take long
+    done   called after each of CHECKS, some of which take seconds
     """
-    for doubt in DOUBTS:
-        yield from _of_what_is_on(scenario, (doubt,))
-        if looked is not None:
-            looked()
+    for check in CHECKS:
+        yield from _enabled(scenario, (check,))
+        if done is not None:
+            done()
 
 
 def ineffective(scenario: Scenario) -> Iterator[Notice]:
     """Yield the warnings of keys without effect beside others."""
-    yield from _of_what_is_on(scenario, INEFFECTIVE)
+    yield from _enabled(scenario, INEFFECTIVE)
 
 
-def _of_what_is_on(scenario: Scenario, kinds: Iterable[Callable[[Scenario], Iterator[Notice]]]) -> Iterator[Notice]:
-    off = [place for name, place in scenario.settings() if not scenario.is_on(name)]
-    for doubt in kinds:
-        for notice in doubt(scenario):
-            if _counts(scenario, notice.at) and not any(notice.at[: len(place)] == place for place in off):
+def _enabled(scenario: Scenario, checks: Iterable[Check]) -> Iterator[Notice]:
+    """Yield the warnings of enabled parts."""
+    disabled = [place for name, place in scenario.settings() if not scenario.is_on(name)]
+    for check in checks:
+        for notice in check(scenario):
+            if _is_enabled(scenario, notice.at) and not any(notice.at[: len(place)] == place for place in disabled):
                 yield notice
 
 
-def _counts(scenario: Scenario, at: tuple[str | int, ...]) -> bool:
-    """Whether all parts on the way to a place are switched on."""
+def _is_enabled(scenario: Scenario, at: tuple[str | int, ...]) -> bool:
+    """Return whether all parts on a path are enabled."""
     part: object = scenario
     for step in at:
         if isinstance(step, int):

@@ -1,64 +1,65 @@
-"""Targets and what hides them."""
+"""Warnings about targets: their shape, when they exist, and whether they are in the picture."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from irsim.errors import Notice
-from irsim.lint.looked import existing, watched
 from irsim.motion import CameraTrajectory
 from irsim.scenario.model import Scenario
-from irsim.scenario.visibility import LOOKED, Watch
+from irsim.scenario.visibility import MAX_FRAMES, frames_present, sampled_frames
 
-STILL = 0.05
-"""Of the way to the next place at which they look the same, that turning parts go in all frames: less is not seen."""
-MOST = 0.5
-"""It is warned of a target that is outside the picture in a larger share of the frames in which it is there."""
+_STILL = 0.05
+"""Fraction of the period at which a rotating part looks the same that its apparent rotation covers in all frames."""
+_MOST = 0.5
+"""Fraction of frames outside the picture from which a target is reported."""
 
 
-def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
+def shape_implausible(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of implausible dimensions of a shape."""
     for index, target in enumerate(scenario.targets):
         if target.shape.warning is not None:
-            key, why = target.shape.warning
-            yield Notice(("targets", index, "shape", key), why)
+            key, reason = target.shape.warning
+            yield Notice(("targets", index, "shape", key), reason)
 
 
-def standing_still(scenario: Scenario) -> Iterator[Notice]:
-    """Parts that turn so fast that each frame finds them where they look the same, as a real camera would."""
+def rotation_aliased(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of rotating parts that look the same in every frame."""
     rate_hz = scenario.camera.rate_hz
     for index, target in enumerate(scenario.targets):
-        for key, places in target.shape.rotational_symmetry.items():
+        for key, symmetry in target.shape.rotational_symmetry.items():
             hz = getattr(target.shape, key)
-            passed = hz * places / rate_hz
-            whole, later = round(passed), scenario.frames - 1
-            if whole >= 1 and later >= 1 and abs(passed - whole) * later < STILL:
-                alike = f"{hz:g} turns a second look alike in each of {rate_hz:g} frames a second"
-                what = f"what turns seems to stand still: {alike}; try {0.97 * hz:.3g}"
-                yield Notice(("targets", index, "shape", key), what)
+            periods = hz * symmetry / rate_hz
+            whole, later = round(periods), scenario.frames - 1
+            if whole >= 1 and later >= 1 and abs(periods - whole) * later < _STILL:
+                same = f"{hz:g} turns a second look the same at {rate_hz:g} frames a second"
+                message = f"the rotation seems to stand still: {same}; try {0.97 * hz:.3g}"
+                yield Notice(("targets", index, "shape", key), message)
 
 
-def too_late(scenario: Scenario) -> Iterator[Notice]:
+def path_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of targets whose path begins after the last frame."""
     for index, target in enumerate(scenario.targets):
         if target.path.begins > scenario.frames - 1:
-            begins = f"its way begins at frame {target.path.begins:g}, after the last, {scenario.frames - 1}"
-            yield Notice(("targets", index, "path"), f"{target.id} is there in no frame: {begins}")
+            begins = f"its path begins at frame {target.path.begins:g}, after the last, {scenario.frames - 1}"
+            yield Notice(("targets", index, "path"), f"{target.id} exists in no frame: {begins}")
 
 
-def past_the_end(scenario: Scenario) -> Iterator[Notice]:
-    """What is to happen at frames after the last."""
+def event_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of events after the last frame."""
     last = scenario.frames - 1
-    for place, frame in _beginnings(scenario):
+    for at, frame in _beginnings(scenario):
         if frame > last:
-            yield Notice(place, f"it begins at frame {frame}, after the last, {last}")
+            yield Notice(at, f"it begins at frame {frame}, after the last, {last}")
     for index, target in enumerate(scenario.targets):
         for number, (first, until) in enumerate(target.absent):
             if first <= last < until:
                 at = ("targets", index, "absent", number)
-                yield Notice(at, f"it goes on until frame {until}, after the last, {last}")
+                yield Notice(at, f"it lasts until frame {until}, after the last, {last}")
 
 
 def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int]]:
-    """Place and frame of absences, and of what happens to the camera at listed frames."""
+    """Yield path and frame of absences, and of events of the camera at listed frames."""
     for index, target in enumerate(scenario.targets):
         for number, (first, _) in enumerate(target.absent):
             yield ("targets", index, "absent", number), first
@@ -70,16 +71,15 @@ def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int
             yield ("camera", "correction", "frames", number), frame
 
 
-def nowhere(scenario: Scenario) -> Iterator[Notice]:
-    """Targets that are absent in all frames."""
+def target_always_absent(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of targets that are absent in all frames."""
     for index, target in enumerate(scenario.targets):
         if target.absent and not any(map(target.exists, range(scenario.frames))):
-            yield Notice(("targets", index, "absent"), f"{target.id} is there in no frame")
+            yield Notice(("targets", index, "absent"), f"{target.id} exists in no frame")
 
 
-def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
-    """The target to follow, where its middle is outside the picture in most frames in which it is there (of long
-    scenarios: in LOOKED evenly spread ones)."""
+def target_out_of_picture(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of a target to follow whose center is outside the picture in most frames, of at most MAX_FRAMES."""
     scenario = scenario.shown
     index, target = next(
         ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
@@ -87,8 +87,8 @@ def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
     )
     if target is None or not scenario.is_on(target.id):
         return
-    frames = watched(scenario.frames, LOOKED)
-    frames = existing(target, frames)
+    frames = sampled_frames(scenario.frames, MAX_FRAMES)
+    frames = frames_present(target, frames)
     context = scenario.context
     places = []
     if len(frames):
@@ -96,19 +96,10 @@ def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
         places = mount.seen(target.path.positions(frames, context, target.id)).tolist()
     inside = sum(scenario.camera.geometry.inside(x, y) for x, y in places)
     outside = len(places) - inside
-    whom, at = f"{target.id}, whom trackers follow,", ("targets", index, "path")
+    at = ("targets", index, "path")
     if not inside:
-        yield Notice(at, f"{whom} is never in the picture")
-    elif outside > MOST * len(places):
-        looked = "in which it is there" if scenario.frames <= LOOKED else "that were looked at"
-        what = f"{whom} is out of the picture in {outside} of the {len(places)} frames {looked}; irsim info tells which"
-        yield Notice(at, what)
-
-
-def idle(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders with a place that hide no target in any frame, where there are targets."""
-    watch = Watch(scenario)
-    for index, occluder in enumerate(watch.shown.occluders):
-        with_place = occluder.hides is None
-        if with_place and watch.courses and not any(watch.meets(occluder, name) for name in watch.courses):
-            yield Notice(("occluders", index), "it hides no target in any frame")
+        yield Notice(at, f"{target.id}, the target to follow, is never in the picture")
+    elif outside > _MOST * len(places):
+        which = "in which it exists" if scenario.frames <= MAX_FRAMES else "checked"
+        message = f"is outside the picture in {outside} of the {len(places)} frames {which}; irsim info lists them"
+        yield Notice(at, f"{target.id}, the target to follow, {message}")

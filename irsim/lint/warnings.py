@@ -16,12 +16,12 @@ from irsim.config.paths import is_recording
 from irsim.config.schema import Slot
 from irsim.config.yaml_text import Document, parse_yaml
 from irsim.errors import InputError, Notice
-from irsim.lint.plausible import implausible
-from irsim.lint.registry import DOUBTS, doubts, ineffective
+from irsim.lint.registry import CHECKS, ineffective, lint
+from irsim.lint.values import implausible_values
 from irsim.recording import open_recording
 from irsim.scenario.loader import apply_overrides, read_document, scenario_document
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import unmet
+from irsim.scenario.placement import infeasible
 from irsim.scenario.severity import apply_severity
 from irsim.scenario.validation import notice_line, scenario_with, short_text, validate_scenario
 from irsim.scenario.variation import Variation
@@ -31,7 +31,7 @@ Finding = tuple[Document, Notice]
 """A notice with the document of its place."""
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-"""Number in a sentence, not in a name such as jet2."""
+"""Number in a message, not in a name such as jet2."""
 
 
 def warnings(
@@ -40,7 +40,7 @@ def warnings(
     """Return lines 'file:line:column: key: warning: message' on legal but doubtful values of a scenario.
 
     scenario    a file, a shipped name, or a loaded scenario
-    overrides   KEY=VALUE; without one of `severity` all severities are judged, and a warning of some of them names
+    overrides   KEY=VALUE; without one of `severity` all severities are checked, and a warning of some of them names
                 them, at the place of the first
     progress    called with the number of checks done, and of all
 
@@ -59,8 +59,8 @@ def warnings(
 def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
     """Return a warning for each override of a scenario, or of the one in a recording, without effect.
 
-    It has none beside other keys, or in a part that `without` switches off: "override camera.netd_mk: warning: does not
-    count for a detector of kind electrons: its own keys decide". InputError as `irsim.load`.
+    Other keys may replace it, or `without` may disable its part: "override camera.netd_mk: warning: does not count for
+    a detector of kind electrons: its own keys decide". InputError as `irsim.load`.
     """
     if not overrides:
         return []
@@ -89,49 +89,51 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
 
 
 def _at_each_severity(document: Document, given: list[KeyPath], progress: Progress | None) -> list[list[Finding]]:
-    """Return the findings at each severity. Each is validated once: occluders are slow to place."""
+    """Return the findings at each severity. Each is validated once: placing occluders takes long."""
     chosen = ("severity",) in given
     scenario = validate_scenario(document, given, all_severities=chosen)
     severities = 0 if chosen else min(map(len, scenario.severities.values()), default=0)
-    done, total = count(1), len(DOUBTS) * max(severities, 1)
+    done, total = count(1), len(CHECKS) * max(severities, 1)
 
-    def step() -> None:
+    def checked() -> None:
         if progress is not None:
             progress(next(done), total)
 
     if not severities:
-        return [_findings(document, given, scenario, step)]
+        return [_findings(document, given, scenario, checked)]
     found = []
     for severity in range(severities):
         other, path = set_value(document, "severity", severity, f"severity {severity}", Scenario)
         paths = [*given, path]
         judged = scenario if severity == scenario.severity else validate_scenario(other, paths)
-        found.append(_findings(other, paths, judged, step))
+        found.append(_findings(other, paths, judged, checked))
     return found
 
 
-def _findings(document: Document, given: list[KeyPath], scenario: Scenario, step: Callable[[], None]) -> list[Finding]:
+def _findings(
+    document: Document, given: list[KeyPath], scenario: Scenario, checked: Callable[[], None]
+) -> list[Finding]:
     document = apply_severity(document, Scenario, given)
-    values = implausible(Slot.of(Scenario), document.value)
-    notices = (*values, *doubts(scenario, step), *_range_notices(document, scenario))
+    values = implausible_values(Slot.of(Scenario), document.value)
+    notices = (*values, *lint(scenario, checked), *_range_notices(document, scenario))
     return [(document, notice) for notice in notices]
 
 
 def _merged(found: Sequence[Iterable[Finding]]) -> Iterator[Finding]:
-    """Yield each finding once: the first of those that differ in numbers alone stands for all. It names its severities
-    unless it comes at all of them."""
-    same: dict[tuple[object, ...], list[tuple[int, Document, Notice]]] = {}
+    """Yield each finding once: the first of those that differ in numbers only represents all. It names its severities
+    unless it applies to all of them."""
+    groups: dict[tuple[object, ...], list[tuple[int, Document, Notice]]] = {}
     for severity, findings in enumerate(found):
         times: Counter[tuple[object, ...]] = Counter()
         for document, notice in findings:
             key = (notice.at, _NUMBER.sub("#", notice.message))
             times[key] += 1
-            same.setdefault((*key, times[key]), []).append((severity, document, notice))
-    for each in same.values():
+            groups.setdefault((*key, times[key]), []).append((severity, document, notice))
+    for each in groups.values():
         (_, document, notice), at = each[0], [severity for severity, _, _ in each]
-        alike = all(other.message == notice.message for _, _, other in each)
-        where = "" if alike and len(at) == len(found) else f"{_severities_text(at)}: "
-        first = "" if alike else "at the first of them: "
+        equal = all(other.message == notice.message for _, _, other in each)
+        where = "" if equal and len(at) == len(found) else f"{_severities_text(at)}: "
+        first = "" if equal else "at the first of them: "
         yield document, notice._replace(message=f"{where}{first}{notice.message}")
 
 
@@ -144,7 +146,7 @@ def _severities_text(severities: Sequence[int]) -> str:
 
 
 def _range_notices(document: Document, scenario: Scenario) -> Iterator[Notice]:
-    """Yield doubtful ranges under `vary`: switched off, without effect, or with impossible placements."""
+    """Yield doubtful ranges under `vary`: disabled, without effect, or with impossible placements."""
     off = _places_of_parts(scenario, scenario.without)
     for key, variation in scenario.vary.items():
         path = set_value(document, key, None, "vary", Scenario)[1]
@@ -163,7 +165,7 @@ def _ineffective_range(document: Document, key: str, path: KeyPath, variation: V
 
 def _unplaceable(document: Document, key: str, variation: Variation) -> Iterator[Notice]:
     for at, value in reversed(variation.probes().items()):
-        for notice in unmet(scenario_with(document, key, value, "vary")):
+        for notice in infeasible(scenario_with(document, key, value, "vary")):
             message = f"with {short_text(value)} no scenario can be made: {notice.message}"
             yield Notice(("vary", key, *at), message)
 

@@ -118,7 +118,7 @@ class Occluder(NamedKind):
 def required(value: T | None) -> T:
     """Return the value of a placement key. Raises ValueError if it is unset, as before placement by intent."""
     if value is None:
-        raise ValueError("the occluder has no place yet: irsim.scenario.placement_all finds it")
+        raise ValueError("the occluder has no place yet: irsim.scenario.placement finds it")
     return value
 
 

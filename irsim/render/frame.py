@@ -19,7 +19,7 @@ from irsim.render.composite import DrawnTarget, NamedSprite, compose, contrast_k
 from irsim.render.contrast import NoiseRadiance, no_noise, with_radiance
 from irsim.render.exposure import Instant, Prefetch, Shifts, apply_atmosphere
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import built
+from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
 NO_SHIFTS: Shifts = {}
@@ -34,7 +34,7 @@ class Renderer:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        shown = built(scenario)
+        shown = with_placements(scenario)
         self.context = shown.context
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.context)

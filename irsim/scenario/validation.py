@@ -18,7 +18,7 @@ from irsim.config.serialization import plain_value
 from irsim.config.yaml_text import Document
 from irsim.errors import InputError, Notice
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import unmet
+from irsim.scenario.placement import infeasible
 from irsim.scenario.severity import apply_severity, table_faults
 from irsim.scenario.variation import Choice
 

@@ -1,4 +1,8 @@
-"""A scenario looked at target by target: where each is, and how much of it an occluder hides."""
+"""Visibility of a scenario's targets: place and silhouette in each frame, and the fraction that occluders hide.
+
+A frame integrates light over an exposure, so fractions are means over the exposure's sample times, weighted by the
+target's area at each.
+"""
 
 from __future__ import annotations
 
@@ -15,27 +19,36 @@ from irsim.geometry.sprite import AREA_ROUNDING, Sprite
 from irsim.motion import CameraTrajectory
 from irsim.occluders import Occluder
 from irsim.scenario.model import Scenario
+from irsim.targets.target import Target
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box, Floats
 
-LOOKED = 3000
-"""Frames at which a doubt about an occluder looks."""
+MAX_FRAMES = 3000
+"""Most frames of a scenario at which visibility is computed for a warning."""
+FEWER_FRAMES = 200
+"""The same for warnings that need no dense sampling."""
 
-MOST_EXTENTS = 16
-"""Occluders whose extents are kept at once: where one is placed, many are tried."""
+_CACHED_EXTENTS = 16
+"""Occluders whose extents are cached: a placement search tries many."""
+_CACHED_SPRITES = 256
+"""Cached sprites of each other sample time of an exposure."""
+_CACHED_FRAME_SPRITES = 16_384
+"""Cached sprites at the frames' own times: MAX_FRAMES of five targets. All of 10^6 frames would take some 15 GB."""
 
-MOST_SPRITES = 256
-"""Targets, as they are drawn in frames, that are kept at once of each other instant of an exposure."""
 
-MOST_OF_FRAMES = 16_384
-"""Those that are kept at once of the frames' own times: of LOOKED frames all of five targets; of 10^6 frames all would
-be some 15 GB."""
+def sampled_frames(frames: int, most: int = FEWER_FRAMES) -> Floats:
+    """Return the numbers of all `frames` frames, or of `most` evenly spread ones, (n,)."""
+    return np.unique(np.linspace(0, frames - 1, min(frames, most)).round())
+
+
+def frames_present(target: Target, frames: Floats) -> Floats:
+    """Return those of the frames in which a target exists, (n,)."""
+    return frames[[target.exists(int(frame)) for frame in frames]]
 
 
 @dataclass(frozen=True)
-class Watch:
-    """A scenario, less what is switched off in it, looked at target by target, `offset` frames after each frame's
-    time."""
+class TargetVisibility:
+    """Targets of a scenario, without its disabled parts, `offset` frames after the time of each frame."""
 
     scenario: Scenario
     offset: float = 0.0
@@ -49,146 +62,138 @@ class Watch:
         return self.shown.context
 
     @cached_property
-    def mount(self) -> CameraTrajectory:
-        return CameraTrajectory.of(
-            self.shown.motions, np.arange(float(self.scenario.frames)) + self.offset, self.context
-        )
+    def camera(self) -> CameraTrajectory:
+        times = np.arange(float(self.scenario.frames)) + self.offset
+        return CameraTrajectory.of(self.shown.motions, times, self.context)
 
     @cached_property
-    def courses(self) -> dict[str, TargetTrajectory]:
-        """Of each target that is on, by id."""
-        there = (target for target in self.shown.targets if self.shown.is_on(target.id))
-        return {target.id: TargetTrajectory.of(target, self.mount, self.context, self.offset) for target in there}
+    def trajectories(self) -> dict[str, TargetTrajectory]:
+        """Trajectories of the enabled targets, by id."""
+        enabled = (target for target in self.shown.targets if self.shown.is_on(target.id))
+        return {target.id: TargetTrajectory.of(target, self.camera, self.context, self.offset) for target in enabled}
 
     @cached_property
-    def instants(self) -> tuple[Watch, ...]:
-        """The same at the instants of which a frame is the mean: what hides, and is hidden, is so over an exposure."""
+    def exposure(self) -> tuple[TargetVisibility, ...]:
+        """Visibility at each sample time of the exposure."""
         offsets = self.shown.camera.exposure_offsets(self.shown.is_on)
-        return tuple(self if offset == 0 else Watch(self.scenario, offset) for offset in offsets)
+        return tuple(self if offset == 0 else TargetVisibility(self.scenario, offset) for offset in offsets)
+
+    def pose(self, frame: int) -> CameraPose:
+        """Return the pose of the camera in a frame."""
+        camera, context = self.camera, self.context
+        time_s = frame / context.rate_hz
+        return CameraPose(context, camera.lens(frame), camera.rotation(frame), camera.places[frame], time_s)
+
+    def sprite(self, name: str, frame: int) -> Sprite | None:
+        """Return target `name` as drawn in a frame; None where it does not exist or leaves no pixel."""
+        key = (name, frame)
+        if key not in self._sprites:
+            if len(self._sprites) == (_CACHED_SPRITES if self.offset else _CACHED_FRAME_SPRITES):
+                self._sprites.clear()
+            trajectory = self.trajectories[name]
+            view = trajectory.view(frame, self.pose(frame))
+            self._sprites[key] = trajectory.target.shape.draw(view) if trajectory.target.exists(frame) else None
+        return self._sprites[key]
+
+    def range_from_origin_m(self, name: str, frame: int, sprite: Sprite) -> float:
+        """Return the range of target `name` from the camera's first position, m."""
+        range_m = self.trajectories[name].first_m(frame, self.pose(frame))
+        return sprite.range_m if range_m is None else range_m
+
+    def occluded(self, occluders: Sequence[Occluder], name: str, frame: int) -> float:
+        """Return the fraction 0..1 of target `name` that these occluders together hide in a frame."""
+        return self._fraction(name, frame, lambda at, sprite: at._occluded_px2(occluders, name, frame, sprite))
+
+    def occluded_in_picture(self, occluder: Occluder, name: str, frame: int) -> float:
+        """Return the hidden fraction 0..1 of the part of target `name` inside the picture; 0 where none is inside."""
+        inside = self._fraction(name, frame, lambda _, sprite: self._inside_px2(sprite))
+        return self.occluded([occluder], name, frame) / inside if inside > AREA_ROUNDING else 0.0
+
+    def ever_occludes(self, occluder: Occluder, name: str) -> bool:
+        """Return whether an occluder hides any of target `name` in some frame, of at most MAX_FRAMES spread evenly."""
+        step = math.ceil(self.scenario.frames / MAX_FRAMES)
+        return any(self.occluded([occluder], name, frame) > 0 for frame in range(0, self.scenario.frames, step))
+
+    def in_first_view(self, pixels: Floats, range_m: float, frame: int) -> Floats:
+        """Return pixels (n, 2) of a frame as pixels of the camera at rest, for points at `range_m` from its origin."""
+        pose = self.pose(frame)
+        rays = pose.lens.directions(pixels) @ pose.rotation
+        return pose.context.geometry.project(pose.place + rays * _ray_length(rays, pose.place, range_m))
+
+    def line_of_sight_px(self, name: str, range_m: float) -> Floats:
+        """Return where the line of sight to target `name` passes `range_m`, (frames, 2) px of the camera at rest."""
+        places = self.camera.places
+        rays = self.trajectories[name].positions - places
+        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        return self.context.geometry.project(places + rays * _ray_length(rays, places, range_m))
 
     @cached_property
     def _sprites(self) -> dict[tuple[str, int], Sprite | None]:
         return {}
 
-    def sprite(self, name: str, index: int) -> Sprite | None:
-        """Target `name` as it is drawn at frame `index`."""
-        key = (name, index)
-        if key not in self._sprites:
-            if len(self._sprites) == (MOST_SPRITES if self.offset else MOST_OF_FRAMES):
-                self._sprites.clear()
-            course = self.courses[name]
-            view = course.view(index, self.pose(index))
-            self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
-        return self._sprites[key]
-
-    def first_m(self, name: str, index: int, target: Sprite) -> float:
-        """How far target `name`, as it is drawn at frame `index`, is from the camera's first place, m."""
-        away = self.courses[name].first_m(index, self.pose(index))
-        return target.range_m if away is None else away
-
-    def pose(self, index: int) -> CameraPose:
-        """How the camera of frame `index` sees what stands about it."""
-        mount, context = self.mount, self.context
-        return CameraPose(
-            context, mount.lens(index), mount.rotation(index), mount.places[index], index / context.rate_hz
-        )
-
-    def hidden(self, occluder: Occluder, name: str, index: int) -> float:
-        """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
-        return self._share(name, index, lambda watch, target: watch._covered(occluder, name, index, target))
-
-    def _share(self, name: str, index: int, of: Callable[[Watch, Sprite], float]) -> float:
-        """Share 0..1 of target `name` over the exposure of frame `index`, by its px2 at each instant."""
-        drawn = [(watch, target) for watch in self.instants if (target := watch.sprite(name, index)) is not None]
-        return sum(of(*each) for each in drawn) / sum(target.area for _, target in drawn) if drawn else 0.0
-
-    def _covered(self, occluder: Occluder, name: str, index: int, target: Sprite) -> float:
-        met = self._met(occluder, name, index, target)
-        return 0.0 if met is None else float((target.cover[met[0]] * met[1]).sum())
-
-    def hidden_of_shown(self, occluder: Occluder, name: str, index: int) -> float:
-        """Share 0..1 that this occluder alone hides of what is in the picture of target `name`; 0 where nothing is."""
-        shown = self._share(name, index, lambda _, target: self._shown(target))
-        return self.hidden(occluder, name, index) / shown if shown > AREA_ROUNDING else 0.0
-
-    def _shown(self, target: Sprite) -> float:
-        """How much of a target is in the picture, hidden or not, px2."""
-        columns, rows = self.context.geometry.size
-        met = target.within((rows, columns))
-        return 0.0 if met is None else float(target.cover[met[0]].sum())
-
-    def hidden_by(self, occluders: Sequence[Occluder], name: str, index: int) -> float:
-        """Share 0..1 of target `name` that all of these together hide at frame `index`."""
-        return self._share(name, index, lambda watch, target: watch._covered_by(occluders, name, index, target))
-
-    def _covered_by(self, occluders: Sequence[Occluder], name: str, index: int, target: Sprite) -> float:
-        left = target.cover.copy()
-        for occluder in occluders:
-            met = self._met(occluder, name, index, target)
-            if met is not None:
-                left[met[0]] *= 1 - met[1]
-        return float((target.cover - left).sum())
-
-    def _met(
-        self, occluder: Occluder, name: str, index: int, target: Sprite
-    ) -> tuple[tuple[slice, slice], Floats] | None:
-        """Where an occluder lies before target `name`, as it is drawn at frame `index`, and its cover there."""
-        if self.first_m(name, index, target) <= occluder.range_m:
-            return None
-        extent = self._extent(occluder)
-        if extent is not None and not self._near(target, extent, occluder.range_m, index):
-            return None
-        screen = occluder.draw(self.pose(index))
-        if screen is None:
-            return None
-        met = target.meets(screen)
-        return None if met is None else (met[0], screen.cover[met[1]])
-
     @cached_property
     def _extents(self) -> dict[int, tuple[Occluder, Box | None]]:
-        """By the occluder's own number, as those of users need not be hashable: it is kept, so that no other has it."""
+        """Extents by `id` of the occluder, which need not be hashable; its reference keeps the id unique."""
         return {}
 
+    def _fraction(self, name: str, frame: int, area: Callable[[TargetVisibility, Sprite], float]) -> float:
+        """Return the fraction 0..1 of an area, px2 at each sample time, of the target's area over the exposure."""
+        drawn = [(at, sprite) for at in self.exposure if (sprite := at.sprite(name, frame)) is not None]
+        return sum(area(*each) for each in drawn) / sum(sprite.area for _, sprite in drawn) if drawn else 0.0
+
+    def _inside_px2(self, sprite: Sprite) -> float:
+        columns, rows = self.context.geometry.size
+        overlap = sprite.within((rows, columns))
+        return 0.0 if overlap is None else float(sprite.cover[overlap[0]].sum())
+
+    def _occluded_px2(self, occluders: Sequence[Occluder], name: str, frame: int, sprite: Sprite) -> float:
+        overlaps = [self._overlap(occluder, name, frame, sprite) for occluder in occluders]
+        found = [each for each in overlaps if each is not None]
+        if len(found) <= 1:  # without the rounding of 1 - cover: the placement search compares exact fractions
+            return sum(float((sprite.cover[region] * cover).sum()) for region, cover in found)
+        visible = sprite.cover.copy()
+        for region, cover in found:
+            visible[region] *= 1 - cover
+        return float((sprite.cover - visible).sum())
+
+    def _overlap(
+        self, occluder: Occluder, name: str, frame: int, sprite: Sprite
+    ) -> tuple[tuple[slice, slice], Floats] | None:
+        """Return the region of the sprite that an occluder lies in front of, and its cover 0..1 there."""
+        if self.range_from_origin_m(name, frame, sprite) <= occluder.range_m:
+            return None
+        extent = self._extent(occluder)
+        if extent is not None and not self._may_meet(sprite, extent, occluder.range_m, frame):
+            return None
+        screen = occluder.draw(self.pose(frame))
+        if screen is None:
+            return None
+        overlap = sprite.meets(screen)
+        return None if overlap is None else (overlap[0], screen.cover[overlap[1]])
+
     def _extent(self, occluder: Occluder) -> Box | None:
-        """What holds all of an occluder: the same in all frames, and asked for in each."""
+        """Return the box around all of an occluder, px of the camera at rest: the same in every frame."""
         if id(occluder) not in self._extents:
-            if len(self._extents) == MOST_EXTENTS:
+            if len(self._extents) == _CACHED_EXTENTS:
                 self._extents.clear()
             self._extents[id(occluder)] = occluder, occluder.extent(self.context)
         return self._extents[id(occluder)][1]
 
-    def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
-        """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""
-        rows, columns = target.cover.shape
-        left, top = target.x0 - 0.5, target.y0 - 0.5
+    def _may_meet(self, sprite: Sprite, extent: Box, range_m: float, frame: int) -> bool:
+        """Return whether an occluder of this extent, px of the camera at rest, can overlap the sprite."""
+        rows, columns = sprite.cover.shape
+        left, top = sprite.x0 - 0.5, sprite.y0 - 0.5
         ends = np.array([[left, top], [left + columns, top], [left + columns, top + rows], [left, top + rows]])
-        corners = self.at_first(ends, range_m, index)
+        corners = self.in_first_view(ends, range_m, frame)
         if not np.isfinite(corners).all():
             return True
         (left, top), (right, bottom) = corners.min(axis=0) - 1, corners.max(axis=0) + 1
         return bool(left < extent.right and right > extent.left and top < extent.bottom and bottom > extent.top)
 
-    def meets(self, occluder: Occluder, name: str) -> bool:
-        """Does it hide some of target `name` in any frame (of long scenarios: of LOOKED evenly spread ones)?"""
-        step = math.ceil(self.scenario.frames / LOOKED)
-        return any(self.hidden(occluder, name, index) > 0 for index in range(0, self.scenario.frames, step))
 
-    def at_first(self, pixels: Floats, range_m: float, index: int) -> Floats:
-        """(n, 2) px of frame `index` as px at which the unmoved camera sees the same places at `range_m`."""
-        pose = self.pose(index)
-        rays = pose.lens.directions(pixels) @ pose.rotation
-        return pose.context.geometry.project(pose.place + rays * _distance(rays, pose.place, range_m))
-
-    def way(self, name: str, range_m: float) -> Floats:
-        """(frames, 2) px at which the unmoved camera sees what hides the target's middle from `range_m`."""
-        places = self.mount.places
-        rays = self.courses[name].positions - places
-        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        return self.context.geometry.project(places + rays * _distance(rays, places, range_m))
-
-
-def _distance(rays: Floats, places: Floats, range_m: float) -> Floats:
-    """(n, 1) m along unit rays (n, 3) from places (n, 3) or (3,) to the sphere about where the camera first stood."""
+def _ray_length(rays: Floats, places: Floats, range_m: float) -> Floats:
+    """Return the distance, m, (n, 1), along unit rays (n, 3) from places (n, 3) or (3,) to the sphere of radius
+    `range_m` around the camera's first position; nan where a ray misses it."""
     along = np.sum(rays * places, axis=-1, keepdims=True)
-    reach = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
-    return np.asarray(np.sqrt(np.where(reach > 0, reach, np.nan)) - along)
+    square = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
+    return np.asarray(np.sqrt(np.where(square > 0, square, np.nan)) - along)

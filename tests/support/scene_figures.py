@@ -32,7 +32,7 @@ from irsim.render.contrast import GUARD_PX, RING_PX, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import load
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import placed
+from irsim.scenario.placement import placed_occluders
 from irsim.types import Box, Floats, TargetTruth, Truth
 
 SEEDS = (0, 1, 2)
@@ -76,7 +76,7 @@ class Figures:
 
 def figures(scenario: Scenario) -> Figures:
     """The figures of a scenario, over SEEDS; its occluders stand where the scenario's own seed puts them."""
-    scenario = scenario.model_copy(update={"occluders": placed(scenario)})
+    scenario = scenario.model_copy(update={"occluders": placed_occluders(scenario)})
     runs = [_Run.of(scenario.model_copy(update={"seed": seed})) for seed in SEEDS]
     first = runs[0]
     return Figures(

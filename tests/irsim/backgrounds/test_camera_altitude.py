@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from irsim import Scenario
 from irsim.backgrounds.air import ground_path
-from irsim.lint import doubts, ineffective
+from irsim.lint import ineffective, lint
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.frame import Renderer
 
@@ -49,7 +49,7 @@ def test_the_background_sets_the_altitude(
     """With a warning if another altitude is given."""
     scenario = scene(background, atmosphere={**AIR, **given})
     assert scenario.context.air.altitude_m == altitude_m
-    said = [notice for notice in doubts(scenario) if notice.at == ("atmosphere", "altitude_m")]
+    said = [notice for notice in lint(scenario) if notice.at == ("atmosphere", "altitude_m")]
     assert said == [notice for notice in ineffective(scenario) if notice.at == ("atmosphere", "altitude_m")]
     assert len(said) == (given.get("altitude_m", altitude_m) != altitude_m)
     for notice in said:

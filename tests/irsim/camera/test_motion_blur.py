@@ -10,7 +10,7 @@ import pytest
 
 import irsim
 from irsim.errors import Notice
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
@@ -144,7 +144,7 @@ def test_too_few_steps_are_warned_of(path: dict[str, Any], motion: Any) -> None:
     smear = {"time_ms": 1000 / RATE, "steps": 4}
 
     def warned(**changed: Any) -> list[Notice]:
-        notices = doubts(scene(path, {**smear, **changed.pop("smear", {})}, motion, **changed))
+        notices = lint(scene(path, {**smear, **changed.pop("smear", {})}, motion, **changed))
         return [notice for notice in notices if notice.at == ("camera", "smear", "steps")]
 
     (notice,) = warned()

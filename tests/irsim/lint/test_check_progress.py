@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from weakref import ref
@@ -16,12 +16,13 @@ import irsim
 from irsim.cli.app import app
 from irsim.cli.terminal import progress_bar
 from irsim.geometry.context import SceneContext
-from irsim.lint import DOUBTS
+from irsim.lint import CHECKS
+from irsim.lint.placement import placed_occluder_excessive
 from irsim.lint.warnings import warnings
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
-from irsim.scenario.placement_all import overdone, placed
-from irsim.scenario.visibility import Watch
+from irsim.scenario.placement import placed_occluders
+from irsim.scenario.visibility import TargetVisibility
 from irsim.targets.target import Target
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box
@@ -63,16 +64,16 @@ def test_a_check_tells_of_each_doubt(told: dict[str, list[tuple[int, ...]]], tmp
     file = scene(tmp_path)
     done = CliRunner().invoke(app, ["check", file])
     assert (done.exit_code, done.stdout) == (0, f"{file}: ok\n")
-    assert told == {f"check {file}": [(done, len(DOUBTS)) for done in range(1, len(DOUBTS) + 1)]}
+    assert told == {f"check {file}": [(done, len(CHECKS)) for done in range(1, len(CHECKS) + 1)]}
 
 
 def test_a_check_of_several_severities_tells_of_all(tmp_path: Path) -> None:
     file, counts = scene(tmp_path, SCENE + "severities: {camera.netd_mk: [40, 80, 160]}\n"), list[tuple[int, int]]()
     warnings(file, progress=lambda *given: counts.append(given))
-    assert counts == [(done, 3 * len(DOUBTS)) for done in range(1, 3 * len(DOUBTS) + 1)]
+    assert counts == [(done, 3 * len(CHECKS)) for done in range(1, 3 * len(CHECKS) + 1)]
     counts.clear()
     warnings(file, ["severity=1"], lambda *given: counts.append(given))
-    assert counts[-1] == (len(DOUBTS), len(DOUBTS))
+    assert counts[-1] == (len(CHECKS), len(CHECKS))
 
 
 def test_info_tells_of_each_frame(told: dict[str, list[tuple[int, ...]]], tmp_path: Path) -> None:
@@ -96,12 +97,12 @@ def test_an_occluder_of_a_scene_read_twice_is_placed_once_and_measured_once_a_lo
         return extent(self, stage)
 
     monkeypatch.setattr(Tree, "extent", counted)
-    first = placed(irsim.loads(HIDDEN))
+    first = placed_occluders(irsim.loads(HIDDEN))
     assert 0 < len(asked) == len(set(asked))
     asked.clear()
-    assert placed(irsim.loads(HIDDEN)) == first
+    assert placed_occluders(irsim.loads(HIDDEN)) == first
     assert asked == []
-    assert placed(irsim.loads(HIDDEN, overrides=["targets.a.path.speed=2.1"])) != first
+    assert placed_occluders(irsim.loads(HIDDEN, overrides=["targets.a.path.speed=2.1"])) != first
 
 
 def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,25 +110,25 @@ def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.
     slow = HIDDEN.replace("speed: 2", "speed: 0.5").replace("frames: 30", "frames: 90").replace("[12, 15]", "[40, 41]")
     slow = slow.replace("kind: point", "kind: tank")
     asked: list[int] = []
-    hidden = Watch.hidden
+    occluded = TargetVisibility.occluded
 
-    def counted(self: Watch, occluder: Occluder, name: str, index: int) -> float:
+    def counted(self: TargetVisibility, occluders: Sequence[Occluder], name: str, index: int) -> float:
         asked.append(index)
-        return hidden(self, occluder, name, index)
+        return occluded(self, occluders, name, index)
 
     scenario = irsim.loads(slow)
-    monkeypatch.setattr(Watch, "hidden", counted)
-    told = list(overdone(scenario))
+    monkeypatch.setattr(TargetVisibility, "occluded", counted)
+    told = list(placed_occluder_excessive(scenario))
     assert asked == []
-    assert list(overdone(scenario.model_copy(update={"without": ("agc",)}))) == told
+    assert list(placed_occluder_excessive(scenario.model_copy(update={"without": ("agc",)}))) == told
     assert len(asked) >= 90
     assert [notice.at for notice in told] == [("occluders", 0, "frames")]
 
 
 def test_targets_as_they_are_drawn_are_not_kept_of_all_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a million frames they would be some 15 GB."""
-    monkeypatch.setattr("irsim.scenario.visibility.MOST_OF_FRAMES", 8)
-    watch = Watch(irsim.loads(SCENE))
+    monkeypatch.setattr("irsim.scenario.visibility._CACHED_FRAME_SPRITES", 8)
+    watch = TargetVisibility(irsim.loads(SCENE))
     drawn = [ref(sprite.cover) for index in range(30) if (sprite := watch.sprite("a", index)) is not None]
     assert len(drawn) == 30
     assert 1 <= sum(cover() is not None for cover in drawn) <= 8

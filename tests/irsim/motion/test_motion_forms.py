@@ -12,7 +12,7 @@ from motion_stage import GEOMETRY, level_axes, path
 from motion_stage import context as staged
 
 from irsim.errors import InputError
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.motion.attitude import POSTURES, STANDARD_GRAVITY, PostureName, attitudes
 from irsim.motion.camera_motion import Platform
 from irsim.render.frame import Renderer
@@ -119,7 +119,7 @@ NEWCOMERS = [
 def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
     """Nothing is warned of, and truth has the target in the picture, where its path says, from the first frame on."""
     scenario = loads(SCENE.format(shape=shape, path=keys))
-    assert [notice.message for notice in doubts(scenario)] == []
+    assert [notice.message for notice in lint(scenario)] == []
     renderer, value = Renderer(scenario), scenario.targets[1].path
     for frame in (0, 30, 60, 90):
         truth = next(target for target in renderer.scene(frame)[1].targets if target.id == "it")
@@ -133,9 +133,9 @@ def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
     ("old", "new", "line"),
     [
         ("at_frame: 60", "at_frame: 120", "it.path.at_frame: there is no frame 120; allowed: 0 to 119"),
-        ("at_frame: 60", "at_frame: 60, miss_deg: 45, miss_m: 300", "at_frame: it is out of the picture at frame 60"),
-        ("start_m: [-80,", "start_m: [-280,", "it.path.at_frame: leader is out of the picture at frame 60"),
-        ("angle_deg: 60", "angle_deg: 0", "it.path.angle_deg: at this speed and angle it never parts from leader"),
+        ("at_frame: 60", "at_frame: 60, miss_deg: 45, miss_m: 300", "at_frame: it is outside the picture in frame 60"),
+        ("start_m: [-80,", "start_m: [-280,", "it.path.at_frame: leader is outside the picture in frame 60"),
+        ("angle_deg: 60", "angle_deg: 0", "it.path.angle_deg: at this speed and angle it never separates from leader"),
         ("target: leader", "target: it", "it.path.target: it refers to itself"),
     ],
 )

@@ -52,13 +52,13 @@ def test_velocity_is_the_displacement_since_the_frame_before(motion: str) -> Non
 @pytest.mark.parametrize(
     ("motion", "background", "path", "told"),
     [
-        ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 10", "", "frame 100 the camera has come"),
-        ("velocity_m_s: [0, 9, -3]", "sea, camera_height_m: 9.2", "", "frame 91 the camera has come down to the sea"),
+        ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 10", "", "frame 100 the camera reaches"),
+        ("velocity_m_s: [0, 9, -3]", "sea, camera_height_m: 9.2", "", "frame 91 the camera reaches the sea"),
         ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 13", "", None),
         ("velocity_m_s: [0, 9, -3]", "ground", "", None),
         ("velocity_m_s: [0, 9, -3]", "ground", ", ground_m: 10", "it sinks by 12 m"),
         ("sway_m: [0, 0, 4]", "sea, camera_height_m: 3", "", "it sinks by 4 m"),
-        ("path: {kind: waypoints_m, points: [[0, 0, 50], [0, 99, 20]], speed_m_s: 9}", "landscape", "", "under its fi"),
+        ("path: {kind: waypoints_m, points: [[0, 0, 50], [0, 99, 20]], speed_m_s: 9}", "landscape", "", "below its fi"),
         ("velocity_m_s: [0, 7.3, 0]", "ground, height_m: 0.05", "", None),  # level, but for 1e-16 m of rounding
         ("velocity_m_s: [0, 7.3, 0]", "ground", ", ground_m: 0.05", None),
     ],

@@ -15,7 +15,7 @@ from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Grid
 from irsim.geometry.sprite import Sprite
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.occluders import OCCLUDERS
 from irsim.occluders.base import required
 from irsim.occluders.crown import Billboard
@@ -218,7 +218,7 @@ targets:
   - {id: car, shape: {kind: car}, path: {kind: straight, start: [40, 80], speed: 1.5, ground_m: 10}}
 occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, tiers: 6}]
 """
-        assert ("occluders", 0, "tiers") in {notice.at for notice in doubts(loads(text))}
+        assert ("occluders", 0, "tiers") in {notice.at for notice in lint(loads(text))}
 
     def test_no_wood_shows_where_crowns_meet(self) -> None:
         keys = {"trunk_k": 300.0, "temperature_k": 285.0, "spread_k": 0.0, "emissivity": 1.0}

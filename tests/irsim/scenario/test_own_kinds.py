@@ -14,10 +14,10 @@ from irsim.backgrounds import Background, ClearLayer, Ground, GroundRadiance, La
 from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.geometry.context import SceneContext
-from irsim.lint import doubts
+from irsim.lint import lint
+from irsim.lint.placement import placed_occluder_excessive
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement_all import overdone
 from irsim.types import Floats
 
 
@@ -89,7 +89,7 @@ def scene(background: str, **changes: Any) -> dict[str, Any]:
 
 
 def told(value: dict[str, Any]) -> list[str]:
-    return [notice.message for notice in doubts(Scenario.model_validate(value))]
+    return [notice.message for notice in lint(Scenario.model_validate(value))]
 
 
 def sinking(down_m_s: float) -> dict[str, Any]:
@@ -97,7 +97,7 @@ def sinking(down_m_s: float) -> dict[str, Any]:
 
 
 def test_a_camera_comes_down_to_its_surface() -> None:
-    assert any("has come down to the lake, 20 m under" in text for text in told(scene("Lake", camera=sinking(15.0))))
+    assert any("reaches the lake, 20 m below" in text for text in told(scene("Lake", camera=sinking(15.0))))
     assert not any("come down" in text for text in told(scene("Lake", camera=sinking(5.0))))
 
 
@@ -132,7 +132,7 @@ def test_what_stands_stands_below_its_horizon() -> None:
     pole = {"kind": "pole", "range_m": 500, "hides": "jet", "frames": (2, 4)}
     for background, expected in (("Lake", 1), ("sky", 1), ("ground", 0)):
         value = scene(background, camera={"elevation_deg": 3}, targets=[target], occluders=[pole])
-        assert len(list(overdone(Scenario.model_validate(value)))) == expected
+        assert len(list(placed_occluder_excessive(Scenario.model_validate(value)))) == expected
 
 
 def test_a_background_of_counts_takes_targets() -> None:
@@ -160,14 +160,14 @@ def test_an_own_detector_has_its_keys_and_exposure() -> None:
     camera = {"detector": kind, "range_k": (270, 310), "smear": {}, "noise": [{"kind": "shot"}]}
     found = Scenario.model_validate(scene("ground", camera=camera))
     assert found.camera.exposure_ms == 5.0
-    ignored = [notice.at[-1] for notice in doubts(found) if "does not count for a detector of kind" in notice.message]
+    ignored = [notice.at[-1] for notice in lint(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
-    assert "2 ms are smeared, but the detector integrates for 5 ms" in told(other)
+    assert "2 ms of motion blur, but the detector integrates for 5 ms" in told(other)
     with pytest.raises(ValidationError, match="do not fit into a frame"):
         Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
     off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
-    (place,) = [notice.at for notice in doubts(Scenario.model_validate(off)) if "above: its pixels" in notice.message]
+    (place,) = [notice.at for notice in lint(Scenario.model_validate(off)) if "above: its pixels" in notice.message]
     assert place == ("camera", "detector", "gate_ms")
 
 
@@ -180,7 +180,7 @@ def test_a_bare_family_has_defaults() -> None:
 
     value = Scenario.model_validate(scene("ground", camera=sinking(50.0)))
     plain = value.model_copy(update={"background": Plain()})
-    assert [notice.message for notice in doubts(plain)] == []
+    assert [notice.message for notice in lint(plain)] == []
     assert plain.sky_preset is None
     assert Sensor.camera_keys == NetdSensor.camera_keys
     assert NetdSensor().integration_time_ms is None

@@ -15,7 +15,7 @@ from mesh_files import GIVEN
 import irsim
 from irsim.camera import FRAME_FAULTS, NOISES
 from irsim.config.base import Part
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.motion import CAMERA_MOTIONS
 from irsim.occluders import OCCLUDERS
 from irsim.physics.atmosphere import Atmosphere
@@ -436,8 +436,8 @@ def test_overrides_of_switched_off_parts_are_warned_of(tmp_path: Path) -> None:
     assert irsim.unheeded(path, ["camera.psf_px=2"], ["psf"]) == [
         "override camera.psf_px: warning: its part is switched off"
     ]
-    assert [notice.at for notice in doubts(loads(text))] == [("camera", "agc", "low")]
-    assert list(doubts(without(loads(text), "agc"))) == []
+    assert [notice.at for notice in lint(loads(text))] == [("camera", "agc", "low")]
+    assert list(lint(without(loads(text), "agc"))) == []
 
 
 CHANGING = "{id: low, coverage: 0.6, evolve_s: 0.5, wind_mrad_s: [9, 0]}"

@@ -15,7 +15,7 @@ from target_views import AWAY, MIDDLE, body, centroid, context, drawn, on_frame,
 
 from irsim.errors import InputError
 from irsim.geometry.sprite import Sprite
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.motion.attitude import euler
 from irsim.physics.radiometry import radiance
 from irsim.scenario.loader import loads
@@ -194,7 +194,7 @@ def test_an_unreadable_mesh_gives_one_line(tmp_path: Path, name: str, data: byte
 def test_an_open_surface_is_warned_of(tmp_path: Path, old: str, new: str, edges: int) -> None:
     path = tmp_path / "own.obj"
     path.write_text(CUBE.replace(old, new))
-    notices = [each for each in doubts(loads(TARGET.replace("nowhere.obj", str(path)))) if each.at[-1] == "file"]
+    notices = [each for each in lint(loads(TARGET.replace("nowhere.obj", str(path)))) if each.at[-1] == "file"]
     assert [notice.at for notice in notices] == [("targets", 0, "shape", "file")] * bool(edges)
     assert all(f"not a closed surface: at {edges} of its edges" in notice.message for notice in notices)
 

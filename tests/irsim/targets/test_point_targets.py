@@ -15,7 +15,7 @@ from irsim import loads
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import RequestedContrast, Sprite
-from irsim.lint import doubts
+from irsim.lint import lint
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.contrast import GUARD_PX, RING_PX, requested_radiance, scr
 from irsim.render.frame import Renderer
@@ -105,7 +105,7 @@ class TestFlare:
 
     @pytest.mark.parametrize(("frame", "late"), [(149, False), (149.5, True)])
     def test_a_throw_after_the_last_frame_is_warned_of(self, frame: float, late: bool) -> None:
-        notices = list(doubts(loads(with_thrown("flare", frame))))
+        notices = list(lint(loads(with_thrown("flare", frame))))
         assert [notice.at for notice in notices] == [("targets", 1, "path")] * late
 
     @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import irsim.measure
 import numpy as np
 import pytest
 

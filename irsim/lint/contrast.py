@@ -1,0 +1,102 @@
+"""Warnings about points whose contrast or signal-to-clutter ratio is unreachable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from irsim.errors import Notice
+from irsim.render.composite import NamedSprite, compose, contrast_k
+from irsim.render.contrast import ring_contrast, scr
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.types import Box, Floats
+
+_FRAMES = 3
+"""Frames, spread evenly, in which a point is drawn."""
+_ENOUGH = 0.95
+"""Fraction of the requested value that counts as reached."""
+
+
+def contrast_unreachable(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of each point, alone and without flicker, in the first frame where it falls short."""
+    requests = [
+        (index, key)
+        for index, target in enumerate(scenario.targets)
+        for key in ("contrast_k", "scr")
+        if getattr(target.shape, key, None) is not None
+        and scenario.is_on(target.id)
+        and target.path.begins < scenario.frames
+    ]
+    scene = _ContrastProbe(scenario)
+    for index, key in requests:
+        target = scenario.targets[index]
+        wanted = getattr(target.shape, key)
+        first = max(target.path.begins, 0)
+        for frame in np.unique(np.linspace(first, scenario.frames - 1, _FRAMES).round()).astype(int).tolist():
+            reason = scene.shortfall(target.id, frame, key, wanted)
+            if reason is not None:
+                requested = f"an SCR of {wanted:g}" if key == "scr" else f"{wanted:g} K"
+                yield Notice(
+                    ("targets", index, "shape", key), f"{target.id} requires {requested}: at frame {frame} {reason}"
+                )
+                break
+
+
+@dataclass(frozen=True, eq=False)
+class _ContrastProbe:
+    """Renderer that draws points one by one; set up at the first."""
+
+    scenario: Scenario
+
+    @cached_property
+    def renderer(self) -> Renderer:
+        return Renderer(self.scenario)
+
+    def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
+        """Return the reason against the wanted contrast; None where it is reached, or the point does not exist."""
+        piece = self._point(name, frame)
+        if piece is None:
+            return None
+        renderer, band = self.renderer, self.scenario.context.band
+        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        light, rendered = compose(renderer.layers, [piece], view_direction, band, noise)
+        sprite = piece.sprite
+        if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
+            return "it is invisible, with neither noise nor clutter around it; allowed: noise, clutter, or contrast_k"
+        found = rendered[0].scr if key == "scr" else contrast_k(rendered[0], band)
+        if found is None:
+            return None
+        if wanted < 0 and found > _ENOUGH * wanted:
+            return f"{found:.3g} is the limit, a point without any radiance"
+        return None if self.scenario.background.has_noise else self._cut_off(light, sprite.box, frame)
+
+    def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
+        """Return the reason where saturation leaves too little of the contrast of a box, or None."""
+        sensor = self.renderer.sensor
+        response = sensor.response
+        whole = ring_contrast(
+            response.signal(light if sensor.vignetting is None else light * sensor.vignetting(frame)), box
+        )
+        full = np.minimum(sensor.pixel_signal(light, frame), np.float32(response.top))
+        ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
+        for state, held in ends.items():
+            left = ring_contrast(held, box)
+            if abs(whole) > 0 and left / whole < _ENOUGH:
+                return f"{max(left / whole, 0):.0%} of that is left, as pixels are {state}"
+        return None
+
+    def _point(self, name: str, frame: int) -> NamedSprite | None:
+        trajectory = next(trajectory for trajectory in self.renderer.courses if trajectory.target.id == name)
+        if not trajectory.target.exists(frame):
+            return None
+        pose = self.renderer.pose(frame)
+        sprite = trajectory.target.shape.draw(trajectory.view(frame, pose))
+        if sprite is None or sprite.requested is None:
+            return None
+        constant = sprite._replace(requested=replace(sprite.requested, gain=1.0))
+        return NamedSprite(name, constant, True, trajectory.first_m(frame, pose))

@@ -1,0 +1,304 @@
+"""Warnings about occluders placed to hide a target: too long, too much, too wide, or of other targets as well."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from irsim.errors import Notice
+from irsim.motion import Crossing, RelativePath
+from irsim.scenario.model import Scenario
+from irsim.scenario.occlusion_window import (
+    FEW_FRAMES,
+    MARGIN_PX,
+    MAX_EXCESS,
+    TOLERANCE,
+    Occlusion,
+    occlusion_window,
+    target_and_frames,
+    target_speed_px,
+)
+from irsim.scenario.placement import Placed, placements, with_placements
+from irsim.scenario.visibility import MAX_FRAMES, TargetVisibility
+
+Occlusions = Mapping[int, Occlusion]
+"""Occlusions by enabled placed occluders, by index of the occluder."""
+_WIDE = 2.0
+"""Reported ratio of an occluder's width to that required by its target's size and motion,"""
+_WIDE_PX = 10.0
+"""if it also exceeds that by this much, px."""
+
+
+def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of placed occluders that hide their target much longer or more than required, alone or together, that are
+    wide because the camera moves, or that hide other targets. Every placement must be feasible.
+
+    The place does not depend on disabled parts; the duration of the occlusion does.
+    """
+    visibility = TargetVisibility(scenario)
+    # Cached fractions hold for a scenario without disabled parts.
+    results = () if scenario.without else placements(scenario)
+    known = {index: each.fractions for index, each in enumerate(results) if isinstance(each, Placed)}
+    occlusions = {
+        index: Occlusion(visibility, screen, occluder, known.get(index))
+        for index, (occluder, screen) in enumerate(
+            zip(scenario.occluders, with_placements(scenario).occluders, strict=True)
+        )
+        if occluder.hides in visibility.trajectories and scenario.is_on(occluder.name)
+    }
+    for index, occlusion in occlusions.items():
+        for key, reason in (
+            ("frames", occlusion.too_long()),
+            ("fraction", occlusion.too_much()),
+            ("range_m", _too_wide(occlusion)),
+        ):
+            if reason is not None:
+                yield Notice(("occluders", index, key), reason)
+        lack = scenario.occluders[index].shortfall(occlusion.screen)
+        if lack is not None:
+            yield Notice(("occluders", index, lack[0]), lack[1])
+    for check in (_joint_excess, _joint_duration, _other_targets):
+        yield from check(visibility, occlusions)
+
+
+def _too_wide(occlusion: Occlusion) -> str | None:
+    """Return the warning of a slender occluder that is wide only because the camera moves past it, or None.
+
+    An occluder nearer than its target moves past it by parallax: hiding it for several frames takes the width of that
+    motion.
+    """
+    visibility, occluder = occlusion.visibility, occlusion.occluder
+    placed = occlusion.screen.extent(visibility.context)
+    if not occluder.slender or placed is None or not np.ptp(visibility.camera.places, axis=0).any():
+        return None
+    name, (first, last) = target_and_frames(occluder)
+    frames = range(first, last + 1)
+    own = [sprite.box.w for frame in frames if (sprite := visibility.sprite(name, frame)) is not None]
+    pixels = visibility.context.geometry.project(visibility.trajectories[name].positions[first : last + 1])
+    needed = max(own) + float(np.ptp(pixels[:, 0])) + 2 * MARGIN_PX
+    wide = min(placed.w, occlusion_window(visibility, occluder).w)
+    if not wide > max(_WIDE * needed, needed + _WIDE_PX):  # also False where the camera at rest does not see it
+        return None
+    metres = wide * visibility.context.geometry.ifov_rad * occluder.range_m
+    range_m = min(
+        visibility.range_from_origin_m(name, frame, sprite)
+        for frame in frames
+        if (sprite := visibility.sprite(name, frame))
+    )
+    speed = target_speed_px(visibility, occluder)
+    return (
+        f"a {occluder.kind} {wide:.0f} px or {metres:.2g} m wide: the camera moves, and {name} passes behind it at "
+        f"{speed:.2g} px a frame; its own size and motion need {needed:.0f} px: try a range nearer to that of {name}, "
+        f"{range_m:.0f} m, or fewer frames"
+    )
+
+
+def _joint_excess(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
+    """Yield occluders that with others exceed the required fraction by MAX_EXCESS in their frames.
+
+    Of several occluders with a common frame the one with the largest fraction is reported, each pair once.
+    """
+    reported: set[tuple[int, int]] = set()
+    for number, occlusion in occlusions.items():
+        name, (first, last) = target_and_frames(occlusion.occluder)
+        over: dict[int, float] = {}
+        helpers: set[int] = set()
+        for frame in range(first, last + 1):
+            required = [other for other in occlusions.values() if _requires(other, name, frame)]
+            most = max(other.occluder.fraction for other in required)
+            alone = any(other.fractions[frame] > other.occluder.fraction + MAX_EXCESS for other in required)
+            if alone or occlusion.occluder.fraction < most or most + MAX_EXCESS >= 1:
+                continue
+            others = [
+                key
+                for key, other in occlusions.items()
+                if other is not occlusion and _contributes(visibility, other, name, frame)
+            ]
+            if not others:
+                continue
+            fraction = visibility.occluded([occlusions[key].screen for key in (number, *others)], name, frame)
+            if fraction > most + MAX_EXCESS:
+                over[frame] = fraction
+                helpers.update(others)
+        if not helpers <= {other for other, helped in reported if helped == number}:
+            reported |= {(number, helper) for helper in helpers}
+            names, of_another = _named([occlusions[key] for key in sorted(helpers)], name)
+            yield Notice(
+                ("occluders", number, "fraction"),
+                f"with {names} it hides up to {max(over.values()):.2f} of {name} in frames {min(over)} to {max(over)} "
+                f"instead of {occlusion.occluder.fraction:g}: try frames farther apart, or "
+                f"{'another range_m' if of_another else 'less of each'}",
+            )
+
+
+def _joint_duration(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
+    """Yield occluders that with another hide the target in a gap of over FEW_FRAMES between their frames."""
+    by_target = sorted(occlusions, key=lambda key: target_and_frames(occlusions[key].occluder))
+    for name, run in groupby(by_target, key=lambda key: target_and_frames(occlusions[key].occluder)[0]):
+        numbers = list(run)
+        before = numbers[0]
+        for number in numbers[1:]:
+            (start, stop), (begin, end) = (target_and_frames(occlusions[key].occluder)[1] for key in (before, number))
+            both = [occlusions[before], occlusions[number]]
+            gap = range(stop + 1, begin)
+            if (
+                len(gap) > FEW_FRAMES
+                and not any(occlusion.too_long() for occlusion in both)
+                and _bridged(visibility, both, name, gap)
+            ):
+                yield Notice(
+                    ("occluders", number, "frames"),
+                    f"with {both[0].occluder.name} it hides {min(each.enough for each in both):.2f} or more of {name} "
+                    f"in frames {start} to {end} without a break, instead of {start} to {stop} and {begin} to {end}: "
+                    "try frames farther apart, or a faster target",
+                )
+            before = number if end > stop else before
+
+
+def _named(others: list[Occlusion], name: str) -> tuple[str, bool]:
+    """Return the names of occluders, with the target of those of another target, and whether there are any."""
+    names = [(occlusion.occluder.name, target_and_frames(occlusion.occluder)[0]) for occlusion in others]
+    texts = [screen if target == name else f"{screen}, placed to hide {target}," for screen, target in names]
+    return " and ".join(texts), any(target != name for _, target in names)
+
+
+def _bridged(visibility: TargetVisibility, both: list[Occlusion], name: str, gap: range) -> bool:
+    """Return whether two occluders together hide the lesser of their fractions in each frame of a gap."""
+    enough = min(occlusion.enough for occlusion in both)
+    screens = [occlusion.screen for occlusion in both]
+    if any(sum(float(occlusion.fractions[frame]) for occlusion in both) < enough for frame in gap):
+        return False  # the sum is an upper bound
+    return all(visibility.occluded(screens, name, frame) >= enough for frame in gap)
+
+
+def _requires(occlusion: Occlusion, name: str, frame: int) -> bool:
+    target, (first, last) = target_and_frames(occlusion.occluder)
+    return target == name and first <= frame <= last
+
+
+def _contributes(visibility: TargetVisibility, occlusion: Occlusion, name: str, frame: int) -> bool:
+    """Return whether an occluder, of any target, hides some of target `name` in a frame."""
+    own = target_and_frames(occlusion.occluder)[0] == name
+    return (
+        float(occlusion.fractions[frame] if own else visibility.occluded([occlusion.screen], name, frame)) > TOLERANCE
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Consecutive frames in which an occluder hides up to `most` of target `name`, which is not required."""
+
+    name: str
+    first: int
+    last: int
+    most: float
+
+    @property
+    def length(self) -> int:
+        return self.last - self.first + 1
+
+
+def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
+    """Yield occluders that hide more than MAX_EXCESS of another target in more than FEW_FRAMES consecutive frames.
+
+    Where `follow` names a target, others count only if an occluder is placed to hide them. Companions of the hidden
+    target, and a target that it crosses while hidden, are exempt.
+    """
+    if not occlusions:
+        return
+    wanted = {target_and_frames(occlusion.occluder)[0] for occlusion in occlusions.values()}
+    followed = visibility.scenario.follow
+    names = [name for name in visibility.trajectories if followed is None or name == followed or name in wanted]
+    for number, occlusion in occlusions.items():
+        own, _ = target_and_frames(occlusion.occluder)
+        others = (name for name in names if name != own and not _intended(visibility, occlusion, name))
+        found = [run for name in others if (run := _longest(visibility, occlusions, occlusion, name)) is not None]
+        if found:
+            run = max(found, key=lambda run: run.length)
+            more = [other.name for other in found if other is not run]
+            yield Notice(
+                ("occluders", number, "hides"),
+                f"it also hides up to {run.most:.2f} of {run.name} in frames {run.first} to {run.last}{_and(more)}, "
+                f"which is not required: try {_remedy(visibility, occlusion, run, run.name in wanted)}",
+            )
+
+
+def _and(names: list[str]) -> str:
+    """Return the mention of further targets."""
+    if not names:
+        return ""
+    return f" (and {names[0]})" if len(names) == 1 else f" (and {len(names)} more, such as {names[0]})"
+
+
+def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wanted: bool) -> str:
+    """Return the remedy; for a target that no occluder is `wanted` to hide, also the key that silences the warning."""
+    own, (first, last) = target_and_frames(occlusion.occluder)
+    beyond = math.ceil(max(_ranges_m(visibility, run.name, range(run.first, run.last + 1))))
+    range_m = (
+        f", or a range_m from {beyond} on" if beyond < min(_ranges_m(visibility, own, range(first, last + 1))) else ""
+    )
+    followed = visibility.scenario.targets[0].id
+    free = visibility.scenario.follow is None and not wanted and run.name != followed
+    return f"other frames{range_m}" + (f"; to ignore it, write 'follow: {followed}'" if free else "")
+
+
+def _ranges_m(visibility: TargetVisibility, name: str, frames: range) -> list[float]:
+    """Return the ranges of a target from the camera's first position, m, in those frames where it is drawn."""
+    drawn = ((frame, visibility.sprite(name, frame)) for frame in frames)
+    return [visibility.range_from_origin_m(name, frame, sprite) for frame, sprite in drawn if sprite is not None]
+
+
+def _intended(visibility: TargetVisibility, occlusion: Occlusion, name: str) -> bool:
+    """Return whether the paths of two targets imply that the occluder of one hides the other."""
+    own, (first, last) = target_and_frames(occlusion.occluder)
+    for one, other in ((name, own), (own, name)):
+        path = visibility.trajectories[one].target.path
+        if isinstance(path, RelativePath) and path.target == other:
+            return not isinstance(path, Crossing) or first <= path.at_frame <= last
+    return False
+
+
+def _longest(visibility: TargetVisibility, occlusions: Occlusions, occlusion: Occlusion, name: str) -> _Run | None:
+    """Return the longest run of more than FEW_FRAMES in which it hides more than MAX_EXCESS of the target.
+
+    Frames are sampled densely enough to find every such run, up to MAX_FRAMES of them.
+    """
+    frames = visibility.scenario.frames
+    own = [other for other in occlusions.values() if target_and_frames(other.occluder)[0] == name]
+    found: _Run | None = None
+    end = -1
+    for frame in range(0, frames, max(FEW_FRAMES + 1, math.ceil(frames / MAX_FRAMES))):
+        if frame <= end or _excess(visibility, own, occlusion, name, frame) <= MAX_EXCESS:
+            continue
+        fractions = {frame: _excess(visibility, own, occlusion, name, frame)}
+        for step in (-1, 1):
+            at = frame + step
+            while 0 <= at < frames and (fraction := _excess(visibility, own, occlusion, name, at)) > MAX_EXCESS:
+                fractions[at] = fraction
+                at += step
+        run = _Run(name, min(fractions), max(fractions), max(fractions.values()))
+        end = run.last
+        if run.length > max(FEW_FRAMES, 0 if found is None else found.length):
+            found = run
+    return found
+
+
+def _excess(visibility: TargetVisibility, own: list[Occlusion], occlusion: Occlusion, name: str, frame: int) -> float:
+    """Return the fraction 0..1 of target `name` that it hides in a frame beyond the occluders placed to hide it.
+
+    0 in the frames of those occluders, and outside the picture.
+    """
+    if any(first <= frame <= last for _, (first, last) in (target_and_frames(other.occluder) for other in own)):
+        return 0.0
+    fraction = visibility.occluded([occlusion.screen], name, frame)
+    target = visibility.sprite(name, frame)
+    if fraction <= MAX_EXCESS or target is None or not visibility.scenario.camera.geometry.inside(*target.center):
+        return 0.0
+    others = [other.screen for other in own if other.fractions[frame] > TOLERANCE]
+    if not others:
+        return fraction
+    return visibility.occluded([occlusion.screen, *others], name, frame) - visibility.occluded(others, name, frame)

@@ -1,0 +1,184 @@
+"""Search for the place of an occluder that hides a required fraction of a target in given frames.
+
+The occluder covers a part of the target's window (`occlusion_window`). Bisection finds the smallest part, or for smoke
+the lowest density, that hides enough.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from irsim.occluders import Occluder
+from irsim.scenario.occlusion_window import (
+    TOLERANCE,
+    InfeasibleError,
+    Occlusion,
+    moves_vertically,
+    no_frame,
+    occlusion_window,
+    target_and_frames,
+)
+from irsim.scenario.visibility import TargetVisibility
+from irsim.types import Box, Floats
+
+_SHORTFALL = 1e-3
+"""Fraction by which the occlusion may fall short. Where nearly all of the target is required, TOLERANCE may be
+visible: its ends."""
+_GOOD_EXCESS = 0.1
+"""Excess fraction at which the first part of the window is accepted without trying others."""
+_ROUNDS = 12
+_CROWN_WINDOWS = 4.0
+"""Most that a crown may rise above the window, in windows."""
+_FIRST_FRAMES = 5
+"""Frames, spread over the required ones, at which a search starts."""
+_THIN_PX = 1.0
+"""Least width and height of a part."""
+
+Part = Callable[[Box, float], Box]
+"""Part of a window for a fraction of at most 1. Fractions of 0 or less continue below or right of the window for parts
+at its lower or right edge (for crowns that rise above them), and give the thinnest part otherwise."""
+Placing = Callable[[float], Occluder]
+"""Occluder placed with a density, or with a fraction of the window."""
+
+
+def find_place(visibility: TargetVisibility, occluder: Occluder) -> Occlusion:
+    """Return the occlusion by the occluder at the best place; InfeasibleError where there is none."""
+    _, (_, last) = target_and_frames(occluder)
+    if last >= visibility.scenario.frames:
+        raise InfeasibleError("frames", no_frame(last, visibility.scenario.frames))
+    window = occlusion_window(visibility, occluder)
+    try:
+        occlusion = _best(visibility, occluder, window)
+    except InfeasibleError:
+        raise
+    except ValueError as error:
+        raise InfeasibleError("hides", str(error)) from None
+    fault = occlusion.recurs()
+    if fault is not None:
+        raise InfeasibleError("frames", fault)
+    return occlusion
+
+
+def _best(visibility: TargetVisibility, occluder: Occluder, window: Box) -> Occlusion:
+    """Return the occlusion by the part of the window that hides enough, ends in time, and exceeds the least. The first
+    part within _GOOD_EXCESS is taken."""
+    name, _ = target_and_frames(occluder)
+    vertical = moves_vertically(visibility, occluder)
+    found = []
+    for part in (_whole,) if occluder.translucent else _parts(vertical):
+        screen, fractions = _smallest(visibility, occluder, _placing(visibility, occluder, window, part, vertical))
+        if fractions.min() < min(occluder.fraction - _SHORTFALL, 1 - TOLERANCE):
+            # Every part at its largest is the whole window: no other hides more.
+            raise InfeasibleError(
+                "fraction", f"it can hide at most {fractions.min():.2f} of {name}; allowed: that much"
+            )
+        found.append(Occlusion(visibility, screen, occluder))
+        if fractions.max() <= occluder.fraction + _GOOD_EXCESS and (len(found) == 1 or not found[-1].lasts_too_long()):
+            return found[-1]
+    return min(found, key=lambda occlusion: (occlusion.lasts_too_long(), occlusion.max_fraction))
+
+
+def _placing(visibility: TargetVisibility, occluder: Occluder, window: Box, part: Part, vertical: bool) -> Placing:
+    def placed(fraction: float) -> Occluder:
+        screen = occluder.covering(part(window, fraction), fraction, visibility.context)
+        ground = _horizon_row(visibility) if vertical else _ground_row(visibility, occluder)
+        return screen.standing_at(max(window.bottom, ground))
+
+    return placed
+
+
+def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing) -> tuple[Occluder, Floats]:
+    """Return the smallest or thinnest occluder that hides enough, and the fraction hidden in each required frame."""
+    name, (first, last) = target_and_frames(occluder)
+
+    def fractions(screen: Occluder, frames: list[int]) -> Floats:
+        return np.array([visibility.occluded_in_picture(screen, name, frame) for frame in frames])
+
+    every = list(range(first, last + 1))
+    frames = np.unique(np.linspace(first, last, _FIRST_FRAMES).round().astype(int)).tolist()
+    while True:
+        high = 1.0
+        if occluder.fraction < 1:
+            low = 0.0 if occluder.translucent else -_CROWN_WINDOWS
+            for _ in range(_ROUNDS):
+                middle = (low + high) / 2
+                enough = fractions(placed(middle), frames).min() >= min(occluder.fraction, 1 - _SHORTFALL)
+                low, high = (low, middle) if enough else (middle, high)
+        screen = placed(high)
+        found = fractions(screen, every)
+        worst = every[int(found.argmin())]
+        if occluder.fraction == 1 or found.min() >= occluder.fraction - _SHORTFALL or worst in frames:
+            return screen, found
+        frames.append(worst)
+
+
+def _horizon_row(visibility: TargetVisibility) -> float:
+    """Return the least y, px of the camera at rest, of standing things: the horizon, or -inf without a sky."""
+    return -math.inf if visibility.scenario.background.clear(visibility.context) is None else _row(visibility, 0.0)
+
+
+def _ground_row(visibility: TargetVisibility, occluder: Occluder) -> float:
+    """Return the y, px of the camera at rest, of level ground at the occluder's range; inf, below the picture, where
+    the background gives no depth of the ground or one beyond that range."""
+    depth_m = visibility.scenario.background.surface_m
+    if depth_m is None or depth_m >= occluder.range_m:
+        return math.inf
+    return _row(visibility, math.asin(depth_m / occluder.range_m))
+
+
+def _row(visibility: TargetVisibility, depression: float) -> float:
+    """Return the y, px of the camera at rest, at an angle below the level, rad; inf behind the camera."""
+    geometry = visibility.context.geometry
+    angle = depression + geometry.elevation_rad
+    return float(geometry.axis_px[1] + math.tan(angle) / geometry.ifov_rad) if angle < math.pi / 2 else math.inf
+
+
+def _parts(vertical: bool) -> tuple[Part, ...]:
+    """Return the parts to try in turn, first a strip along the motion of a target that moves across, or vertically.
+
+    A strip across the motion and narrower than the target hides no more of a target that weaves or moves aslant. A part
+    within a large target all the time hides less than a strip, in both directions.
+    """
+    along, across = (_right, _left, _middle_columns), (_lower, _upper, _middle_rows)
+    if not vertical:
+        along, across = across, along
+    return (*along, *reversed(across), _center)
+
+
+def _whole(window: Box, fraction: float) -> Box:
+    return window
+
+
+def _lower(window: Box, fraction: float) -> Box:
+    top = window.bottom - fraction * window.h
+    return Box.from_edges(window.left, top, window.right, max(window.bottom, top + _THIN_PX))
+
+
+def _right(window: Box, fraction: float) -> Box:
+    left = window.right - fraction * window.w
+    return Box.from_edges(left, window.top, max(window.right, left + _THIN_PX), window.bottom)
+
+
+def _upper(window: Box, fraction: float) -> Box:
+    return Box.from_edges(window.left, window.top, window.right, window.top + max(fraction * window.h, _THIN_PX))
+
+
+def _left(window: Box, fraction: float) -> Box:
+    return Box.from_edges(window.left, window.top, window.left + max(fraction * window.w, _THIN_PX), window.bottom)
+
+
+def _middle_columns(window: Box, fraction: float) -> Box:
+    half = max(fraction * window.w, _THIN_PX) / 2
+    return Box.from_edges(window.cx - half, window.top, window.cx + half, window.bottom)
+
+
+def _middle_rows(window: Box, fraction: float) -> Box:
+    half = max(fraction * window.h, _THIN_PX) / 2
+    return Box.from_edges(window.left, window.cy - half, window.right, window.cy + half)
+
+
+def _center(window: Box, fraction: float) -> Box:
+    return Box(window.cx, window.cy, max(fraction * window.w, _THIN_PX), max(fraction * window.h, _THIN_PX))
