@@ -6,7 +6,7 @@
 
 static PyMethodDef methods[] = {FOR_ALL_KERNELS(METHOD){NULL, NULL, 0, NULL}};
 
-/* Which source it was made of, for whoever loads it (see irsim/_native/loading.py), and what callers must know. */
+/* Digest of the compiled source, compared at loading (see irsim/_native/loading.py), and constants of callers. */
 static int tell(PyObject *kernels)
 {
     if (PyModule_AddIntMacro(kernels, MOST_ADDED) < 0)
