@@ -17,12 +17,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim._native import COMPILED, kernels
 from irsim.types import Floats
 
 Address = str | int
 Entry = TypeVar("Entry", np.uint8, np.float32)
-Tables = tuple[npt.NDArray[np.int16], npt.NDArray[np.float32], Floats, int]
+Tables = tuple[npt.NDArray[np.int16], Floats, int]
 
 CELLS = 65_536
 """Cells of equal probability in the table of normals: one for each 16-bit word."""
@@ -123,11 +122,14 @@ def normals(
     refined by another 64-bit word, which reaches 10 sigma. `out` is a C-contiguous float32 array of that shape to fill
     and return.
     """
-    if COMPILED:
-        values = np.empty(shape, np.float32) if out is None else out
-        kernels.normals(*kernel_arguments(seed, *address), values)
-        return values
-    return _normals_plain(shape, bit_generator(seed, *address), out)
+    source, count = bit_generator(seed, *address), math.prod(shape)
+    words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
+    values = lookup(cell_means(), words, out)
+    words += np.uint16(REFINED)  # both ends at once: the sum wraps
+    refined = np.flatnonzero(words < 2 * REFINED)
+    if refined.size:
+        values.reshape(-1)[refined] = _tail_normals(words.reshape(-1)[refined], source.random_raw(refined.size))
+    return values
 
 
 def kernel_arguments(seed: int, *address: Address) -> tuple[bytes, *Tables]:
@@ -139,10 +141,6 @@ def lookup(
     table: npt.NDArray[Entry], words: npt.NDArray[np.uint16], out: npt.NDArray[Entry] | None = None
 ) -> npt.NDArray[Entry]:
     """Return table[words]: table (65536,), words any shape; out a C-contiguous array of the table's type and shape."""
-    if COMPILED:
-        out = np.empty(words.shape, table.dtype) if out is None else out
-        kernels.lookup(table, np.ascontiguousarray(words), out)  # single-threaded: OpenCV's threads busy-wait
-        return out
     if _CV2_TAKES_16_BITS and words.ndim == 2 and words.size:
         return cast(npt.NDArray[Entry], cv2.LUT(words, table.reshape(1, -1), dst=out))
     # mode: the default one would go through a buffer where `out` is given.
@@ -200,19 +198,6 @@ def _digest(seed: int, *address: Address) -> bytes:
     return hashlib.blake2b(text.encode(), digest_size=32).digest()
 
 
-def _normals_plain(
-    shape: tuple[int, ...], source: np.random.SFC64, out: npt.NDArray[np.float32] | None
-) -> npt.NDArray[np.float32]:
-    count = math.prod(shape)
-    words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
-    values = lookup(cell_means(), words, out)
-    words += np.uint16(REFINED)  # both ends at once: the sum wraps
-    refined = np.flatnonzero(words < 2 * REFINED)
-    if refined.size:
-        values.reshape(-1)[refined] = _tail_normals(words.reshape(-1)[refined], source.random_raw(refined.size))
-    return values
-
-
 def _tail_normals(words: npt.NDArray[np.uint16], fractions: npt.NDArray[np.uint64]) -> Floats:
     """Return normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
     `fractions` give the place of each within its cell."""
@@ -225,7 +210,7 @@ def _tail_normals(words: npt.NDArray[np.uint16], fractions: npt.NDArray[np.uint6
 
 @cache
 def _tables() -> Tables:
-    return _cell_words(), _cell_pieces(), _deep_table(), REFINED
+    return _cell_words(), _deep_table(), REFINED
 
 
 def _cell_words() -> npt.NDArray[np.int16]:

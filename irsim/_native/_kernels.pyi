@@ -1,6 +1,6 @@
 """Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
 
-from typing import NewType, TypeVar
+from typing import NewType
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +10,6 @@ Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
 Counts = npt.NDArray[np.uint16]
 Words = npt.NDArray[np.int16]
-Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 Form = NewType("Form", object)
 """A body at rest, looked through and kept."""
 Spread = NewType("Spread", object)
@@ -18,14 +17,6 @@ Spread = NewType("Spread", object)
 
 MOST_ADDED: int
 """Arrays that `counts_of` adds to a signal, at most."""
-
-def normals(seed: bytes, table: Words, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
-    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
-    those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`. `pieces` are of what
-    the table holds (`irsim.normal.cell_pieces`), worked out anew where the processor does that sooner."""
-
-def uniforms(seed: bytes, out: Float64, /) -> None:
-    """Fill `out` with numbers within 0 <= u < 1: those of numpy's generator on SFC64 of a seed of 32 bytes."""
 
 def signal_of(
     light: Float32,
@@ -130,15 +121,12 @@ def veil(
 
 # What follows draws so, too, and uses each normal at once.
 
-def add_normals(
-    seed: bytes, table: Words, pieces: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /
-) -> None:
+def add_normals(seed: bytes, table: Words, deep: Float64, refined: int, signal: Float32, scale: float, /) -> None:
     """signal += scale normal."""
 
 def add_shot(
     seed: bytes,
     table: Words,
-    pieces: Float32,
     deep: Float64,
     refined: int,
     signal: Float32,
@@ -153,7 +141,6 @@ def add_shot(
 def bridge(
     seed: bytes,
     table: Words,
-    pieces: Float32,
     deep: Float64,
     refined: int,
     before: Words,
@@ -263,6 +250,3 @@ def sprite_light(
 
 def histogram(counts: Counts, pixels: Int64, /) -> None:
     """pixels[k] = how many counts are k; those beyond are left out."""
-
-def lookup(table: Entries, words: Counts, out: Entries, /) -> None:
-    """out = table[words], of 65536 entries."""

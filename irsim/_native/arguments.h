@@ -1,9 +1,10 @@
-/* Arrays given to a compiled function: read by the buffer protocol, so that numpy's headers are not needed. */
+/* Arguments of a C kernel, read by the buffer protocol, so that numpy's headers are not needed. Used by irtrack, too. */
 #ifndef IRSIM_ARGUMENTS_H
 #define IRSIM_ARGUMENTS_H
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <stdint.h>
 #include <string.h>
 
 #define MOST_ARRAYS 16
@@ -51,5 +52,12 @@ static inline void *array(Arrays *arrays, PyObject *given, const char *format, i
         *length = view->len / view->itemsize;
     return view->buf;
 }
+
+/* A loop marked WIDE is compiled twice, also for AVX2; the loader chooses. That takes the GNU linker and loader. */
+#if defined(__x86_64__) && defined(__GNUC__) && defined(__gnu_linux__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define WIDE
+#endif
 
 #endif

@@ -1,10 +1,131 @@
-/* A body as it is seen: from its form and its pose to its light in one call. */
+/* Bodies of convex parts: tables, outlines, visible pieces of edges, and their light in pixels. */
 #ifndef IRSIM_BODY_H
 #define IRSIM_BODY_H
 
-#define PY_SSIZE_T_CLEAN
-#include <Python.h>
+#include "kernels.h"
 
-PyObject *body_light(PyObject *self, PyObject *const *given, Py_ssize_t count);
+typedef struct {
+    double x, y;
+} Point;
+
+typedef struct {
+    Point low, high;
+} Extent;
+
+static const Extent NOTHING = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+
+static inline double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline Extent with_point(Extent held, Point point)
+{
+    Extent wider = {{lesser(held.low.x, point.x), lesser(held.low.y, point.y)},
+                    {greater(held.high.x, point.x), greater(held.high.y, point.y)}};
+    return wider;
+}
+
+static inline int meet(const Extent *a, const Extent *b)
+{
+    return (a->low.x <= b->high.x) & (b->low.x <= a->high.x) & (a->low.y <= b->high.y) & (b->low.y <= a->high.y);
+}
+
+typedef struct {
+    double x, y, z;
+} Place;
+
+static inline double dot(Place a, Place b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* How an edge hangs together with the rest: see `Parts` in irsim/targets/mesh.py. */
+typedef struct {
+    int64_t tail, head, left, right, part;
+} Edge;
+
+/* As `Mesh` in irsim/targets/mesh.py, those of each part side by side: a face's plane is normal . v = offset. */
+typedef struct {
+    Py_ssize_t parts, faces, vertices_count, edges_count, joints;
+    const int64_t *first_vertex, *first_face; /* (parts + 1) */
+    const int64_t *corner;                    /* (faces) a vertex of each */
+    const Edge *edges;
+    const int64_t *heat;  /* (parts) those of one heat shine alike: which of them hides which does not matter */
+    const Place *vertices, *normals;
+    const double *offsets;
+    const double *crossing; /* (parts, faces) how far each part reaches behind each face, as they are at rest */
+    const int64_t *joint;   /* (parts) what it moves with: those of one joint lie to each other as at rest */
+    double thin;            /* a part that reaches no farther behind a face lies wholly before it */
+} Form;
+
+/* How a body is moved and seen. */
+typedef struct {
+    const double *motions; /* (joints, 12) turn (3, 3) and shift of each */
+    double scale;          /* of shifts */
+    Place position;
+    const double *attitude; /* (3, 3) */
+    double ifov;
+} Pose;
+
+/* Edges of what is seen of parts, from the body's place in the picture, px; those of each layer together, the nearest
+ * first. */
+typedef struct {
+    Point *start, *stop;
+    int64_t *layer;
+    Py_ssize_t count;
+    int64_t *rank; /* (parts) the layer of each */
+    Extent box;    /* around all of it */
+} Rims;
+
+/* A piece of an edge, and what opacity and glow gain across it. */
+typedef struct {
+    Point start, stop;
+    double opacity, glow;
+    int64_t layer;
+} Piece;
+
+typedef struct {
+    Piece *of;
+    Py_ssize_t count, room;
+} Pieces;
+
+/* Edges start -> stop (count of them), clockwise with y down, one convex polygon a layer; layers rise from 0, which
+ * is the nearest, to below `layers`. -1 with an exception where that is not so or memory runs out. The caller frees
+ * pieces->of in either case. */
+int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t count, const double *glow,
+                   Py_ssize_t layers, Pieces *pieces);
+
+#define MOST_FINE 4
+
+/* How the cells of a pixel, `fine` a side, spread over it and `reach` pixels on either side of it, on each axis, of each
+ * of several terms: see `PSF.separable_kernels` in irsim/physics/psf.py. Of each place of a cell, what light that fills
+ * it evenly puts there, and what a first moment does; places first .. beyond - 1 are all that it lights. */
+typedef struct {
+    Py_ssize_t terms, fine, reach, stride;
+    const double *weights; /* (terms) */
+    const double *shares;  /* (terms, 2, fine, stride) of 2 reach + 1 pixels, the rest 0 */
+    Py_ssize_t first[MOST_FINE], beyond[MOST_FINE];
+} Spread;
+
+/* The Spread that a value is; NULL with an exception where it is none. */
+const Spread *spread_of(PyObject *given);
+
+/* Integrals of opacity and glow over a field, and their centroids, by Green's theorem; nan where the integral is 0. */
+typedef struct {
+    double area, light;
+    Point center, signal_center;
+} Middle;
+
+/* The polygons' light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission, on a grid of so many pixels
+ * whose outer corner is given. -1 with an exception where layers do not rise or memory runs out. */
+int draw_polygons(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t edges, const double *glow,
+                  Py_ssize_t layers, Point corner, Py_ssize_t rows, Py_ssize_t columns, const Spread *by, double *light,
+                  Middle *middle);
 
 #endif

@@ -1,10 +1,6 @@
-/* What a detector does of a frame but draw noise, in one pass before that and one after; see
- * irsim/camera/response.py. Rounded as by OpenCV. */
-#include <stdint.h>
-
-#include "fused.h"
-#include "response.h"
-#include "words.h"
+/* Response of the focal plane before noise, quantisation after it, and the histogram of counts; see
+ * irsim/camera/response.py and irsim/camera/agc.py. Rounded as OpenCV rounds. */
+#include "kernels.h"
 
 typedef struct {
     float linear, root, zero, most;
@@ -45,12 +41,6 @@ INLINED void answer_each(const float *light, const int16_t *gain, float *out, Py
 
 FUSING static void answer_fused(const float *light, const int16_t *gain, float *out, Py_ssize_t length,
                                 const Answer *by)
-{
-    answer_each(light, gain, out, length, by, 1);
-}
-
-FUSING_WIDELY static void answer_widely(const float *light, const int16_t *gain, float *out, Py_ssize_t length,
-                                        const Answer *by)
 {
     answer_each(light, gain, out, length, by, 1);
 }
@@ -194,7 +184,7 @@ PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
     if (done && given[6] != Py_None)
         done = (gain = as_long(&arrays, given[6], "h", 0, length)) != NULL;
     if (done)
-        (fuses_widely() ? answer_widely : fuses() ? answer_fused : answer_twice)(light, gain, out, length, &by);
+        (fuses() ? answer_fused : answer_twice)(light, gain, out, length, &by);
     release(&arrays);
     if (!done)
         return NULL;
@@ -246,6 +236,53 @@ PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
                number(given[FIRST_ADDED + 1 + 2 * k], &by.weights[k]) == 0;
     if (done)
         (fuses() ? digitise_fused : digitise_twice)(signal, out, length, &by);
+    release(&arrays);
+    if (!done)
+        return NULL;
+    Py_RETURN_NONE;
+}
+
+#define ENTRIES (UINT16_MAX + 1)
+
+/* `tables` are two, of a place for each 16-bit word, of zeros: neighbours are often alike, and a pixel need not wait
+   until the one before it is counted. */
+static void count_pixels(const uint16_t *counts, Py_ssize_t length, int64_t *pixels, Py_ssize_t levels,
+                         uint32_t *tables)
+{
+    uint32_t *const even = tables, *const odd = tables + ENTRIES;
+    Py_ssize_t i = 0;
+    for (; i + 4 <= length; i += 4) {
+        even[counts[i]]++;
+        odd[counts[i + 1]]++;
+        even[counts[i + 2]]++;
+        odd[counts[i + 3]]++;
+    }
+    for (; i < length; i++)
+        even[counts[i]]++;
+    for (Py_ssize_t level = 0; level < levels; level++)
+        pixels[level] = (int64_t)even[level] + odd[level];
+}
+
+/* histogram(counts, pixels) */
+PyObject *histogram(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    if (count != 2)
+        return PyErr_Format(PyExc_TypeError, "histogram takes 2 arguments, not %zd", count);
+    Arrays arrays = {.count = 0};
+    Scratch held = {.count = 0};
+    Py_ssize_t length, levels;
+    const uint16_t *counts = array(&arrays, given[0], "H", 0, &length);
+    int64_t *pixels = counts ? array(&arrays, given[1], "l", 1, &levels) : NULL;
+    int done = 0;
+    if (pixels != NULL && (levels > ENTRIES || length > UINT32_MAX)) {
+        PyErr_SetString(PyExc_ValueError, "levels of 16 bits are wanted, and pixels whose number has 32");
+    } else if (pixels != NULL) {
+        uint32_t *tables = scratch(&held, 2 * ENTRIES, sizeof *tables);
+        if ((done = tables != NULL))
+            count_pixels(counts, length, pixels, levels, tables);
+    }
+    discard(&held);
     release(&arrays);
     if (!done)
         return NULL;

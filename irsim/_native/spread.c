@@ -1,14 +1,127 @@
-/* See irsim/geometry/silhouette.py, whose `spread` does the same with whole matrices, most of which are zero.
+/* The light of polygons in pixels: area and first moments of each cell, blurred and binned; plain twins: `row_differences`
+ * in irsim/geometry/polygon.py and `blur_to_pixels` in irsim/geometry/silhouette.py.
  *
- * The grid is gone through column by column: what changes in its cells is spread down over pixel rows and summed up
- * from the left, and the sums of the columns of a pixel are spread across together. The picture in work is held by
- * columns, so that all inner loops run down a column. */
-#include "spread.h"
+ * The grid is scanned column by column: changes in its cells are spread down over pixel rows and summed from the left, and
+ * the sums of the columns of a pixel are spread across together. The image in work is held by columns, so that all inner
+ * loops run down a column. */
+#include "body.h"
 
-#include <string.h>
+/* Cells of 1 / fine px, rows x columns of them, from their outer corner on. */
+typedef struct {
+    Point corner;
+    double fine;
+    int64_t rows, columns;
+} Grid;
 
-#include "arguments.h"
-#include "fused.h"
+/* A cell that a piece runs through: what its area and y moment, and those of its right neighbour, change by from the
+ * cell before, and its own x moment; for one unit of what the piece's weights say. */
+typedef struct {
+    int32_t row, next; /* next: the number of another touch in its column, -1 where there is none */
+    double area, area_beyond, y, y_beyond, x;
+    double opacity, glow;
+} Touch;
+
+typedef struct {
+    Touch *of;
+    Py_ssize_t count, room;
+    int32_t *last; /* (columns) the last touch in each column, -1 where there is none */
+} Touches;
+
+/* The lines of the grid that an edge still crosses on one axis, in the order in which it does. */
+typedef struct {
+    double start, extent; /* of the edge */
+    double line, step;
+    double place; /* where the edge crosses the line, 0..1 */
+    int64_t left;
+} Crossings;
+
+static Crossings crossings(double start, double stop, int64_t lines)
+{
+    double first = greater(floor(lesser(start, stop)) + 1, 0.0);
+    double last = lesser(ceil(greater(start, stop)) - 1, (double)lines);
+    Crossings found = {.start = start, .extent = stop - start};
+    if (!(first <= last)) /* nan, too */
+        return found;
+    found.left = (int64_t)(last - first) + 1;
+    found.line = start < stop ? first : last;
+    found.step = start < stop ? 1.0 : -1.0;
+    found.place = (found.line - start) / found.extent;
+    return found;
+}
+
+static double pass(Crossings *crossings)
+{
+    double place = crossings->place;
+    crossings->line += crossings->step;
+    crossings->left--;
+    crossings->place = (crossings->line - crossings->start) / crossings->extent;
+    return place;
+}
+
+static double next_cut(Crossings *across, Crossings *down)
+{
+    if (across->left > 0 && !(down->left > 0 && down->place < across->place))
+        return pass(across);
+    return pass(down);
+}
+
+/* A part of an edge that lies within one cell, by its middle and its extent. */
+static int touch(Point middle, double wide, double high, const Piece *piece, const Grid *grid, Touches *touches)
+{
+    if (!(middle.y >= 0 && middle.y < (double)grid->rows && middle.x < (double)grid->columns))
+        return 0;
+    /* Left of the grid an edge still bounds all the cells to its right, like an edge on the border. */
+    if (middle.x < 0)
+        wide = middle.x = 0.0;
+    int64_t column = (int64_t)middle.x, row = (int64_t)middle.y;
+    if (touches->count == touches->room) {
+        Py_ssize_t room = 2 * touches->room + 1024;
+        Touch *grown = room > INT32_MAX ? NULL : PyMem_Realloc(touches->of, (size_t)room * sizeof(Touch));
+        if (grown == NULL) {
+            PyErr_NoMemory();
+            return -1;
+        }
+        touches->of = grown;
+        touches->room = room;
+    }
+    double x = middle.x - (double)column, y = middle.y - ((double)row + 0.5);
+    /* Of the cell: what is right of the piece. Of its neighbour: what the cell lacks to a whole one. */
+    double area = -high * (1 - x);
+    double y_moment = area * y + high * wide * high / 12;
+    touches->of[touches->count] = (Touch){
+        .row = (int32_t)row,
+        .next = touches->last[column],
+        .area = area,
+        .area_beyond = -high - area,
+        .y = y_moment,
+        .y_beyond = -high * y - y_moment,
+        .x = -high * (0.125 - ((x - 0.5) * (x - 0.5) + wide * wide / 12) / 2),
+        .opacity = piece->opacity,
+        .glow = piece->glow,
+    };
+    touches->last[column] = (int32_t)touches->count++;
+    return 0;
+}
+
+/* -1 with an exception without memory. The caller frees touches->of in either case. */
+WIDE static int touch_cells(const Piece *piece, const Grid *grid, Touches *touches)
+{
+    Point start = {(piece->start.x - grid->corner.x) * grid->fine, (piece->start.y - grid->corner.y) * grid->fine};
+    Point stop = {(piece->stop.x - grid->corner.x) * grid->fine, (piece->stop.y - grid->corner.y) * grid->fine};
+    double wide = stop.x - start.x, high = stop.y - start.y;
+    Crossings across = crossings(start.x, stop.x, grid->columns), down = crossings(start.y, stop.y, grid->rows);
+    int64_t cuts = across.left + down.left;
+    double begin = 0.0;
+    for (int64_t i = 0; i <= cuts; i++) {
+        double end = i < cuts ? next_cut(&across, &down) : 1.0;
+        double at = (begin + end) / 2, length = end - begin;
+        Point middle = {start.x + wide * at, start.y + high * at};
+        if (touch(middle, wide * length, high * length, piece, grid, touches) < 0)
+            return -1;
+        begin = end;
+    }
+    return 0;
+}
 
 static const char NAME[] = "irsim.spread";
 
@@ -214,12 +327,6 @@ INLINED void spread_term(Work *work, Py_ssize_t term, int fused)
     forget(here); /* what lies beyond the last column */
 }
 
-FUSING_WIDELY static void spread_widely(Work *work)
-{
-    for (Py_ssize_t term = 0; term < work->by->terms; term++)
-        spread_term(work, term, 1);
-}
-
 FUSING static void spread_fused(Work *work)
 {
     for (Py_ssize_t term = 0; term < work->by->terms; term++)
@@ -242,7 +349,9 @@ static void turn(const double *picture, Py_ssize_t high, Py_ssize_t wide, double
         }
 }
 
-int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py_ssize_t columns, double *light)
+/* The light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission of touched cells. -1 with an exception
+ * without memory. */
+static int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py_ssize_t columns, double *light)
 {
     Py_ssize_t high = rows + 2 * by->reach, wide = columns + 2 * by->reach, size = high * wide, cells = rows * by->fine;
     Scratch held = {.count = 0};
@@ -265,7 +374,7 @@ int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py
         for (Py_ssize_t j = 0; j < by->fine; j++)
             work.sums[j] = (Column){sums + 2 * j * both, sums + (2 * j + 1) * both};
         memset(light, 0, (size_t)size * sizeof(double));
-        (fuses_widely() ? spread_widely : fuses() ? spread_fused : spread_twice)(&work);
+        (fuses() ? spread_fused : spread_twice)(&work);
         turn(picture, high, wide, light + size);
     }
     discard(&held);
@@ -334,4 +443,95 @@ done:
 const Spread *spread_of(PyObject *given)
 {
     return PyCapsule_GetPointer(given, NAME);
+}
+
+static Middle middle_of(const Pieces *pieces)
+{
+    Point origin = pieces->count ? pieces->of[0].start : (Point){NAN, NAN};
+    Point area_moment = {0, 0}, light_moment = {0, 0};
+    double area = 0, light = 0;
+    for (Py_ssize_t i = 0; i < pieces->count; i++) {
+        const Piece *piece = &pieces->of[i];
+        Point a = {piece->start.x - origin.x, piece->start.y - origin.y};
+        Point b = {piece->stop.x - origin.x, piece->stop.y - origin.y};
+        double twice = a.x * b.y - a.y * b.x;
+        double cover = piece->opacity * twice, shine = piece->glow * twice;
+        area += cover;
+        light += shine;
+        area_moment = (Point){area_moment.x + cover * (a.x + b.x), area_moment.y + cover * (a.y + b.y)};
+        light_moment = (Point){light_moment.x + shine * (a.x + b.x), light_moment.y + shine * (a.y + b.y)};
+    }
+    return (Middle){
+        area / 2,
+        light / 2,
+        {origin.x + area_moment.x / (3 * area), origin.y + area_moment.y / (3 * area)},
+        {origin.x + light_moment.x / (3 * light), origin.y + light_moment.y / (3 * light)},
+    };
+}
+
+static int draw(const Pieces *pieces, const Grid *grid, const Spread *by, Py_ssize_t rows, Py_ssize_t columns,
+                double *light)
+{
+    Scratch held = {.count = 0};
+    Touches touches = {.last = scratch_as_is(&held, grid->columns, sizeof(int32_t))};
+    int failed = touches.last == NULL;
+    for (int64_t i = 0; i < grid->columns && !failed; i++)
+        touches.last[i] = -1;
+    for (Py_ssize_t i = 0; i < pieces->count && !failed; i++)
+        failed = touch_cells(&pieces->of[i], grid, &touches) < 0;
+    if (!failed)
+        failed = spread_touches(&touches, by, rows, columns, light) < 0;
+    PyMem_Free(touches.of);
+    discard(&held);
+    return failed ? -1 : 0;
+}
+
+int draw_polygons(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t edges, const double *glow,
+                  Py_ssize_t layers, Point corner, Py_ssize_t rows, Py_ssize_t columns, const Spread *by, double *light,
+                  Middle *middle)
+{
+    const Grid grid = {corner, (double)by->fine, rows * by->fine, columns * by->fine};
+    Pieces pieces = {.count = 0};
+    int failed = visible_pieces(start, stop, layer, edges, glow, layers, &pieces) < 0 ||
+                 draw(&pieces, &grid, by, rows, columns, light) < 0;
+    if (!failed)
+        *middle = middle_of(&pieces);
+    PyMem_Free(pieces.of);
+    return failed ? -1 : 0;
+}
+
+/* sprite_light(start, stop, layer, glow, left, top, rows, columns, spread, light): see `draw_polygons`; returned are
+ * area, signal, and the x and y of the area's and of the signal's centroid. */
+PyObject *sprite_light(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    if (count != 10)
+        return PyErr_Format(PyExc_TypeError, "sprite_light takes 10 arguments, not %zd", count);
+    Arrays arrays = {.count = 0};
+    PyObject *result = NULL;
+    Py_ssize_t starts, stops, edges, layers, room;
+    const Point *start = array(&arrays, given[0], "d", 0, &starts);
+    const Point *stop = start ? array(&arrays, given[1], "d", 0, &stops) : NULL;
+    const int64_t *layer = stop ? array(&arrays, given[2], "l", 0, &edges) : NULL;
+    const double *glow = layer ? array(&arrays, given[3], "d", 0, &layers) : NULL;
+    double *light = glow ? array(&arrays, given[9], "d", 1, &room) : NULL;
+    const Spread *by = light ? spread_of(given[8]) : NULL;
+    if (by == NULL)
+        goto done;
+    const Point corner = {PyFloat_AsDouble(given[4]), PyFloat_AsDouble(given[5])};
+    const Py_ssize_t rows = PyLong_AsSsize_t(given[6]), columns = PyLong_AsSsize_t(given[7]);
+    if (PyErr_Occurred())
+        goto done;
+    if (starts != 2 * edges || stops != 2 * edges || rows < 1 || columns < 1 || rows > INT32_MAX / MOST_FINE ||
+        columns > INT32_MAX / MOST_FINE || room != 3 * (rows + 2 * by->reach) * (columns + 2 * by->reach)) {
+        PyErr_SetString(PyExc_ValueError, "sprite_light: the lengths of its arrays do not agree");
+        goto done;
+    }
+    Middle middle;
+    if (draw_polygons(start, stop, layer, edges, glow, layers, corner, rows, columns, by, light, &middle) == 0)
+        result = Py_BuildValue("(dddddd)", middle.area, middle.light, middle.center.x, middle.center.y,
+                               middle.signal_center.x, middle.signal_center.y);
+done:
+    release(&arrays);
+    return result;
 }

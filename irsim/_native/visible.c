@@ -1,13 +1,6 @@
-/* See irsim/targets/visibility.py, whose `visible_edges` does the same in the same order, so that pieces are the same to
- * the last bit; here one edge after the other, with nothing kept but what covers it. */
-#include "visible.h"
-
-#include "fused.h"
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define FOURS 4
-#include <immintrin.h>
-#endif
+/* Visible pieces of the edges of convex polygons. `visible_edges` in irsim/geometry/polygon.py does the same in the same
+ * order, so that pieces agree to the last bit. */
+#include "body.h"
 
 /* As there: edges of each layer lie this much further in than those of the one in front. */
 static const double INSET_PX = 1e-9;
@@ -25,7 +18,7 @@ static double inset_of(const Point *start, Py_ssize_t count)
 typedef struct {
     Point start, stop, along;
     Extent box;
-} Edge;
+} InsetEdge;
 
 /* The lines of edges: across * x + down * y = level, greater inside the polygon. */
 typedef struct {
@@ -43,7 +36,7 @@ typedef struct {
 } Cut;
 
 typedef struct {
-    const Edge *edges;
+    const InsetEdge *edges;
     Lines lines;
     const int64_t *first; /* (layers + 1) first edge of each polygon */
     const Extent *boxes;  /* (layers) */
@@ -56,9 +49,9 @@ typedef struct {
     double *entries, *leaves; /* (edges) room */
 } Picture;
 
-static Edge inset(Point start, Point stop, double each, int64_t depth)
+static InsetEdge inset(Point start, Point stop, double each, int64_t depth)
 {
-    Edge edge = {.along = {stop.x - start.x, stop.y - start.y}};
+    InsetEdge edge = {.along = {stop.x - start.x, stop.y - start.y}};
     double across = -edge.along.y, down = edge.along.x;
     double length = sqrt(across * across + down * down);
     double by = each * (double)depth / (length > 1e-300 ? length : 1e-300);
@@ -75,11 +68,11 @@ typedef struct {
     double *starts, *stops;
 } Sides;
 
-typedef int RunsThrough(const Edge *edge, const Sides *sides, Through *through);
+typedef int RunsThrough(const InsetEdge *edge, const Sides *sides, Through *through);
 
 /* Does an edge run through a polygon? Where on its lines it enters and leaves is only asked of one that is beyond none
  * of them with both its ends, and beyond some with one. */
-static inline int runs_through(const Edge *edge, const Sides *sides, Through *through)
+static inline int runs_through(const InsetEdge *edge, const Sides *sides, Through *through)
 {
     const Point start = edge->start, stop = edge->stop;
     const double *restrict across = sides->across, *restrict down = sides->down, *restrict level = sides->level;
@@ -106,43 +99,10 @@ static inline int runs_through(const Edge *edge, const Sides *sides, Through *th
     return from < to;
 }
 
-#ifdef WIDE_VECTORS
-#define LANES 8
-
-/* The same, eight lines at a time. */
-FUSING_WIDELY static inline int runs_through_widely(const Edge *edge, const Sides *sides, Through *through)
-{
-    const __m512d start_x = _mm512_set1_pd(edge->start.x), start_y = _mm512_set1_pd(edge->start.y);
-    const __m512d stop_x = _mm512_set1_pd(edge->stop.x), stop_y = _mm512_set1_pd(edge->stop.y);
-    const __m512d zero = _mm512_setzero_pd();
-    __m512d from = zero, to = _mm512_set1_pd(1.0);
-    for (Py_ssize_t i = 0; i < sides->count; i += LANES) {
-        const Py_ssize_t left = sides->count - i;
-        const __mmask8 asked = (__mmask8)(left < LANES ? (1 << left) - 1 : UINT8_MAX);
-        const __m512d x = _mm512_maskz_loadu_pd(asked, sides->across + i);
-        const __m512d y = _mm512_maskz_loadu_pd(asked, sides->down + i);
-        const __m512d level = _mm512_maskz_loadu_pd(asked, sides->level + i); /* nothing is beyond those not asked for */
-        const __m512d starts = _mm512_sub_pd(_mm512_add_pd(_mm512_mul_pd(start_x, x), _mm512_mul_pd(start_y, y)), level);
-        const __m512d stops = _mm512_sub_pd(_mm512_add_pd(_mm512_mul_pd(stop_x, x), _mm512_mul_pd(stop_y, y)), level);
-        const __mmask8 begins = _mm512_cmp_pd_mask(starts, zero, _CMP_LT_OQ);
-        const __mmask8 ends = _mm512_cmp_pd_mask(stops, zero, _CMP_LT_OQ);
-        if (begins & ends)
-            return 0;
-        if (begins | ends) {
-            const __m512d crossing = _mm512_div_pd(starts, _mm512_sub_pd(starts, stops));
-            from = _mm512_mask_max_pd(from, begins, from, crossing);
-            to = _mm512_mask_min_pd(to, ends, to, crossing);
-        }
-    }
-    through->entry = _mm512_reduce_max_pd(from);
-    through->leave = _mm512_reduce_min_pd(to);
-    return through->entry < through->leave;
-}
-#endif
-
-#ifdef FOURS
+#ifdef SIXTEENS
+#define FOURS 4
 /* The same, four lines at a time: of whole bodies 0.9 of the time that the loops take. */
-FUSING INLINED int runs_through_by_fours(const Edge *edge, const Sides *sides, Through *through)
+FUSING INLINED int runs_through_by_fours(const InsetEdge *edge, const Sides *sides, Through *through)
 {
     static const int64_t asked[2 * FOURS] = {-1, -1, -1, -1, 0, 0, 0, 0};
     const __m256d start_x = _mm256_set1_pd(edge->start.x), start_y = _mm256_set1_pd(edge->start.y);
@@ -192,7 +152,7 @@ static void find_near(Picture *picture, int64_t own)
 }
 
 /* The polygons that an edge runs through, up to the first that holds all of it: nothing beyond that one is seen. */
-INLINED Py_ssize_t all_by(const Picture *picture, const Edge *edge, RunsThrough runs)
+INLINED Py_ssize_t all_by(const Picture *picture, const InsetEdge *edge, RunsThrough runs)
 {
     Py_ssize_t found = 0;
     for (Py_ssize_t i = 0; i < picture->count_near; i++) {
@@ -214,22 +174,13 @@ INLINED Py_ssize_t all_by(const Picture *picture, const Edge *edge, RunsThrough 
     return found;
 }
 
-static Py_ssize_t all_by_loops(const Picture *picture, const Edge *edge)
+static Py_ssize_t all_by_loops(const Picture *picture, const InsetEdge *edge)
 {
     return all_by(picture, edge, runs_through);
 }
 
-#ifdef WIDE_VECTORS
-FUSING_WIDELY static Py_ssize_t all_widely(const Picture *picture, const Edge *edge)
-{
-    return all_by(picture, edge, runs_through_widely);
-}
-#else
-#define all_widely all_by_loops
-#endif
-
 #ifdef FOURS
-FUSING static Py_ssize_t all_by_fours(const Picture *picture, const Edge *edge)
+FUSING static Py_ssize_t all_by_fours(const Picture *picture, const InsetEdge *edge)
 {
     return all_by(picture, edge, runs_through_by_fours);
 }
@@ -258,7 +209,7 @@ static int64_t nearest(const Through *through, Py_ssize_t count, double middle, 
     return nothing;
 }
 
-static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, double end, double opacity, double glow)
+static int keep(Pieces *pieces, const InsetEdge *edge, int64_t layer, double begin, double end, double opacity, double glow)
 {
     if (pieces->count == pieces->room) {
         Py_ssize_t room = 2 * pieces->room + 256;
@@ -278,8 +229,8 @@ static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, d
 
 static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
 {
-    const Edge *edge = &picture->edges[number];
-    Py_ssize_t count = (fuses_widely() ? all_widely : fuses() ? all_by_fours : all_by_loops)(picture, edge);
+    const InsetEdge *edge = &picture->edges[number];
+    Py_ssize_t count = (fuses() ? all_by_fours : all_by_loops)(picture, edge);
     sort_cuts(picture->cuts, picture->through, count, number);
     int open = 0; /* is there a piece that may go on? */
     double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
@@ -328,7 +279,7 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
                    Py_ssize_t layers, Pieces *pieces)
 {
     Scratch held = {.count = 0};
-    Edge *edges = scratch_as_is(&held, count, sizeof(Edge));
+    InsetEdge *edges = scratch_as_is(&held, count, sizeof(InsetEdge));
     double *room = edges ? scratch_as_is(&held, 5 * count, sizeof(double)) : NULL;
     int64_t *first = room ? scratch_as_is(&held, layers + 1, sizeof(int64_t)) : NULL;
     Extent *boxes = first ? scratch_as_is(&held, layers, sizeof(Extent)) : NULL;
@@ -342,7 +293,7 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
         for (Py_ssize_t i = 0; i < layers; i++)
             boxes[i] = NOTHING;
         for (Py_ssize_t i = 0; i < count; i++) {
-            Edge edge = edges[i] = inset(start[i], stop[i], each, layer[i]);
+            InsetEdge edge = edges[i] = inset(start[i], stop[i], each, layer[i]);
             boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edge.start), edge.stop);
             lines.across[i] = edge.start.y - edge.stop.y;
             lines.down[i] = edge.stop.x - edge.start.x;

@@ -1,8 +1,6 @@
 /* High-pass by background prediction from the samples of a neighbourhood; see irtrack/features/highpass.py. */
 #include "kernels.h"
 
-#include "irsim/_native/wide.h"
-
 /* Sums of so many levels of one byte, and residuals, fit into 16 bits; of two bytes, into 32. */
 #define MOST_SAMPLES 128
 

@@ -1,8 +1,6 @@
 /* Kernel-weighted histograms of windows of one size, and their similarity; see irtrack/features/histogram.py. */
 #include "kernels.h"
 
-#include "irsim/_native/wide.h"
-
 typedef struct {
     Py_ssize_t left, top, right, bottom;
 } Bounds;

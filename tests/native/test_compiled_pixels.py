@@ -28,46 +28,39 @@ from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.response import MAX_ADDED
 from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
-from irsim.rng import CELLS, cell_means
+from irsim.rng import cell_means
 
 FIELDS = cloud_evolution.EvolvingFields(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
 
-@given(length=st.integers(0, 10_000), seed=st.integers(-(2**70), 2**70))
-@example(length=512 * 640, seed=1)
-def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
-    plain = rng._normals_plain((length,), rng.bit_generator(seed, "a", 3), None)
-    np.testing.assert_array_equal(rng.normals((length,), seed, "a", 3), plain, strict=True)
-
-
-def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None:
-    length = 3_000_001
-    int16_image = rng.bit_generator(1, "all").random_raw(-(-length // 4)).view(np.uint16)
-    assert len(np.unique(int16_image)) == CELLS
-    plain = rng._normals_plain((length,), rng.bit_generator(1, "all"), None)
-    np.testing.assert_array_equal(rng.normals((length,), 1, "all"), plain, strict=True)
-
-
-def test_a_wrong_seed_or_table_is_refused() -> None:
-    seed, table, pieces, deep, refined = rng.kernel_arguments(1, "a")
+def test_wrong_seed_or_table_is_refused() -> None:
+    seed, table, deep, refined = rng.kernel_arguments(1, "a")
     out = np.zeros(8, np.float32)
     for wrong in (
-        (seed[1:], table, pieces, deep, refined),
-        (seed, table[1:], pieces, deep, refined),
-        (seed, table, pieces[1:], deep, refined),
-        (seed, table, pieces, deep[1:], refined),
-        (seed, table, pieces, deep, -1),
-        (seed, table, pieces, deep, refined + 1),
+        (seed[1:], table, deep, refined),
+        (seed, table[1:], deep, refined),
+        (seed, table, deep[1:], refined),
+        (seed, table, deep, -1),
+        (seed, table, deep, refined + 1),
     ):
         with pytest.raises(ValueError, match="wanted"):
-            kernels.normals(*wrong, out)
+            kernels.add_normals(*wrong, out, 1.0)
     with pytest.raises(TypeError):
-        kernels.normals(seed, table, pieces, deep, refined, out.astype(float))
+        kernels.add_normals(seed, table, deep, refined, out.astype(float), 1.0)
     with pytest.raises(ValueError, match="read-only"):
-        kernels.normals(seed, table, pieces, deep, refined, cell_means())
+        kernels.add_normals(seed, table, deep, refined, cell_means(), 1.0)
     assert not out.any()
+
+
+@given(length=st.integers(0, 10_000), seed=st.integers(-(2**70), 2**70))
+@example(length=3_000_001, seed=1)
+def test_drawn_normals_equal_the_plain_ones(length: int, seed: int) -> None:
+    """Each of the 65,536 words occurs in the example."""
+    found = np.zeros(length, np.float32)
+    kernels.add_normals(*rng.kernel_arguments(seed, "a", 3), found, 1.0)
+    np.testing.assert_array_equal(found, rng.normals((length,), seed, "a", 3), strict=True)
 
 
 RESPONSE = ElectronSensor().response(SensorSettings("mwir", 14, 20.0, (250.0, 350.0)))
@@ -96,7 +89,7 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
-            for module in (rng, ar1, noise_module):
+            for module in (ar1, noise_module):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
             frame_context = FrameContext(index, (rows, columns), 50.0, 1)

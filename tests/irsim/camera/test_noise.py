@@ -15,7 +15,6 @@ import pytest
 from pydantic_core import PydanticCustomError
 from scipy import stats
 
-from irsim import rng
 from irsim.camera import NOISES, ar1, bad_pixels, drift, noise, noise_base
 from irsim.camera import response as response_module
 from irsim.camera.ar1 import Ar1
@@ -115,7 +114,7 @@ def test_compiled_and_plain_exposures_agree(word: str, keys: dict[str, str], bef
     assert np.ptp(found) > 0
     clear_caches()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (rng, ar1, noise, response_module):
+        for module in (ar1, noise, response_module):
             patch.setattr(module, "COMPILED", False)
         plain = SignalChain(response(), chain.noises, 50.0, 1).expose(light(), 5)
     assert np.abs(found.astype(int) - plain).max() <= 1
