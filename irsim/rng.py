@@ -106,10 +106,6 @@ def stream(seed: int, *address: Address) -> np.random.Generator:
 
 def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64]:
     """Draw (count,) uniform numbers, 0 <= u < 1: the first ones of `stream(seed, *address).random`."""
-    if COMPILED:
-        values = np.empty(count)
-        kernels.uniforms(_digest(seed, *address), values)
-        return values
     return stream(seed, *address).random(count)
 
 

@@ -39,10 +39,10 @@ def atmosphere_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 def target_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
     """Warn of each target outside the range of the fit, with the first reason."""
     context = scenario.context
-    if context.air.preset == "none" or context.cast is None:
+    if context.air.preset == "none" or context.objects is None:
         return
     frames = sampled_frames(scenario.frames)
-    places = context.cast.standpoints(frames, context)
+    places = context.objects.camera_positions(frames, context)
     climbs = -places @ context.geometry.down
     for index, target in enumerate(scenario.targets):
         relative = target.path.positions(frames, context, target.id) - places

@@ -184,7 +184,7 @@ def background_layer_passed(scenario: Scenario) -> Iterator[Notice]:
 
     They surround its first position, with a texture drawn for it, and are not drawn from outside.
     """
-    context, cast, shells = scenario.context, scenario.context.cast, list(scenario.background.parallax_surfaces())
+    context, cast, shells = scenario.context, scenario.context.objects, list(scenario.background.parallax_surfaces())
     if not shells or cast is None:
         return
     frames = sampled_frames(scenario.frames)

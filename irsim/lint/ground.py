@@ -74,7 +74,7 @@ def ground_near_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
     """Warn of ground at infinity below a moving camera."""
-    context, background, cast = scenario.context, scenario.background, scenario.context.cast
+    context, background, cast = scenario.context, scenario.background, scenario.context.objects
     if not background.endless or background.surface_m is not None or cast is None:
         return
     frames = sampled_frames(scenario.frames)
@@ -165,7 +165,7 @@ def target_above_ground(scenario: Scenario) -> Iterator[Notice]:
 
 def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Warn of targets whose center a round earth would hide, where the background gives the camera's height."""
-    context, cast, level = scenario.context, scenario.context.cast, scenario.background.surface_m
+    context, cast, level = scenario.context, scenario.context.objects, scenario.background.surface_m
     if level is None or cast is None:
         return
     sampled = sampled_frames(scenario.frames, MAX_FRAMES)

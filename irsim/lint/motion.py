@@ -68,7 +68,7 @@ def camera_below_ground(scenario: Scenario) -> Iterator[Notice]:
 
 def target_through_camera(scenario: Scenario) -> Iterator[Notice]:
     """Warn of targets that pass through the camera."""
-    context, cast = scenario.context, scenario.context.cast
+    context, cast = scenario.context, scenario.context.objects
     sampled = sampled_frames(scenario.frames, MAX_FRAMES)
     apart = np.diff(sampled).max(initial=1)
     for index, target in enumerate(scenario.targets):

@@ -81,7 +81,7 @@ def short_text(value: Any) -> str:
 
 def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Iterator[str]:
     """Yield faults of a scenario that passes the validation of its model."""
-    for notice in (*unmet(scenario), *_range_faults(document, scenario)):
+    for notice in (*infeasible(scenario), *_range_faults(document, scenario)):
         yield notice_line(document, notice)
     if all_severities:
         count = min(map(len, scenario.severities.values()), default=1)

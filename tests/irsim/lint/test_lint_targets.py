@@ -32,7 +32,7 @@ def test_aliased_rotation(kind: str, key: str, hz: float, frames: int, still: bo
     assert (f"targets.0.shape.{key}" in warned(scene)) == still
     if frames > 2 and hz > 0:
         renderer = Renderer(Scenario.model_validate({**scene, "background": {"kind": "sky"}}))
-        first, *others = (renderer.seen(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
+        first, *others = (renderer.drawn_targets(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
         same = all(first.shape == other.shape and np.allclose(first, other, atol=1e-9) for other in others)
         assert same == still
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import irsim.measure
 import numpy as np
 import pytest
 
