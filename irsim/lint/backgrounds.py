@@ -189,7 +189,7 @@ def background_layer_passed(scenario: Scenario) -> Iterator[Notice]:
         return
     frames = sampled_frames(scenario.frames)
     level = context.geometry.world_rotation(np.zeros(3))
-    places = (cast.standpoints(frames, context) @ level).tolist()
+    places = (cast.camera_positions(frames, context) @ level).tolist()
     for name, at, shell in shells:
         for share, effect in ((1.0, _PASSED), (_FAR, _DISTORTED)):
             beyond = [not shell.contains((x / share, y / share, z / share)) for x, y, z in places]

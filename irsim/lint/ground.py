@@ -78,7 +78,7 @@ def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
     if not background.endless or background.surface_m is not None or cast is None:
         return
     frames = sampled_frames(scenario.frames)
-    places = cast.standpoints(frames, context)
+    places = cast.camera_positions(frames, context)
     moved_m = float(np.linalg.norm(places, axis=1).max())
     if moved_m == 0:
         return
@@ -174,7 +174,7 @@ def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
         frames = frames_present(target, sampled)
         if not len(frames):
             continue
-        camera, places = cast.standpoints(frames, context), target.path.positions(frames, context, target.id)
+        camera, places = cast.camera_positions(frames, context), target.path.positions(frames, context, target.id)
         eye_m, middle_m = np.maximum(level - camera @ down, 0.0), np.maximum(level - places @ down, 0.0)
         range_km = np.linalg.norm(places - camera, axis=1) * 1e-3
         seen_km = horizon_km(eye_m) + horizon_km(middle_m)

@@ -75,7 +75,7 @@ def target_through_camera(scenario: Scenario) -> Iterator[Notice]:
         frames = frames_present(target, sampled)
         if len(frames) < 2 or cast is None:
             continue
-        places = target.path.positions(frames, context, target.id) - cast.standpoints(frames, context)
+        places = target.path.positions(frames, context, target.id) - cast.camera_positions(frames, context)
         steps = np.diff(places, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
         share = -np.sum(places[:-1] * steps, axis=1) / lengths  # of each step, where it comes nearest
