@@ -84,7 +84,7 @@ def coarseness(sigma_px: float, side: int) -> int:
 
 
 def shrunk(texture: Floats, coarse: int) -> Floats:
-    """Return the means of squares of a texture, (rows / coarse, columns / coarse) float32."""
+    """Return a texture reduced by `coarse`: means of blocks of coarse x coarse pixels, float32."""
     rows, columns = (length // coarse for length in texture.shape[:2])
     return np.asarray(cv2.resize(texture, (columns, rows), interpolation=cv2.INTER_AREA))
 

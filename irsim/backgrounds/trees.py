@@ -102,7 +102,7 @@ class Trees(Structure):
         kelvin: float,
         draw: np.random.Generator,
     ) -> None:
-        """Draw a tree of about that height, with that distance to the next, px."""
+        """Draw a tree of about the given height, px, with the given distance to the next tree, px."""
         height = tall * float(np.clip(1 + 0.25 * draw.standard_normal(), 0.4, 1.7))
         own = kelvin + self.spread_k * np.sqrt(0.5) * float(draw.standard_normal())
         is_conifer = draw.random() < self.conifers

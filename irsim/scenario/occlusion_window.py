@@ -207,7 +207,8 @@ class Occlusion:
         return f"it passes at {speed:.2g} px a frame; try a faster target, one farther away{other}, or a place"
 
     def _slack_frames(self) -> int:
-        """Return the frames, before and after, that the target may take to leave the occluder."""
+        """Return how many frames before the first and after the last required frame the target may be partly
+        occluded."""
         name, (first, _) = target_and_frames(self.occluder)
         speed, sprite = target_speed_px(self.visibility, self.occluder), self.visibility.sprite(name, first)
         window = occlusion_window(self.visibility, self.occluder)

@@ -137,7 +137,7 @@ class TargetVisibility:
         return {}
 
     def _fraction(self, name: str, frame: int, area: Callable[[TargetVisibility, Sprite], float]) -> float:
-        """Return the fraction 0..1 of an area, px2 at each sample time, of the target's area over the exposure."""
+        """Return the sum of `area`, px2, over the sample times, divided by that of the target's area: 0..1."""
         drawn = [(at, sprite) for at in self.exposure if (sprite := at.sprite(name, frame)) is not None]
         return sum(area(*each) for each in drawn) / sum(sprite.area for _, sprite in drawn) if drawn else 0.0
 

@@ -43,7 +43,8 @@ def outline_edges(pixels: Floats, faces: Ints) -> tuple[Floats, Floats]:
 
 
 def _boundary_edges(faces: Ints, vertices: int) -> tuple[Ints, Ints, Ints]:
-    """Return tails, heads and positive counts of the edges that do not cancel, directed as in their face."""
+    """Return (tail, head, count) of boundary edges: uses of an edge in opposite directions cancel, `count` uses are
+    left."""
     tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     keys, inverse = np.unique(low * vertices + high, return_inverse=True)

@@ -178,7 +178,7 @@ class Gate:
         )
 
     def check_told(self, comparisons: Iterable[Comparison]) -> None:
-        """Raise InputError where no comparison of the figure has enough runs to fail."""
+        """Raise InputError where every comparison of this figure has too few runs to be judged."""
         of_figure = [each for each in comparisons if each.figure == self.figure]
         if all(each.verdict == "too few" for each in of_figure):
             raise InputError(

@@ -214,7 +214,7 @@ class Results:
             return found.fetchone() is not None
 
     def add(self, cell: RunRecord, trace: Trace | None) -> None:
-        """Keep a finished run; its source and its call were noted before."""
+        """Store the finished run of a tracker; its source and the bench command are stored already."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
         row |= {"trace": packed_trace(trace) if trace else None}

@@ -94,7 +94,8 @@ def replayed(
 
 
 def _fitted(source: Source, indices: np.ndarray) -> tuple[float, int]:
-    """Return the scale of the pictures and the stride, estimated from a few of them."""
+    """Return the picture scale and frame stride that keep a replay within its size limit, estimated from a few
+    frames."""
     probes = indices[np.linspace(0, len(indices) - 1, min(4, len(indices))).round().astype(int)]
     images = [source.frame(int(index), "display").image for index in probes]
     for scale in SCALES:

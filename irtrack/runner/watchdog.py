@@ -1,4 +1,7 @@
-"""Watchdog of trackers in worker processes: the frame at work, the time limit, and the tracker to blame for a crash."""
+"""Watchdog of trackers in worker processes: time limit, heartbeat of the current frame, and blame for a crash.
+
+`worker.Worker` waits for answers and ends the process at the limit.
+"""
 
 from __future__ import annotations
 
