@@ -15,7 +15,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.recording.output import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
@@ -111,6 +110,8 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and the command that repeats it."""
+    from irsim.recording.output import check_output
+
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
@@ -163,15 +164,15 @@ def run(
 
         expected = explain_all(opened.scenario, trace, track.target)
     if csv is not None:
-        from irtrack.cli.output import track_to_csv
+        from irtrack.cli.track_files import track_to_csv
 
         track_to_csv(track, csv)
     if output is not None:
-        from irtrack.cli.output import record_track
+        from irtrack.cli.track_files import record_track
 
         record_track(track, opened.rate_hz, output)
     if as_json:
-        from irtrack.cli.output import track_as_dict
+        from irtrack.cli.track_files import track_as_dict
 
         rules = [asdict(each) for each in expected]
         print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})
@@ -210,6 +211,8 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of a results file and print its path."""
+    from irsim.recording.output import check_output
+
     check_output(output, results)
     from irtrack.report import write_report
 

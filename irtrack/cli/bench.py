@@ -17,7 +17,6 @@ import typer
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
 from irsim.errors import counted
-from irsim.recording.output import check_output
 from irtrack.cli.options import (
     TRACKERS,
     TRACKERS_HELP,
@@ -189,6 +188,8 @@ def bench(
 
 def check_results(path: Path, *inputs: Path) -> None:
     """Raise InputError where no results file can be written: see `irsim.recording.output.check_output`."""
+    from irsim.recording.output import check_output
+
     check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 

@@ -11,7 +11,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.recording.output import atomic_text, check_output, make_folder
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -46,6 +45,8 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Test the properties that every tracker should have; print verdicts and the least failing examples."""
+    from irsim.recording.output import check_output, make_folder
+
     effort, wanted = _profile(profile), names("--only", only)
     from irtrack.bench import parse_tracker_spec
     from irtrack.properties import PROPERTIES
@@ -137,6 +138,8 @@ def _scene(text: str) -> str:
 
 def _write(outcomes: Sequence[Outcome], folder: Path | None) -> Iterator[Path]:
     """Write the scenes of the least failing examples into a folder; yield each path."""
+    from irsim.recording.output import atomic_text
+
     if folder is None:
         return
     for outcome in outcomes:

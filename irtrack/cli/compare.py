@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli.terminal import given_path
-from irsim.recording.output import atomic_text, check_output
 from irtrack.cli.options import AsJson, names
 from irtrack.cli.output import print_json, print_table
 
@@ -42,6 +41,8 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare two results files, or two trackers of one file, run by run on the same scenes."""
+    from irsim.recording.output import atomic_text, check_output
+
     inputs = [Path(name) for name in (old, new) if Path(name).exists()] or [results]
     check_output(junit_file, *inputs, endings=(".xml",))
     from irtrack.bench.compare import USUAL, Gate, cells_of, in_words, junit, under_one_label

@@ -12,7 +12,7 @@ import pytest
 import irsim
 import irtrack
 from irsim.errors import InputError
-from irtrack.cli.output import track_to_csv
+from irtrack.cli.track_files import track_to_csv
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"

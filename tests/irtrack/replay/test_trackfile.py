@@ -11,7 +11,7 @@ from bench_fakes import Strip, Walker
 
 import irsim
 import irtrack
-from irtrack.cli.output import track_as_dict, track_to_csv
+from irtrack.cli.track_files import track_as_dict, track_to_csv
 
 
 def test_a_track_as_csv_and_json(tmp_path: Path) -> None:
