@@ -7,7 +7,7 @@ from irsim.errors import run_command
 
 def main() -> None:
     """Run the command."""
-    run_command("irtrack", "irtrack.cli")
+    run_command("irtrack", "irtrack.cli.app")
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ BAD = {
     "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
-    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, no YAML; irsim info"),
+    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, not YAML; irsim info"),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "unknown kind of picture": (

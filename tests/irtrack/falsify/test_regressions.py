@@ -226,7 +226,7 @@ def test_changed_frames_are_reported(folder: Path, cli: Cli) -> None:
         (["none-suite.yaml"], "none-suite.yaml: cannot read it: there is no such file"),
         (["sky"], "sky: allowed: a suite (*suite*.yaml) or a folder of kept failures"),
         (["empty"], "empty: holds no kept failure"),
-        (["odd-suite.yaml"], "odd-suite.golden.json: holds no golden figures"),
+        (["odd-suite.yaml"], "odd-suite.golden.json: holds no baseline"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )

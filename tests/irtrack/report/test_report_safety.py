@@ -40,7 +40,7 @@ def test_kind_of_a_scenario_is_not_imported(results: Path) -> None:
         database.execute("UPDATE sources SET text = replace(text, 'kind: sky', ?)", (f"kind: {EVIL}:Sky",))
     page = write_report(results).read_text()
     assert "No pictures: the source cannot be opened any more" in page
-    assert "is not imported" in page
+    assert "are not imported" in page
     assert EVIL not in sys.modules
 
 
