@@ -15,7 +15,6 @@ LONG = {"bench_and_report", "find_failures", "your_own_tracker"}
 """Each of these tracks dozens of scenes, as README.md, falsify.md and trackers.md do by the same functions."""
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize(
     "path",
     [pytest.param(path, marks=pytest.mark.slow if path.stem in LONG else ()) for path in NOTEBOOKS],

@@ -39,7 +39,6 @@ def slopes(picture: Floats) -> tuple[float, float, float]:
 SLOWER = [pytest.param(name, marks=pytest.mark.slow) for name in ("treeline", "countryside")]
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["sky", "clouds", "ground", *SLOWER])
 def test_a_scene_without_its_targets_has_the_slopes_of_its_class(name: str) -> None:
     """The median of five seeds lies within what real recordings have, not widened."""

@@ -177,7 +177,7 @@ class TestManoeuvre:
         ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "speed": 1.0, "frames": [0, 1]}, "exclude each other"),
         ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [0]}, "frames: 1, points: 2"),
         ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [5, 5]}, "do not rise"),
-        ({"kind": "waypoints", "points": [[0, 0], [0, 0]], "speed": 1.0}, "twice in a row"),
+        ({"kind": "waypoints", "points": [[0, 0], [0, 0]], "speed": 1.0}, "consecutive points are equal"),
         (
             {"kind": "waypoints_m", "points": [[0, 0, 9], [1, 1, 9]], "speed_m_s": 1.0, "frames": [0, 1]},
             "exclude each other",

@@ -25,7 +25,9 @@ FINE = Entry("fine", Walker(jitter=1.0))
 def test_dying_workers_end_a_bench_in_one_line(tmp_path: Path) -> None:
     """A bench in a results file; a baseline has none."""
     suite = Suite("", [*source_specs(Mute())], [FINE], seeds=1, tracker_seeds=1, input="display", time_limit_s=None)
-    with pytest.raises(IrtrackError, match=r"\(SIGKILL\); 0 runs of this call kept in .*r\.db, the same command resumes"):
+    with pytest.raises(
+        IrtrackError, match=r"\(SIGKILL\); 0 runs of this call kept in .*r\.db; the same command resumes"
+    ):
         sweep(suite, tmp_path / "r.db", jobs=2)
     with pytest.raises(WorkerError, match=r"\(SIGKILL\)$"):
         baseline.measure(suite, jobs=2)

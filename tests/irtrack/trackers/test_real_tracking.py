@@ -14,7 +14,6 @@ REAL = Path(__file__).parents[4] / "shared" / "real"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"there are no real sequences at {REAL}")
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["sky_airplane_cirrus", "drone_treeline", "birds_crossing"])
 def test_correlation_with_a_kalman_filter_holds_the_first_target(name: str, tmp_path: Path) -> None:
     folder = REAL / name
