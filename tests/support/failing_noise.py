@@ -18,5 +18,5 @@ class Failing(Additive):
             raise ValueError(f"frame {self.at} cannot be")
         return np.zeros((1, 1), np.float32)
 
-    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
+    def pattern_variance(self, frame_context: FrameContext, fixed: bool) -> float:
         return 0.0
