@@ -123,7 +123,8 @@ def test_parts_at_a_range_or_height_pass_by(kind: str, tmp_path: Path) -> None:
     still = renderer.layers[:1] if renderer.scenario.background.surface_m is None else []
     for layer in renderer.layers:
         before, after = (layer.light(replace(each, time=0.0, key=None))[1] for each in (here, there))
-        assert (np.abs(after - before).max() > 0.1 * np.std(before)) == (layer not in still), layer.name
+        if before.any() or after.any():  # a row of trees may lie outside this small picture
+            assert (np.abs(after - before).max() > 0.1 * np.std(before)) == (layer not in still), layer.name
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "recording"])
