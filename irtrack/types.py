@@ -1,11 +1,11 @@
-"""The values of tracking: Estimate, Track, and the Tracker protocol.
+"""The values of tracking: Estimate, Track, Detections, and the protocols of trackers and detectors.
 
 Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-left pixel is (0, 0).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any, Literal, Protocol, get_args
@@ -146,6 +146,109 @@ class PlainTracker(Protocol):
 
 GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]
 """Objects that Python code may pass as a tracker."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """One detection in a frame.
+
+    score        confidence, of any scale; larger is surer
+    cls          class, such as "drone"; None where the detector does not classify
+    covariance   (2, 2) px^2 of the centre; None where it is unknown
+    """
+
+    box: Box
+    score: float
+    cls: str | None = None
+    covariance: Floats | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detections:
+    """Detections of one frame as arrays; iteration gives each as a `Detection`.
+
+    centers      (n, 2) px
+    sizes        (n, 2) px, width and height
+    scores       (n,)
+    covariances  (n, 2, 2) px^2 of the centres; None where they are unknown
+    classes      n classes, each None where unknown; None where the detector does not classify
+    """
+
+    centers: Floats
+    sizes: Floats
+    scores: Floats
+    covariances: Floats | None = None
+    classes: tuple[str | None, ...] | None = None
+
+    @classmethod
+    def of(cls, detections: Iterable[Detection]) -> Detections:
+        """Return the arrays of single detections; covariances only where each has one."""
+        rows = tuple(detections)
+        covariances = [row.covariance for row in rows if row.covariance is not None]
+        return cls(
+            np.array([(row.box.cx, row.box.cy) for row in rows], dtype=np.float64).reshape(-1, 2),
+            np.array([(row.box.w, row.box.h) for row in rows], dtype=np.float64).reshape(-1, 2),
+            np.array([row.score for row in rows], dtype=np.float64),
+            np.array(covariances, dtype=np.float64) if rows and len(covariances) == len(rows) else None,
+            tuple(row.cls for row in rows) if any(row.cls is not None for row in rows) else None,
+        )
+
+    def __len__(self) -> int:
+        return len(self.scores)
+
+    def __iter__(self) -> Iterator[Detection]:
+        for k in range(len(self)):
+            yield Detection(
+                Box(*self.centers[k].tolist(), *self.sizes[k].tolist()),
+                float(self.scores[k]),
+                None if self.classes is None else self.classes[k],
+                None if self.covariances is None else self.covariances[k],
+            )
+
+    def take(self, rows: np.ndarray) -> Detections:
+        """Return the detections of a boolean mask or of indices, in that order."""
+        places = np.flatnonzero(rows) if rows.dtype == bool else rows
+        return Detections(
+            self.centers[places],
+            self.sizes[places],
+            self.scores[places],
+            None if self.covariances is None else self.covariances[places],
+            None if self.classes is None else tuple(self.classes[k] for k in places.tolist()),
+        )
+
+
+def fault_of_detections(found: object) -> str | None:
+    """Return the error of an output of a detector, with the allowed values; None where it is valid."""
+    if not isinstance(found, Detections):
+        return f"detect gave {type(found).__name__}; allowed: Detections"
+    count = len(found.scores) if np.ndim(found.scores) == 1 else 0
+    for name, shape in (("centers", (count, 2)), ("sizes", (count, 2)), ("scores", (count,))):
+        values = np.asarray(getattr(found, name))
+        if values.shape != shape or values.dtype.kind not in "fiu":
+            return f"the {name} are {values.dtype} of shape {values.shape}; allowed: numbers of shape {shape}"
+        if not np.isfinite(values).all():
+            return f"the {name} of detection {int(np.argwhere(~np.isfinite(values))[0][0])} are not finite"
+    if count and (found.sizes.min() <= 0 or max(np.abs(found.centers).max(), found.sizes.max()) > FARTHEST_PX):
+        return f"a size of 0 or less, or a box beyond {FARTHEST_PX:g} px; allowed: sizes above 0, inside that range"
+    if found.classes is not None and len(found.classes) != count:
+        return f"{len(found.classes)} classes for {counted(count, 'detection')}; allowed: one each"
+    if found.covariances is not None:
+        if np.shape(found.covariances) != (count, 2, 2):
+            return f"the covariances have the shape {np.shape(found.covariances)}; allowed: ({count}, 2, 2)"
+        if count and not (np.isfinite(found.covariances).all() and found.covariances[:, (0, 1), (0, 1)].min() >= 0):
+            return "a covariance is not finite or has a variance below 0"
+    return None
+
+
+class Detector(Protocol):
+    """Frozen parameters with a pure function from a frame to its detections."""
+
+    def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
+        """Return the memory after a frame, and its detections; the memory before the first frame is None.
+
+        A detector of single frames keeps None. The old memory and the frame stay unchanged.
+        """
+        ...
 
 
 class Estimates:
