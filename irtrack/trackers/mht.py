@@ -1,0 +1,244 @@
+"""`mht`: multiple hypothesis tracking, which decides on doubtful detections some frames later.
+
+A global hypothesis says of every detection so far which target gave it, if any. It has one leaf of a tree for each of
+its targets: a track with a filter of its own. The k best assignments of a frame's detections to a hypothesis' leaves
+give the next hypotheses (I. Cox, S. Hingorani, "An efficient implementation of Reid's multiple hypothesis tracking
+algorithm", IEEE TPAMI 18(2), 1996), which share their leaves. N frames back, all leaves must agree with the best
+hypothesis; the others are pruned (N-scan: T. Kurien, in "Multitarget-Multisensor Tracking", ed. Y. Bar-Shalom, 1990,
+chapter 3).
+
+The score of a leaf is the log-likelihood ratio of "a target gave these detections" to "all are false" (S. Blackman, R.
+Popoli, "Design and Analysis of Modern Tracking Systems", 1999, section 6.2). A hypothesis is as likely as the product
+of 1 + exp(score) over its leaves: each is a target or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log, log1p
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from irsim.types import Floats
+from irtrack.filters.data_association import k_best
+from irtrack.filters.multiple_model import update
+from irtrack.trackers.multi_target import MultiTargetTracker, TrackTable, updated_table
+from irtrack.types import Detections
+
+Rows = npt.NDArray[np.int64]
+
+MISSED, UNBORN = -1, -2
+"""Entries of a leaf's history: no detection; before its first one."""
+MARGIN = 12.0
+"""Hypotheses less likely than the best by a factor of exp(12), 160,000, are dropped."""
+CANDIDATE_DROP = 5.0
+"""Fall of a candidate's score below that of a new one that deletes it: three misses in a row at P_D = 0.9."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaves:
+    """n leaves: their tracks, whose id is that of the tree; scores (n,); and histories (n, N+1), the detection that
+    each took in the last N+1 frames, the newest last."""
+
+    tracks: TrackTable
+    score: Floats
+    history: Rows
+
+    def take(self, rows: np.ndarray) -> Leaves:
+        """Return the leaves of a mask or of indices."""
+        return Leaves(self.tracks.take(rows), self.score[rows], self.history[rows])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hypothesis:
+    """Global hypothesis: rows of its leaves, and its log probability up to a constant."""
+
+    rows: Rows
+    weight: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HypothesisState:
+    """State: leaves; hypotheses, the best first; the tracks of the best; and the rest as in `ManyState`."""
+
+    leaves: Leaves
+    hypotheses: tuple[Hypothesis, ...]
+    tracks: TrackTable
+    next_id: int
+    clutter_score: float
+    memory: Any
+    size: tuple[int, int]
+
+
+class MHT(MultiTargetTracker):
+    """Multiple hypotheses with N-scan pruning: doubtful detections are decided `scans` frames later.
+
+    Trees of tracks under global hypotheses, by the k best assignments (Reid 1979; Cox, Hingorani 1996; Blackman,
+    Popoli 1999, section 16.3). A step answers with the best hypothesis so far. Targets are confirmed by their score,
+    in place of `confirm_hits` of `confirm_frames`.
+    """
+
+    source: ClassVar[str] = "Reid 1979; Cox, Hingorani 1996"
+
+    scans: Annotated[int, Field(ge=1, le=20)] = 3
+    """Frames after which a decision is final: N of N-scan."""
+    hypotheses: Annotated[int, Field(ge=1, le=1000)] = 20
+    """Largest number of global hypotheses."""
+    new_target: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    """New targets for each false detection."""
+    confirm_score: Annotated[float, Field(gt=0, le=100)] = 9.2
+    """Score that confirms a target: false by one in ten thousand."""
+
+    def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> HypothesisState:
+        """Return the state after the first detections: each starts a tree."""
+        leaves = self._new_leaves(found, np.arange(len(found)), 0)
+        everything = Hypothesis(np.arange(len(found)), 0.0)
+        score = float(found.scores.mean()) if len(found) else 0.0
+        return HypothesisState(leaves, (everything,), leaves.tracks, len(found), score, memory, size)
+
+    def advance(self, state: HypothesisState, found: Detections) -> HypothesisState:
+        """Return the state after the detections of the next frame: grow the trees, rank hypotheses, prune."""
+        before = state.leaves.tracks
+        tracks = replace(before, states=self.bank.predict(before.states), age=before.age + 1)
+        leaves = replace(state.leaves, tracks=tracks)
+        missed_ratio = log(1 - self.detection_probability)
+        seen = leaves.score[:, None] + self.log_ratios(tracks, found, state.clutter_score) + missed_ratio
+        missed = leaves.score + missed_ratio
+        grown = self._ranked(state.hypotheses, leaves.score, seen, missed)
+        leaves, hypotheses = self._next_leaves(leaves, found, grown, seen, missed, state.next_id)
+        leaves, hypotheses = _pruned(leaves, hypotheses, self._lives(leaves, state.size))
+        agreeing = _agrees(leaves, hypotheses[0])
+        leaves, hypotheses = _pruned(leaves, [each for each in hypotheses if agreeing[each.rows].all()], agreeing)
+        best = leaves.take(hypotheses[0].rows)
+        free = best.history[best.history[:, -2] == UNBORN, -1] if self.scans else np.zeros(0, np.int64)
+        clutter_score = state.clutter_score
+        if len(free):
+            mean = float(found.scores[free].mean())
+            clutter_score = mean if clutter_score == 0 else 0.9 * clutter_score + 0.1 * mean
+        return HypothesisState(
+            leaves, hypotheses, best.tracks, state.next_id + len(found), clutter_score, state.memory, state.size
+        )
+
+    def _ranked(
+        self, hypotheses: Sequence[Hypothesis], score: Floats, seen: Floats, missed: Floats
+    ) -> list[tuple[float, Rows, Rows]]:
+        """Return the best next hypotheses: log probability, rows of leaves, and the detection of each (or MISSED).
+
+        seen (n, m), missed (n,): scores of the leaves after a detection, and after none.
+        """
+        count = seen.shape[1]
+        fresh = log1p(self.new_target)  # a detection that starts a tree
+        gain = np.logaddexp(0, seen) - np.logaddexp(0, missed)[:, None] - fresh
+        gain[~np.isfinite(seen)] = -np.inf
+        change = np.logaddexp(0, missed) - np.logaddexp(0, score)
+        found: list[tuple[float, Rows, Rows]] = []
+        best = -np.inf
+        for hypothesis in hypotheses:
+            rows = hypothesis.rows
+            base = hypothesis.weight + float(change[rows].sum()) + count * fresh
+            cost = np.full((len(rows), count + len(rows)), np.inf)
+            cost[:, :count] = -gain[rows]
+            np.fill_diagonal(cost[:, count:], 0.0)
+            for each in k_best(cost, self.hypotheses, base - best + MARGIN):
+                best = max(best, base - each.cost)
+                found.append((base - each.cost, rows, np.where(each.columns < count, each.columns, MISSED)))
+        found.sort(key=lambda each: -each[0])
+        return [each for each in found[: self.hypotheses] if each[0] > best - MARGIN]
+
+    def _next_leaves(
+        self,
+        leaves: Leaves,
+        found: Detections,
+        grown: Sequence[tuple[float, Rows, Rows]],
+        seen: Floats,
+        missed: Floats,
+        next_id: int,
+    ) -> tuple[Leaves, tuple[Hypothesis, ...]]:
+        """Return the leaves that the hypotheses need, each once, and the hypotheses on them."""
+        count = len(found)
+        keys = [rows * (count + 1) + taken + 1 for _, rows, taken in grown]
+        unique, inverse = np.unique(np.concatenate(keys), return_inverse=True)
+        parents, taken = unique // (count + 1), unique % (count + 1) - 1
+        hit = taken != MISSED
+        tracks = leaves.tracks.take(parents)
+        after = update(tracks.states.take(hit), found.centers[taken[hit]], self.noise)
+        states = replace(
+            tracks.states, **{n: getattr(tracks.states, n).copy() for n in ("mean", "covariance", "probability")}
+        )
+        states.mean[hit], states.covariance[hit], states.probability[hit] = (
+            after.mean,
+            after.covariance,
+            after.probability,
+        )
+        level, size = tracks.level.copy(), tracks.size.copy()
+        level[hit], size[hit] = found.scores[taken[hit]], found.sizes[taken[hit]]
+        score = missed[parents]
+        score[hit] = seen[parents[hit], taken[hit]]
+        history = np.concatenate([leaves.history[parents, 1:], taken[:, None]], axis=1)
+        born = self._new_leaves(found, np.arange(count), next_id)
+        tracks = updated_table(tracks, states, hit, level, size)
+        tracks = replace(tracks, confirmed=tracks.confirmed | (score >= self.confirm_score))
+        whole = Leaves(
+            tracks.joined(born.tracks), np.concatenate([score, born.score]), np.concatenate([history, born.history])
+        )
+        hypotheses, place = [], 0
+        for weight, rows, columns in grown:
+            own = inverse[place : place + len(rows)]
+            place += len(rows)
+            free = np.setdiff1d(np.arange(count), columns)
+            hypotheses.append(Hypothesis(np.concatenate([own, len(unique) + free]), weight))
+        return whole, tuple(hypotheses)
+
+    def _new_leaves(self, found: Detections, free: Rows, next_id: int) -> Leaves:
+        history = np.full((len(free), self.scans + 1), UNBORN)
+        history[:, -1] = free
+        return Leaves(self._started(found, free, next_id), np.full(len(free), log(self.new_target)), history)
+
+    def _lives(self, leaves: Leaves, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+        """Return which leaves stay: confirmed ones by the rules of all trackers, candidates by their score."""
+        candidate = ~leaves.tracks.confirmed
+        kept = self._in_reach(leaves.tracks, size)
+        return np.asarray(kept & ~(candidate & (leaves.score < log(self.new_target) - CANDIDATE_DROP)))
+
+
+def _agrees(leaves: Leaves, best: Hypothesis) -> npt.NDArray[np.bool_]:
+    """Return which leaves agree with the best hypothesis about the detections of the oldest frame kept (N-scan).
+
+    A leaf of a tree of the best hypothesis must have its detection there; of any other tree, none that the best
+    hypothesis gave to a target.
+    """
+    decided = leaves.history[:, 0]
+    chosen = dict(zip(leaves.tracks.id[best.rows].tolist(), decided[best.rows].tolist(), strict=True))
+    owner = {detection: tree for tree, detection in chosen.items() if detection >= 0}
+    return np.array(
+        [
+            detection == chosen[tree] if tree in chosen else detection not in owner
+            for tree, detection in zip(leaves.tracks.id.tolist(), decided.tolist(), strict=True)
+        ],
+        dtype=bool,
+    )
+
+
+def _pruned(
+    leaves: Leaves, hypotheses: Sequence[Hypothesis], kept: npt.NDArray[np.bool_]
+) -> tuple[Leaves, tuple[Hypothesis, ...]]:
+    """Return the kept leaves that a hypothesis has, and the hypotheses on them: dead leaves leave their hypotheses.
+
+    Hypotheses that become equal are one, of their joint probability. Weights are counted from the best.
+    """
+    joint: dict[bytes, tuple[Rows, float]] = {}
+    for each in hypotheses:
+        rows = np.sort(each.rows[kept[each.rows]])
+        same = joint.get(rows.tobytes())
+        joint[rows.tobytes()] = (rows, each.weight if same is None else float(np.logaddexp(same[1], each.weight)))
+    used = np.zeros(len(kept), bool)
+    for rows, _ in joint.values():
+        used[rows] = True
+    place = np.cumsum(used) - 1
+    best = max(weight for _, weight in joint.values())
+    ranked = sorted(joint.values(), key=lambda each: -each[1])
+    return leaves.take(used), tuple(Hypothesis(place[rows], weight - best) for rows, weight in ranked)

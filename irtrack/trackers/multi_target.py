@@ -1,0 +1,337 @@
+"""Trackers of many targets on detections: `gnn` and `jpda`.
+
+Each frame: predict (one Kalman filter or an interacting multiple model a track), gate, associate, update or coast,
+start, confirm, delete (S. Blackman, R. Popoli, "Design and Analysis of Modern Tracking Systems", 1999, chapter 6).
+The methods differ in how they associate; everything else is `MultiTargetTracker`.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import log
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from irsim.types import Floats, Frame
+from irtrack.detectors import make_detector
+from irtrack.filters.data_association import joint_probabilities, nearest_neighbours
+from irtrack.filters.multiple_model import (
+    MultipleModel,
+    States,
+    constant_acceleration_model,
+    constant_velocity_model,
+    coordinated_turn_model,
+    densities,
+    update,
+    update_mixture,
+)
+from irtrack.trackers.base import Deviation, Spread, TrackerPart
+from irtrack.tracks import STATUSES, TrackFrame
+from irtrack.types import Detections, Detector
+
+Probability = Annotated[float, Field(gt=0, lt=1)]
+
+LEVEL_SD = 0.4
+"""Standard deviation of the logarithm of a target's score about its level. Chosen here: scores of a matched filter on
+a fluctuating point scatter by about a third."""
+LEVEL_RATE = 0.1
+"""Share of a new score or size that enters a track's running value."""
+SIZE_RATE = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackTable:
+    """n tracks: filters, and what their management needs, each (n,) but for `size` (n, 2) px.
+
+    id         number;  level: running mean of its detections' scores
+    hits       bits of the last frames, the newest lowest: 1 where it had a detection
+    age        frames since its first detection;  misses: frames in a row without one
+    confirmed  whether it counts as a target
+    """
+
+    states: States
+    id: npt.NDArray[np.int64]
+    size: Floats
+    level: Floats
+    hits: npt.NDArray[np.int64]
+    age: npt.NDArray[np.int64]
+    misses: npt.NDArray[np.int64]
+    confirmed: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def take(self, rows: np.ndarray) -> TrackTable:
+        """Return the tracks of a mask or of indices."""
+        return TrackTable(self.states.take(rows), *(getattr(self, name)[rows] for name in _COLUMNS))
+
+    def joined(self, others: TrackTable) -> TrackTable:
+        """Return these tracks, then others."""
+        joined = (np.concatenate([getattr(self, name), getattr(others, name)]) for name in _COLUMNS)
+        return TrackTable(self.states.joined(others.states), *joined)
+
+    def frame(self) -> TrackFrame:
+        """Return the tracks as the answer of a step."""
+        mean, covariance = self.states.moments()
+        return TrackFrame(
+            ids=self.id,
+            centers=mean[:, :2],
+            sizes=self.size,
+            scores=self.level,
+            statuses=tuple(STATUSES[0] if miss == 0 else STATUSES[1] for miss in self.misses.tolist()),
+            confirmed=self.confirmed,
+            velocities=mean[:, 2:4],
+            covariances=covariance[:, :2, :2],
+        )
+
+
+_COLUMNS = tuple(name for name in TrackTable.__slots__ if name != "states")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ManyState:
+    """State: tracks, number of the next one, mean score of false detections, memory of the detector, frame size."""
+
+    tracks: TrackTable
+    next_id: int
+    clutter_score: float
+    memory: Any
+    size: tuple[int, int]
+
+
+class MultiTargetTracker(TrackerPart):
+    """Base of trackers of many: predict, gate, associate, update or coast, start, confirm, delete.
+
+    A new track starts at each detection that no track has. It is confirmed by `confirm_hits` detections in its last
+    `confirm_frames` frames, and deleted as soon as it can no longer get there. A confirmed track coasts without
+    detections; it is deleted after `delete_misses` of them, or when its centre is out of the picture, or known only
+    to `delete_px`.
+    """
+
+    task: ClassVar[str] = "many"
+
+    detector: str = "tophat"
+    """Detector, as `irtrack bench --detectors` takes it: NAME or NAME:KEY=VALUE."""
+    motion: Literal["cv", "imm"] = "cv"
+    """cv: constant velocity. imm: constant velocity, constant acceleration, and turns to both sides, mixed."""
+    acceleration: Deviation = 0.3
+    """Standard deviation of the acceleration, px/frame^2."""
+    turn_rate: Annotated[float, Field(gt=0, le=1)] = 0.15
+    """Turn rate of the two turns of `imm`, rad/frame."""
+    stay: Probability = 0.95
+    """Probability that a model of `imm` lasts another frame."""
+    measurement_sd: Deviation = 1.0
+    """Standard deviation of a detection's centre on each axis, px."""
+    start_speed: Deviation = 2.0
+    """Standard deviation of the first speed on each axis, px/frame."""
+    detection_probability: Probability = 0.9
+    """Probability that a target gives a detection."""
+    clutter: Annotated[float, Field(gt=0, le=1)] = 3e-5
+    """False and new detections per px^2 and frame: 2.3 in a frame of 320 x 240 px."""
+    gate: Annotated[float, Field(gt=0, le=1000)] = 13.8
+    """Squared Mahalanobis distance within which a detection may be a track's: chi-square of 99.9 %."""
+    amplitude: bool = True
+    """Whether scores count in the association: those of a target are near its level."""
+    confirm_hits: Annotated[int, Field(ge=1, le=60)] = 4
+    confirm_frames: Annotated[int, Field(ge=1, le=60)] = 6
+    delete_misses: Annotated[int, Field(ge=1, le=10_000)] = 20
+    delete_px: Spread = 20.0
+    """Standard deviation of a predicted centre, px, from which on a track is deleted."""
+
+    @cached_property
+    def _detector(self) -> Detector:
+        return make_detector(self.detector)
+
+    @cached_property
+    def bank(self) -> MultipleModel:
+        """Motion models."""
+        straight = constant_velocity_model(self.acceleration)
+        if self.motion == "cv":
+            return MultipleModel.of([straight], 1.0)
+        turns = [coordinated_turn_model(sign * self.turn_rate, self.acceleration) for sign in (1, -1)]
+        return MultipleModel.of([straight, constant_acceleration_model(self.acceleration), *turns], self.stay)
+
+    @cached_property
+    def noise(self) -> Floats:
+        """Covariance of a detection's centre (2, 2) px^2."""
+        return self.measurement_sd**2 * np.eye(2)
+
+    def init(self, frame: Frame, rng: np.random.Generator) -> Any:
+        """Return the state after the first frame, each of whose detections starts a track."""
+        memory, found = self._detector.step(None, frame)
+        return self.begin(found, (frame.image.shape[1], frame.image.shape[0]), memory)
+
+    def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, TrackFrame]:
+        """Return the state and the tracks after the next frame."""
+        memory, found = self._detector.step(state.memory, frame)
+        after = replace(self.advance(state, found), memory=memory)
+        return after, after.tracks.frame()
+
+    @abstractmethod
+    def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> Any:
+        """Return the state after the first detections, of pictures of (columns, rows) px."""
+
+    @abstractmethod
+    def advance(self, state: Any, found: Detections) -> Any:
+        """Return the state after the detections of the next frame."""
+
+    def log_ratios(self, tracks: TrackTable, found: Detections, clutter_score: float) -> Floats:
+        """Return the log-likelihood ratios (n, m) of `irtrack.filters.data_association`."""
+        distance, density = densities(tracks.states, self.noise, found.centers)
+        P = self.detection_probability
+        ratios = density + (log(P) - log(1 - P) - log(self.clutter))
+        if self.amplitude and len(found) and found.scores.min() > 0 and clutter_score > 0:
+            ratios = ratios + amplitude_ratios(tracks.level, found.scores, clutter_score)
+        return np.where(distance <= self.gate, ratios, -np.inf)
+
+    def _in_reach(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+        """Return which tracks have a detection, or coast inside the picture for not too long and not too vaguely."""
+        mean, covariance = tracks.states.moments()
+        unsure = np.sqrt(np.maximum(covariance[:, 0, 0], covariance[:, 1, 1])) > self.delete_px
+        inside = ((mean[:, :2] > -0.5) & (mean[:, :2] < np.array(size) - 0.5)).all(axis=1)
+        return np.asarray((tracks.misses == 0) | (inside & ~unsure & (tracks.misses < self.delete_misses)))
+
+    def _started(self, found: Detections, free: npt.NDArray[np.int64], next_id: int) -> TrackTable:
+        count = len(free)
+        variance = np.full((count, 2), self.measurement_sd**2)
+        return TrackTable(
+            states=self.bank.started(found.centers[free], variance, self.start_speed),
+            id=np.arange(next_id, next_id + count),
+            size=found.sizes[free],
+            level=found.scores[free],
+            hits=np.ones(count, np.int64),
+            age=np.zeros(count, np.int64),
+            misses=np.zeros(count, np.int64),
+            confirmed=np.zeros(count, bool),
+        )
+
+
+class OneHypothesisTracker(MultiTargetTracker):
+    """Tracker that decides on each frame's detections at once."""
+
+    def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> ManyState:
+        """Return the state after the first detections, of pictures of (columns, rows) px."""
+        empty = self._started(found, np.zeros(0, np.int64), 0)
+        state = ManyState(empty, 0, 0.0, memory, size)
+        return self._grown(state, empty, found, np.arange(len(found)))
+
+    def advance(self, state: ManyState, found: Detections) -> ManyState:
+        """Return the state after the detections of the next frame."""
+        tracks = replace(state.tracks, states=self.bank.predict(state.tracks.states), age=state.tracks.age + 1)
+        ratios = self.log_ratios(tracks, found, state.clutter_score)
+        tracks, free = self.associate(tracks, found, ratios)
+        return self._grown(state, tracks.take(self._alive(tracks, state.size)), found, free)
+
+    @abstractmethod
+    def associate(
+        self, tracks: TrackTable, found: Detections, ratios: Floats
+    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
+        """Return the tracks after their detections, and the detections that start new ones."""
+
+    def _alive(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+        """Return which tracks stay: candidates while they can still be confirmed, others within reach."""
+        recent = tracks.hits & ((1 << np.minimum(tracks.age + 1, self.confirm_frames)) - 1)
+        possible = _bits(recent) + np.maximum(self.confirm_frames - 1 - tracks.age, 0) >= self.confirm_hits
+        return np.asarray(self._in_reach(tracks, size) & (tracks.confirmed | possible))
+
+    def _grown(self, state: ManyState, tracks: TrackTable, found: Detections, free: npt.NDArray[np.int64]) -> ManyState:
+        """Return the state with new tracks at the free detections, and tracks confirmed that have earned it."""
+        everyone = tracks.joined(self._started(found, free, state.next_id)) if len(free) else tracks
+        earned = _bits(everyone.hits & ((1 << self.confirm_frames) - 1)) >= self.confirm_hits
+        scores = found.scores[free]
+        score = state.clutter_score
+        if len(scores):
+            mean = float(scores.mean())
+            score = mean if score == 0 else score + LEVEL_RATE * (mean - score)
+        confirmed = replace(everyone, confirmed=everyone.confirmed | earned)
+        return replace(state, tracks=confirmed, next_id=state.next_id + len(free), clutter_score=score)
+
+
+def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Floats:
+    """Return ln p1(score) - ln p0(score), (n, m): of a target of that level (n,), and of clutter.
+
+    p1 is log-normal about the level; p0 is exponential above the least score of the frame, of the mean of false
+    detections (S. Blackman, R. Popoli 1999, section 6.6: amplitude as a feature).
+    """
+    least = float(scores.min())
+    apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
+    target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
+    mean = max(clutter_score - least, 0.05 * clutter_score)
+    ratios: Floats = target + (scores - least) / mean + log(mean)
+    return ratios
+
+
+def updated_table(
+    tracks: TrackTable, states: States, hit: npt.NDArray[np.bool_], level: Floats, size: Floats
+) -> TrackTable:
+    """Return the tracks with new states; those that hit take a share of the new level (n,) and size (n, 2)."""
+    rate = np.where(hit, np.maximum(LEVEL_RATE, 1 / (tracks.age + 1.0)), 0.0)
+    return replace(
+        tracks,
+        states=states,
+        level=tracks.level + rate * (level - tracks.level),
+        size=tracks.size + np.where(hit, SIZE_RATE, 0.0)[:, None] * (size - tracks.size),
+        hits=(tracks.hits << 1 | hit) & _HISTORY,
+        misses=np.where(hit, 0, tracks.misses + 1),
+    )
+
+
+_HISTORY = (1 << 60) - 1
+"""Bits kept of the hits."""
+
+
+def _bits(values: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    return np.bitwise_count(values).astype(np.int64)
+
+
+class GNN(OneHypothesisTracker):
+    """Global nearest neighbours: each detection to one track, so that the likelihood of all is greatest.
+
+    S. Blackman, R. Popoli 1999, section 6.4; assignment by scipy's `linear_sum_assignment`.
+    """
+
+    source: ClassVar[str] = "Blackman, Popoli 1999"
+
+    def associate(
+        self, tracks: TrackTable, found: Detections, ratios: Floats
+    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
+        pairs = nearest_neighbours(ratios)
+        rows, columns = pairs[:, 0], pairs[:, 1]
+        after = update(tracks.states.take(rows), found.centers[columns], self.noise)
+        mean, covariance, probability = (
+            np.array(getattr(tracks.states, name)) for name in ("mean", "covariance", "probability")
+        )
+        mean[rows], covariance[rows], probability[rows] = after.mean, after.covariance, after.probability
+        hit = np.zeros(len(tracks), bool)
+        hit[rows] = True
+        level, size = tracks.level.copy(), tracks.size.copy()
+        level[rows], size[rows] = found.scores[columns], found.sizes[columns]
+        free = np.ones(len(found), bool)
+        free[columns] = False
+        table = updated_table(tracks, States(mean, covariance, probability), hit, level, size)
+        return table, np.flatnonzero(free)
+
+
+class JPDA(OneHypothesisTracker):
+    """Joint probabilistic data association: each track updated by all detections in its gate, by their probability.
+
+    T. Fortmann, Y. Bar-Shalom, M. Scheffe 1983; exact in clusters of up to 10,000 joint events, above that R.
+    Fitzgerald's weights (1986). A track has hit where detections are its own with more than half of the probability.
+    """
+
+    source: ClassVar[str] = "Fortmann, Bar-Shalom, Scheffe 1983"
+
+    def associate(
+        self, tracks: TrackTable, found: Detections, ratios: Floats
+    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
+        beta = joint_probabilities(ratios)
+        own = beta.sum(axis=1)
+        states = update_mixture(tracks.states, found.centers, self.noise, beta)
+        share = beta / np.maximum(own, 1e-300)[:, None]
+        table = updated_table(tracks, states, own > 0.5, share @ found.scores, share @ found.sizes)
+        return table, np.flatnonzero(beta.sum(axis=0) < 0.5)
