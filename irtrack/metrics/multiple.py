@@ -1,0 +1,290 @@
+"""Figures of trackers of many targets: CLEAR MOT, identities, HOTA, GOSPA, OSPA, starts and false tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Floats
+from irtrack.metrics.comparison import CUTOFF_PX, MATCH, ROUNDING, Comparison, Numbers, Pairs, assigned, best, rivalled
+
+HOTA_ALPHAS = np.arange(1, 20) / 20
+"""Localisation thresholds of HOTA: 0.05 to 0.95 (Luiten et al., section 3.3)."""
+ORDER = 2
+"""Order p of GOSPA and OSPA. Their cutoff c is `CUTOFF_PX`, the widest threshold of the precision plots of single
+targets (Wu, Lim, Yang, CVPR 2013)."""
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class ManyFigures:
+    """Figures of one comparison, each computed when it is asked for; nan where nothing gives one.
+
+    rate_hz: frames a second
+    """
+
+    comparison: Comparison
+    rate_hz: float
+
+    @cached_property
+    def matches(self) -> Numbers:
+        """Track (k, n) that CLEAR MOT matches with each target in each frame, or `NOBODY`.
+
+        K. Bernardin, R. Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1: a pair of
+        the frame before stays together while it is similar enough; the rest are matched for the largest similarity.
+        """
+        found = np.full((self.comparison.frames, len(self.comparison.names)), NOBODY)
+        pairs = self._similar
+        contested = rivalled(pairs)
+        alone = pairs.take(~contested)
+        found[alone.frame, alone.target] = alone.track
+        before = dict(zip(self._judged[1:].tolist(), self._judged[:-1].tolist(), strict=True))
+        left = np.flatnonzero(contested)
+        frames, starts = np.unique(pairs.frame[left], return_index=True)
+        for index, rows in zip(frames.tolist(), np.split(left, starts[1:]), strict=False):
+            targets, tracks, values = pairs.target[rows], pairs.track[rows], pairs.similarity[rows]
+            if index in before:
+                values = values + 1000.0 * (found[before[index], targets] == tracks)
+            taken = assigned(targets, tracks, values)
+            found[index, targets[taken]] = tracks[taken]
+        return found
+
+    @cached_property
+    def _similar(self) -> Pairs:
+        pairs = self.comparison.pairs
+        return pairs.take(pairs.similarity >= MATCH - ROUNDING)
+
+    @cached_property
+    def _judged(self) -> Numbers:
+        """Frames with a target and a track; CLEAR MOT's continuity goes from one of them to the next."""
+        each = self.comparison
+        return np.intersect1d(each.targets.frame, each.tracks.frame)
+
+    @cached_property
+    def _present(self) -> npt.NDArray[np.bool_]:
+        """Frames (k, n) in which each target is to be found."""
+        present = np.zeros((self.comparison.frames, len(self.comparison.names)), bool)
+        present[self.comparison.targets.frame, self.comparison.targets.number] = True
+        return present
+
+    @property
+    def misses(self) -> int:
+        return len(self.comparison.targets.frame) - self._hits
+
+    @property
+    def false(self) -> int:
+        """Positions of tracks without a target, summed over frames."""
+        return len(self.comparison.tracks.frame) - self._hits
+
+    @cached_property
+    def _hits(self) -> int:
+        return int((self.matches != NOBODY).sum())
+
+    @cached_property
+    def switches(self) -> int:
+        """Times that a target's track is another than its last one."""
+        changes = 0
+        for column in self.matches.T:
+            own = column[column != NOBODY]
+            changes += int((own[1:] != own[:-1]).sum())
+        return changes
+
+    @cached_property
+    def fragments(self) -> int:
+        """Times that a target is matched again after it was not, in frames with a target and a track."""
+        seen = self.matches[self._judged] != NOBODY
+        begun = seen.copy()
+        begun[1:] &= ~seen[:-1]
+        return int(np.maximum(begun.sum(axis=0) - 1, 0).sum())
+
+    @property
+    def mota(self) -> float:
+        """1 - (misses + false + switches) / targets."""
+        return 1 - _ratio(self.misses + self.false + self.switches, len(self.comparison.targets.frame))
+
+    @property
+    def recall(self) -> float:
+        return _ratio(self._hits, len(self.comparison.targets.frame))
+
+    @property
+    def precision(self) -> float:
+        return _ratio(self._hits, len(self.comparison.tracks.frame))
+
+    @cached_property
+    def idf1(self) -> float:
+        """2 IDTP / (targets + tracks): each target has one track over all frames.
+
+        E. Ristani, F. Solera, R. Zou, R. Cucchiara, C. Tomasi, "Performance measures and a data set for multi-target,
+        multi-camera tracking", ECCV Workshops 2016, eqs. 5 to 10.
+        """
+        each = self.comparison
+        together = self._summed(self._similar, np.ones(len(self._similar.frame)))
+        rows, columns = np.nonzero(together)
+        kept = assigned(rows, columns, together[rows, columns])
+        return _ratio(2 * together[rows[kept], columns[kept]].sum(), len(each.targets.frame) + len(each.tracks.frame))
+
+    def _summed(self, pairs: Pairs, values: Floats) -> Floats:
+        """Return the sums (n, m) of values of pairs, by target and track."""
+        shape = len(self.comparison.names), len(self.comparison.ids)
+        sums = np.bincount(pairs.target * shape[1] + pairs.track, values, shape[0] * shape[1])
+        return sums.astype(np.float64).reshape(shape)
+
+    @cached_property
+    def _hota(self) -> tuple[float, float, float]:
+        """HOTA, DetA, AssA: J. Luiten et al., "HOTA", IJCV 129, 2021, eqs. 3 to 16."""
+        each, pairs = self.comparison, self.comparison.pairs
+        if not len(each.targets.frame) + len(each.tracks.frame):
+            return np.nan, np.nan, np.nan
+        targets = np.bincount(each.targets.number, minlength=len(each.names)).astype(np.float64)
+        tracks = np.bincount(each.tracks.number, minlength=len(each.ids)).astype(np.float64)
+        lives = targets[:, None] + tracks[None]
+        # The share of a pair in a frame: its similarity against all others of its target and of its track.
+        rivals = sum(_sums_by(pairs.frame, number, pairs.similarity) for number in (pairs.target, pairs.track))
+        alike = self._summed(pairs, _shares(pairs.similarity, rivals - pairs.similarity))
+        alignment = alike / np.maximum(lives - alike, ROUNDING)
+        hits = best(pairs, alignment[pairs.target, pairs.track] * pairs.similarity)
+        detection, association = np.zeros(len(HOTA_ALPHAS)), np.zeros(len(HOTA_ALPHAS))
+        for k, alpha in enumerate(HOTA_ALPHAS):
+            reached = hits.take(hits.similarity >= alpha - ROUNDING)
+            counts = self._summed(reached, np.ones(len(reached.frame)))
+            total = counts.sum()
+            association[k] = (counts * counts / np.maximum(lives - counts, 1)).sum() / max(total, 1.0)
+            detection[k] = total / (targets.sum() + tracks.sum() - total)
+        means = (np.sqrt(detection * association), detection, association)
+        return tuple(float(each.mean()) for each in means)  # type: ignore[return-value]  # three of them
+
+    @property
+    def hota(self) -> float:
+        return self._hota[0]
+
+    @property
+    def deta(self) -> float:
+        """Detection accuracy of HOTA."""
+        return self._hota[1]
+
+    @property
+    def assa(self) -> float:
+        """Association accuracy of HOTA."""
+        return self._hota[2]
+
+    @cached_property
+    def _near(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Sum of d^p over the matched pairs (k,), their number (k,), numbers of targets and of tracks (k,)."""
+        each = self.comparison
+        near = each.pairs.take(each.pairs.distance < CUTOFF_PX)
+        near = best(near, CUTOFF_PX**ORDER - near.distance**ORDER)
+        sums = np.bincount(near.frame, near.distance**ORDER, each.frames).astype(np.float64)
+        counts = [
+            np.bincount(rows.frame, minlength=each.frames).astype(np.float64)
+            for rows in (near, each.targets, each.tracks)
+        ]
+        return sums, counts[0], counts[1], counts[2]
+
+    @property
+    def gospa_frames(self) -> Floats:
+        """GOSPA distance (k,) px of each frame, with alpha = 2.
+
+        A. Rahmathullah, A. Garcia-Fernandez, L. Svensson, "Generalized optimal sub-pattern assignment metric", FUSION
+        2017, proposition 1.
+        """
+        near, pairs, targets, tracks = self._near
+        return np.asarray((near + CUTOFF_PX**ORDER / 2 * (targets + tracks - 2 * pairs)) ** (1 / ORDER))
+
+    @property
+    def ospa_frames(self) -> Floats:
+        """OSPA distance (k,) px of each frame; 0 of two empty sets.
+
+        D. Schuhmacher, B.-T. Vo, B.-N. Vo, "A consistent metric for performance evaluation of multi-object filters",
+        IEEE Trans. Signal Processing 56(8), 2008, eq. 3.
+        """
+        near, pairs, targets, tracks = self._near
+        most = np.maximum(targets, tracks)
+        return np.asarray(((near + CUTOFF_PX**ORDER * (most - pairs)) / np.maximum(most, 1)) ** (1 / ORDER))
+
+    @property
+    def gospa(self) -> float:
+        return _mean(self.gospa_frames)
+
+    @property
+    def ospa(self) -> float:
+        return _mean(self.ospa_frames)
+
+    @cached_property
+    def start_delay(self) -> float:
+        """Mean frames from a target's first frame to its first match; to the end where there is none."""
+        present, seen = self._present, self.matches != NOBODY
+        some = present.any(axis=0)
+        first = np.where(seen.any(axis=0), seen.argmax(axis=0), len(seen)) - present.argmax(axis=0)
+        return _mean(first[some].astype(np.float64))
+
+    @property
+    def found(self) -> float:
+        """Share of the targets that are ever matched."""
+        some = self._present.any(axis=0)
+        return _mean((self.matches != NOBODY).any(axis=0)[some].astype(np.float64))
+
+    @cached_property
+    def false_tracks(self) -> int:
+        """Confirmed tracks that have a target in less than half of their counted frames."""
+        lives = np.bincount(self.comparison.tracks.number, minlength=len(self.comparison.ids))
+        hits = np.bincount(self.matches[self.matches != NOBODY], minlength=len(lives))
+        return int(((lives > 0) & (hits < lives / 2)).sum())
+
+    @property
+    def false_tracks_min(self) -> float:
+        """False tracks a minute."""
+        return _ratio(self.false_tracks * 60 * self.rate_hz, self.comparison.frames)
+
+
+def _sums_by(frame: Numbers, number: Numbers, values: Floats) -> Floats:
+    """Return the sum of values (p,) over the pairs of a frame that have the same number, (p,)."""
+    key = frame * (int(number.max(initial=0)) + 1) + number
+    return np.asarray(np.bincount(key, values)[key]) if len(key) else values
+
+
+def _shares(parts: Floats, wholes: Floats) -> Floats:
+    return np.asarray(np.divide(parts, wholes, out=np.zeros_like(parts), where=wholes > 0))
+
+
+def _ratio(part: float, whole: float) -> float:
+    return float(part / whole) if whole else np.nan
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if len(values) else np.nan
+
+
+@dataclass(frozen=True)
+class ManyFigure:
+    """Description of a figure: unit, whether less or more is better, upper bound."""
+
+    of: Callable[[ManyFigures], float]
+    unit: str = ""
+    better: str | None = None
+    most: float = np.inf
+
+
+MANY_FIGURES: dict[str, ManyFigure] = {
+    "hota": ManyFigure(lambda figures: figures.hota, "", "more", 1.0),
+    "deta": ManyFigure(lambda figures: figures.deta, "", "more", 1.0),
+    "assa": ManyFigure(lambda figures: figures.assa, "", "more", 1.0),
+    "idf1": ManyFigure(lambda figures: figures.idf1, "", "more", 1.0),
+    "mota": ManyFigure(lambda figures: figures.mota, "", "more", 1.0),
+    "recall": ManyFigure(lambda figures: figures.recall, "", "more", 1.0),
+    "precision": ManyFigure(lambda figures: figures.precision, "", "more", 1.0),
+    "switches": ManyFigure(lambda figures: figures.switches, "", "less"),
+    "fragments": ManyFigure(lambda figures: figures.fragments, "", "less"),
+    "misses": ManyFigure(lambda figures: figures.misses, "", "less"),
+    "false": ManyFigure(lambda figures: figures.false, "", "less"),
+    "gospa": ManyFigure(lambda figures: figures.gospa, "px", "less"),
+    "ospa": ManyFigure(lambda figures: figures.ospa, "px", "less", CUTOFF_PX),
+    "found": ManyFigure(lambda figures: figures.found, "", "more", 1.0),
+    "start_delay": ManyFigure(lambda figures: figures.start_delay, "frames", "less"),
+    "false_tracks": ManyFigure(lambda figures: figures.false_tracks, "", "less"),
+    "false_tracks_min": ManyFigure(lambda figures: figures.false_tracks_min, "1/min", "less"),
+}
+"""Figures of a tracker of many by name."""
