@@ -193,3 +193,39 @@ def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
         "confirmed": np.concatenate([each.confirmed for each in frames]).astype(bool),
         "classes": tuple(c for each in frames for c in (each.classes or (None,) * len(each))) if classified else None,
     }
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionSet:
+    """Detections of a detector over a source, one a row, in order of frames.
+
+    source, source_hash, detector, config, input, scene_seed   as of `irtrack.types.Track`
+    frames, times, step_ms, cpu_ms   of the frames that were seen, (k,)
+    frame        (n,) index of the frame of each row;  cx, cy, w, h (n,) px;  score (n,)
+    classes      n classes or None
+    """
+
+    source: str
+    source_hash: str
+    detector: str
+    config: dict[str, Any]
+    input: Input
+    scene_seed: int | None
+    frames: npt.NDArray[np.int64]
+    times: Floats
+    step_ms: Floats
+    cpu_ms: Floats
+    frame: npt.NDArray[np.int64]
+    cx: Floats
+    cy: Floats
+    w: Floats
+    h: Floats
+    score: Floats
+    classes: tuple[str | None, ...] | None = None
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    def __repr__(self) -> str:
+        found = counted(len(self), "detection")
+        return f"DetectionSet({self.detector} on {self.source}: {found}, {counted(len(self.frames), 'frame')})"

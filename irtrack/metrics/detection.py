@@ -1,0 +1,162 @@
+"""Figures of a detector: probability of detection against false alarms.
+
+A detection is on a target where its centre is within the larger of 3 px (DNANet's rule for centroids) and half the
+diagonal of the true box. Several on one target are one hit and no false alarm. Targets that are not to be found, as in
+`irtrack.metrics.comparison`, are ignored, and so are detections on them. A target counts in each frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import SHOWN, Floats, Truth
+from irtrack.metrics.comparison import Numbers
+from irtrack.metrics.masks import CENTROID_PX
+from irtrack.tracks import DetectionSet
+
+RATES = (0.01, 0.1, 1.0, 10.0)
+"""False alarms a frame at which the probability of detection is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionFigures:
+    """Scores of targets and of false alarms over k frames.
+
+    frames, rate_hz
+    frame, number (t,)   frame (0 .. k-1) and number of the target, of each target that is to be found in a frame
+    score (t,)           largest score of a detection on it, -inf without one
+    error (t,)           px from its centre to the nearest of these, nan without one
+    false_frame, false_score (f,)   of detections on no target
+    names                ids of the targets
+    """
+
+    frames: int
+    rate_hz: float
+    frame: Numbers
+    number: Numbers
+    score: Floats
+    error: Floats
+    false_frame: Numbers
+    false_score: Floats
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, truths: Iterable[Truth], found: DetectionSet, rate_hz: float) -> DetectionFigures:
+        """Return the scores of detections against the ground truth of the frames that the detector saw."""
+        by_frame = {each.index: each for each in truths}
+        ends = np.searchsorted(found.frame, found.frames, side="right")
+        names: dict[str, int] = {}
+        rows: list[tuple[float, float, float, float]] = []
+        false: list[tuple[Numbers, Floats]] = []
+        begin = 0
+        for place, (index, end) in enumerate(zip(found.frames.tolist(), ends.tolist(), strict=True)):
+            centers = np.column_stack([found.cx[begin:end], found.cy[begin:end]])
+            scores = found.score[begin:end]
+            begin = end
+            on_target = np.zeros(len(scores), bool)
+            for each in by_frame[index].targets if index in by_frame else ():
+                apart = np.hypot(centers[:, 0] - each.center[0], centers[:, 1] - each.center[1])
+                on = apart <= max(CENTROID_PX, np.hypot(each.box.w, each.box.h) / 2)
+                on_target |= on
+                if each.in_view is not False and not (each.visible is not None and each.visible < SHOWN):
+                    best = float(scores[on].max()) if on.any() else -np.inf
+                    error = float(apart[on].min()) if on.any() else np.nan
+                    rows.append((place, names.setdefault(each.id, len(names)), best, error))
+            false.append((np.full(int((~on_target).sum()), place), scores[~on_target]))
+        table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+        return cls(
+            len(found.frames),
+            rate_hz,
+            table[:, 0].astype(np.int64),
+            table[:, 1].astype(np.int64),
+            table[:, 2],
+            table[:, 3],
+            np.concatenate([frame for frame, _ in false]) if false else np.zeros(0, np.int64),
+            np.concatenate([scores for _, scores in false]) if false else np.zeros(0),
+            tuple(names),
+        )
+
+    @property
+    def pd(self) -> float:
+        """Share of the targets that have a detection, at the detector's own threshold."""
+        return _share(np.isfinite(self.score))
+
+    @property
+    def false_alarms(self) -> float:
+        """False alarms a frame, at the detector's own threshold."""
+        return len(self.false_score) / self.frames if self.frames else np.nan
+
+    @property
+    def false_alarms_s(self) -> float:
+        """False alarms a second."""
+        return self.false_alarms * self.rate_hz
+
+    def pd_at(self, rate: float) -> float:
+        """Return the share of targets found at a threshold that leaves `rate` false alarms a frame at most.
+
+        Where the detector's own threshold leaves fewer, it is that of its own threshold.
+        """
+        allowed = int(rate * self.frames + 1e-9)
+        if allowed >= len(self.false_score):
+            return self.pd
+        threshold = np.sort(self.false_score)[::-1][allowed]  # the first false alarm too many
+        return _share(self.score > threshold)
+
+    def roc(self) -> tuple[Floats, Floats]:
+        """Return false alarms a frame (p,), rising, and the probability of detection at each (p,)."""
+        false = np.sort(self.false_score)[::-1]
+        rates = np.arange(len(false) + 1) / max(self.frames, 1)
+        order = np.sort(self.score)[::-1]
+        thresholds = np.append(false, -np.inf)
+        found = np.searchsorted(-order, -thresholds, side="left") / max(len(order), 1)
+        found[-1] = np.isfinite(order).mean() if len(order) else np.nan
+        return rates, found
+
+    @cached_property
+    def first_detection(self) -> float:
+        """Mean frames from a target's first frame to its first detection; to the last frame where there is none."""
+        delays = []
+        for number in range(len(self.names)):
+            own = self.number == number
+            hits = self.frame[own & np.isfinite(self.score)]
+            delays.append((hits.min() if len(hits) else self.frames) - self.frame[own].min())
+        return float(np.mean(delays)) if delays else np.nan
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square distance, px, of the detections from the targets that they are on."""
+        known = self.error[~np.isnan(self.error)]
+        return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
+
+
+def _share(flags: npt.NDArray[np.bool_]) -> float:
+    return float(flags.mean()) if len(flags) else np.nan
+
+
+@dataclass(frozen=True)
+class DetectionFigure:
+    """Description of a figure: unit, whether less or more is better, upper bound."""
+
+    of: Callable[[DetectionFigures], float]
+    unit: str = ""
+    better: str | None = None
+    most: float = np.inf
+
+
+DETECTION_FIGURES: dict[str, DetectionFigure] = {
+    "pd": DetectionFigure(lambda figures: figures.pd, "", "more", 1.0),
+    "false_alarms": DetectionFigure(lambda figures: figures.false_alarms, "1/frame", "less"),
+    "false_alarms_s": DetectionFigure(lambda figures: figures.false_alarms_s, "1/s", "less"),
+    "pd_001": DetectionFigure(lambda figures: figures.pd_at(RATES[0]), "", "more", 1.0),
+    "pd_01": DetectionFigure(lambda figures: figures.pd_at(RATES[1]), "", "more", 1.0),
+    "pd_1": DetectionFigure(lambda figures: figures.pd_at(RATES[2]), "", "more", 1.0),
+    "pd_10": DetectionFigure(lambda figures: figures.pd_at(RATES[3]), "", "more", 1.0),
+    "first_detection": DetectionFigure(lambda figures: figures.first_detection, "frames", "less"),
+    "detection_rmse": DetectionFigure(lambda figures: figures.rmse, "px", "less"),
+}
+"""Figures of a detector by name; `pd_01`: at 0.1 false alarms a frame."""
