@@ -130,7 +130,7 @@ def _tracks(answer: Any) -> TrackFrame | None:
     """Return the tracks of a plain tracker's answer; None of any other value."""
     if isinstance(answer, TrackFrame):
         return answer
-    if answer is None or isinstance(answer, str | bytes | np.ndarray) and np.ndim(answer) != 2:
+    if answer is None or (isinstance(answer, str | bytes | np.ndarray) and np.ndim(answer) != 2):
         return None
     rows: list[tuple[int, Box, float]] = []
     try:
