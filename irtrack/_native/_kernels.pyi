@@ -131,3 +131,13 @@ def mean_shift(
     """Move windows at centers (N, 2) until a step is shorter than eps px, or by `iterations` steps.
 
     Write the mass (N, bins) in each bin at their end, over the whole window's, and its visible share (N,)."""
+
+def patch_contrast(mean: Singles, side: int, largest: Singles, /) -> None:
+    """Replace largest (rows, columns) by the greater of it and the least product of differences to opposite neighbours.
+
+    mean (rows + 2 side, columns + 2 side) of patches; where a neighbour is brighter the product counts at most 0."""
+
+def local_contrast(mean: Singles, side: int, largest: Singles, peak: Singles, /) -> None:
+    """Replace largest (rows, columns) by the greater of it and peak^2 over the greatest of the neighbours' means, or 1.
+
+    mean (rows + 2 side, columns + 2 side) and peak (rows, columns): mean and largest pixel of each patch."""

@@ -194,7 +194,8 @@ static inline double normalise(double *mass, Py_ssize_t bins)
 
 #define FOR_ALL_KERNELS(X)                                                                                             \
     X(distinct_windows) X(window_histograms) X(bhattacharyya) X(window_gradients) X(window_cues) X(high_pass) X(pick)  \
-    X(scaled_log_weights) X(normalise_product) X(sorted_uniforms) X(ar2) X(trajectory_similarity) X(line_fit) X(mean_shift)
+    X(scaled_log_weights) X(normalise_product) X(sorted_uniforms) X(ar2) X(trajectory_similarity) X(line_fit) X(mean_shift)  \
+    X(patch_contrast) X(local_contrast)
 #define DECLARE(name) PyObject *name(PyObject *self, PyObject *const *given, Py_ssize_t count);
 FOR_ALL_KERNELS(DECLARE)
 #endif

@@ -1,0 +1,89 @@
+"""`frame_difference`: the frame less an earlier one that is registered to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any, ClassVar, cast
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from irsim.types import MEDIAN_TO_SIGMA
+from irtrack.detectors.base import ROUNDING, FilterDetector, Picture, median
+from irtrack.errors import InputError
+from irtrack.features.background import BackgroundModel
+
+COARSE = 2
+"""Factor by which frames are reduced for registration: a quarter of its time, and its error stays below .1 px."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LastFrames:
+    """Pictures of the last frames, the oldest first; counts."""
+
+    pictures: tuple[Picture, ...]
+
+
+class FrameDifference(FilterDetector):
+    """Difference from the frame `lag` frames ago, registered by shift, gain and offset.
+
+    R. Jain, H.-H. Nagel, "On the analysis of accumulative difference pictures", IEEE PAMI 1(2), 1979; the registration
+    is that of `irtrack.features.background`, at half size. A target that moved appears at its new place, and at the old
+    one with the other sign; it must move by more than its size within `lag` frames. Of the first frame there are no
+    detections, of the next ones against the first. Pixels that came into view have the response 0.
+    """
+
+    source: ClassVar[str] = "Jain, Nagel 1979"
+
+    lag: int = Field(default=3, ge=1, le=100)
+    """Frames between the two that are compared."""
+    align: bool = True
+    """Registration of the earlier frame; false for a camera at rest."""
+    psf: float = Field(default=0.7, ge=0, le=10)
+    """Standard deviation of the Gaussian that smooths the difference, px; 0: none."""
+
+    @property
+    def smoothing(self) -> float:
+        return max(self.psf, super().smoothing)
+
+    def respond(self, memory: LastFrames | None, picture: Picture) -> tuple[Any, Picture | None]:
+        if memory is None:
+            return LastFrames((picture,)), None
+        earlier = memory.pictures[0]
+        if earlier.shape != picture.shape:
+            raise InputError(
+                f"a frame of {picture.shape[1]}x{picture.shape[0]} px; "
+                f"allowed: {earlier.shape[1]}x{earlier.shape[0]}, as before"
+            )
+        difference = picture - (registered(earlier, picture) if self.align else earlier)
+        if self.psf > 0:
+            difference = cv2.GaussianBlur(difference, (0, 0), self.psf, borderType=cv2.BORDER_REFLECT_101)
+        return LastFrames((*memory.pictures, picture)[-self.lag :]), difference
+
+
+def registered(earlier: Picture, picture: Picture) -> Picture:
+    """Return the earlier picture in the place and the grey scale of a later one; where it had no pixel, the later."""
+    before, now = (cv2.resize(each, None, fx=1 / COARSE, fy=1 / COARSE, interpolation=cv2.INTER_AREA)
+                   for each in (earlier, picture)) if min(picture.shape) >= COARSE else (earlier, picture)
+    steps = np.abs(np.diff(before[::4], axis=1)).ravel()
+    noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
+    ones = np.ones_like(before)
+    model, frame = BackgroundModel(before, ones, ones, noise).register(cast(Any, now), align=True)
+    dx, dy = COARSE * frame.moved[0], COARSE * frame.moved[1]
+    if max(abs(dx), abs(dy)) < 1e-2:
+        return earlier * np.float32(model.gain) + np.float32(model.offset)
+    matrix = np.array([[1.0, 0, dx], [0, 1.0, dy]])
+    moved = cv2.warpAffine(
+        earlier, matrix, earlier.shape[::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
+    moved = moved * np.float32(model.gain) + np.float32(model.offset)
+    across, down = (ceil(abs(d)) + 1 if abs(d) >= 1e-2 else 0 for d in (dx, dy))
+    rows, columns = moved.shape
+    for new in (
+        (slice(0, down) if dy > 0 else slice(rows - min(down, rows), rows), slice(None)),
+        (slice(None), slice(0, across) if dx > 0 else slice(columns - min(across, columns), columns)),
+    ):
+        moved[new] = picture[new]
+    return moved

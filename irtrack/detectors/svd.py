@@ -1,0 +1,41 @@
+"""`svd`: the frame without its largest singular parts."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, cast
+
+import cv2
+from pydantic import Field
+
+from irsim.rng import stream
+from irtrack.detectors.base import FilterDetector, Picture, Side
+from irtrack.features.svd import largest_parts
+
+
+class SVD(FilterDetector):
+    """Background suppressed by singular values: the mean over a small square of A - sum of s_i u_i v_i', i <= components.
+
+    D. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available; number and
+    square are chosen here. The parts come from a random projection by one fixed stream, so that a frame has one answer.
+    """
+
+    source: ClassVar[str] = "Cui, Zheng, Li 2011"
+
+    components: int = Field(default=5, ge=1, le=50)
+    """Number of largest singular values removed."""
+    side: Side = 3
+    """Side of the square over which the residual is averaged, px, odd."""
+
+    @property
+    def smoothing(self) -> float:
+        """Standard deviation of the square."""
+        return self.side / 12**0.5
+
+    @property
+    def reach(self) -> int:
+        return self.side + 1
+
+    def response(self, picture: Picture) -> Picture:
+        parts = largest_parts(cast(Any, picture), self.components, stream(0, "detector", "svd"))
+        residual = parts.less(self.components)
+        return cv2.blur(residual, (self.side, self.side), borderType=cv2.BORDER_REFLECT_101)  # type: ignore[return-value]  # OpenCV's stubs know no element types
