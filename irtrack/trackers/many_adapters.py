@@ -17,7 +17,7 @@ from typing import Any, ClassVar, get_type_hints
 import numpy as np
 
 from irsim.types import Box, Frame
-from irtrack.detectors import make_detector
+from irtrack.detectors import parse_detector
 from irtrack.errors import TrackerError
 from irtrack.tracks import TrackFrame
 from irtrack.types import Detector
@@ -101,7 +101,7 @@ class PlainMany:
         return cls(type(tracker), dict(getattr(tracker, "__dict__", {})), partial(copy.deepcopy, tracker))
 
     def _made_detector(self) -> Detector | None:
-        return make_detector(self.detector) if takes_detections(self.kind) else None
+        return parse_detector(self.detector) if takes_detections(self.kind) else None
 
     def init(self, frame: Frame, rng: np.random.Generator) -> PlainManyState:
         tracker, detector = self.again(), self._made_detector()

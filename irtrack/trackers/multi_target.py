@@ -18,7 +18,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from irsim.types import Floats, Frame
-from irtrack.detectors import make_detector
+from irtrack.detectors import parse_detector
 from irtrack.filters.data_association import joint_probabilities, nearest_neighbours
 from irtrack.filters.multiple_model import (
     MultipleModel,
@@ -39,6 +39,8 @@ Probability = Annotated[float, Field(gt=0, lt=1)]
 LEVEL_SD = 0.4
 """Standard deviation of the logarithm of a target's score about its level. Chosen here: scores of a matched filter on
 a fluctuating point scatter by about a third."""
+MOST_AMPLITUDE = 5.0
+"""Largest logarithm of the amplitude's likelihood ratio, either way: scores alone outweigh places by 150 at most."""
 LEVEL_RATE = 0.1
 """Share of a new score or size that enters a track's running value."""
 SIZE_RATE = 0.2
@@ -145,7 +147,7 @@ class MultiTargetTracker(TrackerPart):
 
     @cached_property
     def _detector(self) -> Detector:
-        return make_detector(self.detector)
+        return parse_detector(self.detector)
 
     @cached_property
     def bank(self) -> MultipleModel:
@@ -262,7 +264,7 @@ def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Flo
     apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
     target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
     mean = max(clutter_score - least, 0.05 * clutter_score)
-    ratios: Floats = target + (scores - least) / mean + log(mean)
+    ratios: Floats = np.clip(target + (scores - least) / mean + log(mean), -MOST_AMPLITUDE, MOST_AMPLITUDE)
     return ratios
 
 

@@ -1,0 +1,54 @@
+"""Random cases for oracles: sequences of targets and tracks, masks, filters, likelihood ratios. They need numpy alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def sequence(seed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return frames of a sequence: numbers of targets and of tracks, and their similarities."""
+    rng = np.random.default_rng(seed)
+    targets, tracks, frames = rng.integers(1, 6), rng.integers(1, 8), rng.integers(2, 14)
+    found = []
+    for _ in range(frames):
+        t, r = np.flatnonzero(rng.random(targets) < 0.8), np.flatnonzero(rng.random(tracks) < 0.7)
+        found.append((t, r, rng.random((len(t), len(r))) * (rng.random((len(t), len(r))) < 0.5)))
+    return found
+
+
+def masks(seed: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return three predictions (rows, cols) of 0..1 and their truths: targets hit, missed, and false ones."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(3):
+        truth, prediction = np.zeros((40, 50), bool), rng.random((40, 50)) * 0.49
+        for _ in range(rng.integers(0, 5)):
+            y, x = rng.integers(2, 36), rng.integers(2, 46)
+            truth[y : y + rng.integers(1, 4), x : x + rng.integers(1, 4)] = True
+            if rng.random() < 0.8:
+                dy, dx = rng.integers(-3, 4, 2)
+                prediction[max(0, y + dy) :, max(0, x + dx) :][:2, :2] = 0.9
+        for _ in range(rng.integers(0, 4)):
+            prediction[rng.integers(0, 40), rng.integers(0, 50)] = 0.8
+        found.append((prediction, truth))
+    return found
+
+
+def turning_target(seed: int) -> dict[str, Any]:
+    """Return detections (20, 2) px of a target that turns, and the numbers of an IMM of CV and two turns."""
+    rng = np.random.default_rng(seed)
+    angle = np.cumsum(np.where(np.arange(20) < 10, 0.0, 0.15))
+    places = np.cumsum(np.stack([np.cos(angle), np.sin(angle)], axis=1) * 3, axis=0) + 50
+    return {"detections": places + rng.normal(0, 1, places.shape), "rate": 0.15, "acceleration": 0.3, "stay": 0.95}
+
+
+def shared_gates(seed: int) -> dict[str, np.ndarray]:
+    """Return predicted centres (n, 2), variances (n,), and detections (m, 2) that several tracks may claim, px."""
+    rng = np.random.default_rng(seed)
+    tracks = int(rng.integers(2, 5))
+    centers = rng.uniform(0, 12, (tracks, 2))
+    near = centers[rng.random(tracks) < 0.8]
+    detections = np.concatenate([near + rng.normal(0, 1, near.shape), rng.uniform(0, 12, (int(rng.integers(0, 4)), 2))])
+    return {"centers": centers, "variances": rng.uniform(1, 4, tracks), "detections": detections}

@@ -1,0 +1,150 @@
+"""Values of other implementations on the cases of `oracle_cases`, as JSON: run by .venv-oracles (`make oracles`).
+
+    .venv-oracles/bin/python tests/support/oracle_values.py COUNT > VALUES.json
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+from oracle_cases import masks, sequence, shared_gates, turning_target
+
+
+def of_trackeval(seed: int) -> dict[str, float]:
+    """Return HOTA, CLEAR MOT and identity figures by trackeval."""
+    from trackeval.metrics import CLEAR, HOTA, Identity
+
+    frames = sequence(seed)
+    targets = {each: i for i, each in enumerate(sorted({t for row, _, _ in frames for t in row.tolist()}))}
+    tracks = {each: i for i, each in enumerate(sorted({r for _, row, _ in frames for r in row.tolist()}))}
+    data = {
+        "num_timesteps": len(frames),
+        "num_gt_ids": len(targets),
+        "num_tracker_ids": len(tracks),
+        "num_gt_dets": sum(len(t) for t, _, _ in frames),
+        "num_tracker_dets": sum(len(r) for _, r, _ in frames),
+        "gt_ids": [np.array([targets[t] for t in row.tolist()], dtype=int) for row, _, _ in frames],
+        "tracker_ids": [np.array([tracks[r] for r in row.tolist()], dtype=int) for _, row, _ in frames],
+        "similarity_scores": [similarity for _, _, similarity in frames],
+    }
+    hota = HOTA().eval_sequence(data)
+    clear = CLEAR({"PRINT_CONFIG": False}).eval_sequence(data)
+    identity = Identity({"PRINT_CONFIG": False}).eval_sequence(data)
+    return {
+        "hota": float(np.mean(hota["HOTA"])),
+        "deta": float(np.mean(hota["DetA"])),
+        "assa": float(np.mean(hota["AssA"])),
+        "mota": float(clear["MOTA"]),
+        "switches": int(clear["IDSW"]),
+        "fragments": int(clear["Frag"]),
+        "misses": int(clear["CLR_FN"]),
+        "false": int(clear["CLR_FP"]),
+        "idf1": float(identity["IDF1"]),
+    }
+
+
+def of_pyirstdmetrics(seed: int) -> dict[str, float]:
+    """Return Pd and Fa by both published rules, IoU and nIoU, by pyirstdmetrics."""
+    import py_irstd_metrics as theirs
+
+    centroids = theirs.ProbabilityDetectionAndFalseAlarmRate()
+    shooting = theirs.ShootingRuleBasedProbabilityDetectionAndFalseAlarmRate()
+    pixels = theirs.CMMetrics(num_bins=1, threshold=0.5)
+    pixels.add_handler("iou", theirs.IoUHandler(with_dynamic=False, with_binary=True, sample_based=False))
+    pixels.add_handler("niou", theirs.IoUHandler(with_dynamic=False, with_binary=True, sample_based=True))
+    for prediction, truth in masks(seed):
+        centroids.update(prediction, truth)
+        shooting.update(prediction, truth)
+        pixels.update(prediction, truth)
+    first, second, third = centroids.get(), shooting.get(), pixels.get()
+    return {
+        "pd": float(np.ravel(first["probability_detection"])[0]),
+        "fa": float(np.ravel(first["false_alarm"])[0]),
+        "shooting_pd": float(np.ravel(second["probability_detection"])[0]),
+        "shooting_fa": float(np.ravel(second["false_alarm"])[0]),
+        "iou": float(third["iou"]["binary"]),
+        "niou": float(third["niou"]["binary"]),
+    }
+
+
+def of_filterpy(seed: int) -> dict[str, Any]:
+    """Return places (20, 2) and probabilities of models (20, 3) by filterpy's IMM; state x, y, vx, vy."""
+    from filterpy.kalman import IMMEstimator, KalmanFilter
+
+    case = turning_target(seed)
+    filters = []
+    for rate in (0.0, case["rate"], -case["rate"]):
+        one = KalmanFilter(dim_x=4, dim_z=2)
+        s, c = np.sin(rate), np.cos(rate)
+        along, across = (s / rate, (1 - c) / rate) if rate else (1.0, 0.0)
+        one.F = np.array([[1, 0, along, -across], [0, 1, across, along], [0, 0, c, -s], [0, 0, s, c]])
+        one.H = np.eye(2, 4)
+        gain = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
+        one.Q = case["acceleration"] ** 2 * gain @ gain.T
+        one.R = np.eye(2)
+        one.x = np.array([*case["detections"][0], 0, 0])
+        one.P = np.diag([1.0, 1.0, 4.0, 4.0])
+        filters.append(one)
+    stay = case["stay"]
+    switching = np.full((3, 3), (1 - stay) / 2) + np.eye(3) * (stay - (1 - stay) / 2)
+    bank = IMMEstimator(filters, np.full(3, 1 / 3), switching)
+    places, models = [], []
+    for detection in case["detections"][1:]:
+        bank.predict()
+        bank.update(detection)
+        places.append(np.ravel(bank.x)[:2].tolist())
+        models.append(np.ravel(bank.mu).tolist())
+    return {"places": places, "models": models}
+
+
+def of_stonesoup(seed: int) -> dict[str, Any]:
+    """Return joint probabilities (n, m) by Stone Soup's JPDA: P_D .9, no gate, 0.01 clutter per px^2."""
+    from stonesoup.dataassociator.probability import JPDA
+    from stonesoup.hypothesiser.probability import PDAHypothesiser
+    from stonesoup.models.measurement.linear import LinearGaussian
+    from stonesoup.models.transition.linear import RandomWalk, CombinedLinearGaussianTransitionModel
+    from stonesoup.predictor.kalman import KalmanPredictor
+    from stonesoup.types.detection import Detection
+    from stonesoup.types.state import GaussianState
+    from stonesoup.types.track import Track
+    from stonesoup.updater.kalman import KalmanUpdater
+
+    case, now = shared_gates(seed), datetime(2026, 1, 1)
+    model = LinearGaussian(2, (0, 1), np.eye(2))
+    still = CombinedLinearGaussianTransitionModel([RandomWalk(0.0), RandomWalk(0.0)])
+    hypothesiser = PDAHypothesiser(
+        KalmanPredictor(still), KalmanUpdater(model), clutter_spatial_density=0.01, prob_detect=0.9, prob_gate=1 - 1e-12
+    )
+    tracks = [
+        Track([GaussianState(center[:, None], variance * np.eye(2), now)])
+        for center, variance in zip(case["centers"], case["variances"], strict=True)
+    ]
+    later = now + timedelta(seconds=1)
+    plots = [Detection(each[:, None], timestamp=later, measurement_model=model) for each in case["detections"]]
+    found = JPDA(hypothesiser).associate(tracks, set(plots), later)
+    beta = np.zeros((len(tracks), len(plots)))
+    for row, track in enumerate(tracks):
+        for hypothesis in found[track]:
+            if hypothesis:
+                beta[row, next(k for k, plot in enumerate(plots) if plot is hypothesis.measurement)] = float(
+                    hypothesis.probability
+                )
+    return {"beta": beta.tolist()}
+
+
+ORACLES = {
+    "trackeval": of_trackeval,
+    "pyirstdmetrics": of_pyirstdmetrics,
+    "filterpy": of_filterpy,
+    "stonesoup": of_stonesoup,
+}
+
+if __name__ == "__main__":
+    count = int(sys.argv[1])
+    few = {"filterpy": 20, "stonesoup": 50}
+    values = {name: [of(seed) for seed in range(min(count, few.get(name, count)))] for name, of in ORACLES.items()}
+    json.dump(values, sys.stdout)
