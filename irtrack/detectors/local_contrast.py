@@ -65,8 +65,8 @@ class MPCM(FilterDetector):
 
     Y. Wei, X. You, H. Li, "Multiscale patch-based contrast measure for small infrared target detection", Pattern
     Recognition 58, 2016, eq. 3 to 6: d_i = mean of the middle patch - mean of neighbour i; min over i = 1..4 of
-    d_i d_(i+4), the largest over scales. The response is its square root, counts, which keeps the order and grows with the contrast. It is 0
-    where a difference is negative: two negative ones have a positive product, too.
+    d_i d_(i+4), the largest over scales. The response is its square root, counts, which keeps the order and grows with
+    the contrast. It is 0 where a difference is negative: two negative ones have a positive product, too.
     """
 
     source: ClassVar[str] = "Wei, You, Li 2016"

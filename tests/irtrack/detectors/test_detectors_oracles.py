@@ -29,7 +29,6 @@ def response(name: str, picture: Any = IMAGE, **parameters: Any) -> Any:
 
 def at(picture: Any, row: int, column: int) -> float:
     """The pixel of a picture that is mirrored at its edges."""
-    rows, columns = picture.shape
     return float(np.pad(picture, 20, mode="reflect")[row + 20, column + 20])
 
 
@@ -71,16 +70,13 @@ def test_dog_is_that_of_scipy() -> None:
 def test_ring_is_equation_1() -> None:
     places = [(0, 0)] + [(r * cos(2 * pi * j / 8), r * sin(2 * pi * j / 8)) for r in range(1, 5) for j in range(8)]
     for row, column in ((20, 20), (0, 3), (39, 46)):
-        samples = [
-            at(IMAGE, row + int(np.floor(y + 0.5 + 1e-9)), column + int(np.floor(x + 0.5 + 1e-9))) for x, y in places
-        ]
+        nearest = np.floor(np.array(places) + 0.5 + 1e-9).astype(int)
+        samples = [at(IMAGE, row + y, column + x) for x, y in nearest]
         assert response("ring")[row, column] == pytest.approx(IMAGE[row, column] - np.mean(samples), abs=1e-2)
 
 
 def test_butterworth_is_that_of_a_mirrored_transform() -> None:
-    twice = np.concatenate(
-        [np.concatenate([IMAGE, IMAGE[::-1]]), np.concatenate([IMAGE, IMAGE[::-1]])[:, ::-1]], axis=1
-    )
+    twice = np.pad(IMAGE, ((0, 40), (0, 47)), mode="symmetric")
     v, u = (np.fft.fftfreq(count) for count in twice.shape)
     D = np.hypot(v[:, None], u)
     H = 1 / (1 + (0.1 / np.maximum(D, 1e-12)) ** 4)
