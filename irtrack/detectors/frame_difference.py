@@ -57,7 +57,7 @@ class FrameDifference(FilterDetector):
                 f"a frame of {picture.shape[1]}x{picture.shape[0]} px; "
                 f"allowed: {earlier.shape[1]}x{earlier.shape[0]}, as before"
             )
-        difference = picture - (registered(earlier, picture) if self.align else earlier)
+        difference: Any = picture - (registered(earlier, picture) if self.align else earlier)
         if self.psf > 0:
             difference = cv2.GaussianBlur(difference, (0, 0), self.psf, borderType=cv2.BORDER_REFLECT_101)
         return LastFrames((*memory.pictures, picture)[-self.lag :]), difference

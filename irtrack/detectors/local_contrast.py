@@ -11,7 +11,18 @@ from pydantic import Field
 from irsim.config.base import Several
 from irsim.types import Floats
 from irtrack._native import COMPILED, kernels
-from irtrack.detectors.base import FilterDetector, Picture, Places, Score, Side, squares, vertices
+from irtrack.detectors.base import (
+    THINNED,
+    WHOLE,
+    FilterDetector,
+    Picture,
+    Places,
+    Score,
+    Side,
+    robust_scale,
+    squares,
+    vertices,
+)
 
 Sides = Annotated[Several[Side], Field(min_length=1, max_length=8)]
 """Sides of the patches of each scale, px."""
@@ -40,13 +51,14 @@ class LCM(FilterDetector):
         return max(self.sides)
 
     def negative(self, picture: Picture) -> Picture:
-        return picture.max() + picture.min() - picture
+        turned: Picture = picture.max() + picture.min() - picture
+        return turned
 
     def response(self, picture: Picture) -> Picture:
         largest = np.zeros_like(picture)
         for side in self.sides:
             peak = cv2.dilate(picture, np.ones((side, side), np.uint8))
-            add_local_contrast(wide_mean(picture, side), side, largest, peak)
+            add_local_contrast(wide_mean(picture, side), side, largest, peak)  # type: ignore[arg-type]  # OpenCV's stubs know no element types
         return largest
 
     def located(
@@ -65,15 +77,16 @@ class MPCM(FilterDetector):
 
     Y. Wei, X. You, H. Li, "Multiscale patch-based contrast measure for small infrared target detection", Pattern
     Recognition 58, 2016, eq. 3 to 6: d_i = mean of the middle patch - mean of neighbour i; min over i = 1..4 of
-    d_i d_(i+4), the largest over scales. The response is its square root, counts, which keeps the order and grows with
-    the contrast. It is 0 where a difference is negative: two negative ones have a positive product, too.
+    d_i d_(i+4), the largest over scales. z is its square root, which keeps the order and grows with the contrast, over
+    the robust deviation of the least patch's mean from those on its left and right: most of the measure's values are 0
+    or negative and have no scale. It is 0 where a difference is negative: two negative ones have a positive product.
     """
 
     source: ClassVar[str] = "Wei, You, Li 2016"
     is_linear: ClassVar[bool] = False
 
-    threshold: Score = 24.0
-    """Least score z of a detection, robust standard deviations of the response, most of which is small."""
+    threshold: Score = 4.5
+    """Least score z of a detection; lower than of other kinds, since z is the least of eight differences."""
     sides: Sides = (3, 5, 7)
     """Sides of the patches of each scale, px, odd (the source: 3, 5, 7, 9)."""
 
@@ -87,10 +100,21 @@ class MPCM(FilterDetector):
         return max(self.sides)
 
     def response(self, picture: Picture) -> Picture:
+        least = min(self.sides)
         largest = np.zeros_like(picture)
         for side in self.sides:
-            add_patch_contrast(wide_mean(picture, side), side, largest)
-        return np.sqrt(largest, out=largest)
+            mean = wide_mean(picture, side)
+            add_patch_contrast(mean, side, largest)
+            if side == least:
+                left, middle, right = (mean[least:-least, k * least : k * least + picture.shape[1]] for k in range(3))
+                some = (slice(None, None, THINNED),) * 2 if picture.size > WHOLE else (slice(None),) * 2
+                _, deviation = robust_scale(middle[some] - (left[some] + right[some]) / 2)
+        response: Picture = np.sqrt(largest, out=largest)
+        response *= np.float32(1 / deviation)
+        return response
+
+    def scale(self, response: Picture) -> tuple[float, float]:
+        return 0.0, 1.0
 
 
 def wide_mean(picture: Picture, side: int) -> Picture:

@@ -57,14 +57,15 @@ def clutter_covariance(picture: Picture, side: int) -> Floats:
     Rounding is added to the variances; the patches' level has the mean variance, so that there is an inverse.
     """
     if min(picture.shape) < 2 * side:  # a larger frame is not mirrored: clutter has a bend there
-        picture = cv2.copyMakeBorder(picture, *[side // 2] * 4, cv2.BORDER_REFLECT_101)  # type: ignore[assignment]  # OpenCV's stubs know no element types
+        picture = np.pad(picture, side // 2, mode="reflect" if min(picture.shape) > side // 2 else "edge")
     step = max(int(sqrt(picture.size / PATCHES)), 1)
     windows = np.lib.stride_tricks.sliding_window_view(picture, (side, side))[::step, ::step]
     patches = windows.reshape(-1, side * side)  # a copy
     patches = patches - patches.mean(axis=1, keepdims=True)
     covariance = (patches.T @ patches).astype(np.float64) / len(patches)
     size = side * side
-    return covariance + ROUNDING**2 * np.eye(size) + np.trace(covariance) / size**2
+    loaded: Floats = covariance + ROUNDING**2 * np.eye(size) + np.trace(covariance) / size**2
+    return loaded
 
 
 def whitened(covariance: Floats, signature: Floats) -> Floats:

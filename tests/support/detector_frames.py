@@ -29,7 +29,7 @@ def noise_frame(
 
 def last(detector: Any, *frames: Frame) -> Detections:
     """Detections in the last of some frames."""
-    state = None
+    state, found = None, Detections.of([])
     for frame in frames:
         state, found = detector.step(state, frame)
     return found
@@ -40,7 +40,8 @@ def offsets(found: Detections, places: Any) -> Floats:
     if len(found) == 0:
         return np.full((len(places), 2), 1e3)
     apart = found.centers[None] - np.asarray(places)[:, None]
-    return apart[np.arange(len(apart)), (apart**2).sum(axis=-1).argmin(axis=1)]
+    nearest: Floats = apart[np.arange(len(apart)), (apart**2).sum(axis=-1).argmin(axis=1)]
+    return nearest
 
 
 def write_onnx(path: Path, kernel: Floats, size: tuple[int, int] | None = None) -> str:

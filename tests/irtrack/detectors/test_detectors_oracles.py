@@ -106,6 +106,9 @@ def test_lcm_by_its_definition() -> None:
 
 def test_mpcm_by_its_definition() -> None:
     found = response("mpcm", sides=[3, 5])
+    mean = ndimage.uniform_filter(IMAGE.astype(float), 3, mode="mirror")
+    differences = mean - (np.roll(mean, 3, 1) + np.roll(mean, -3, 1)) / 2
+    scale = 1.4826 * np.median(np.abs(differences - np.median(differences)))
     positive = 0
     for row in range(0, 40, 3):
         for column in range(0, 47, 3):
@@ -120,7 +123,7 @@ def test_mpcm_by_its_definition() -> None:
                 if min(min(pair) for pair in pairs) > 0:
                     measures.append(min(a * b for a, b in pairs) ** 0.5)
             positive += max(measures) > 0
-            assert found[row, column] == pytest.approx(max(measures), abs=0.02)
+            assert found[row, column] * scale == pytest.approx(max(measures), rel=0.1, abs=0.02)
     assert positive > 5
 
 
