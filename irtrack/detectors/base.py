@@ -207,19 +207,20 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
     saturated target, the middle one counts.
     """
     above = np.flatnonzero(heights > least)
-    side = 2 * separation + 1
-    if len(above) > FEW:
-        tops = cv2.dilate(heights, np.ones((side, side), np.uint8))
-        above = above[heights.ravel()[above] == tops.ravel()[above]]
+    side, columns = 2 * separation + 1, heights.shape[1]
     values = heights.ravel()[above]
-    around = squares(heights, *np.divmod(above, heights.shape[1]), separation).reshape(len(above), side * side)
-    is_top = (around <= values[:, None]).all(axis=1)
-    above, values, around = above[is_top], values[is_top], around[is_top]
-    if len(np.unique(values)) < len(values) and ((around == values[:, None]).sum(axis=1) > 1).any():
-        above = _merged(above, heights.shape, side)
-        values = heights.ravel()[above]
+    if len(above) > FEW:
+        is_top = values == cv2.dilate(heights, np.ones((side, side), np.uint8)).ravel()[above]
+    else:
+        is_top = values >= squares(heights, above // columns, above % columns, separation).max(axis=(1, 2))
+    above, values = above[is_top], values[is_top]
+    if len(np.unique(values)) < len(values):
+        equal = squares(heights, above // columns, above % columns, separation) == values[:, None, None]
+        if (equal.sum(axis=(1, 2)) > 1).any():
+            above = _merged(above, heights.shape, side)
+            values = heights.ravel()[above]
     above = above[np.argsort(-values, kind="stable")[:most]]
-    return above // heights.shape[1], above % heights.shape[1]
+    return above // columns, above % columns
 
 
 def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Picture:

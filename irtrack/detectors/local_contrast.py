@@ -108,7 +108,8 @@ class MPCM(FilterDetector):
             if side == least:
                 left, middle, right = (mean[least:-least, k * least : k * least + picture.shape[1]] for k in range(3))
                 some = (slice(None, None, THINNED),) * 2 if picture.size > WHOLE else (slice(None),) * 2
-                _, deviation = robust_scale(middle[some] - (left[some] + right[some]) / 2)
+                difference: Picture = middle[some] - np.float32(0.5) * (left[some] + right[some])
+                _, deviation = robust_scale(difference)
         response: Picture = np.sqrt(largest, out=largest)
         response *= np.float32(1 / deviation)
         return response

@@ -9,7 +9,7 @@ from time import process_time
 import irsim
 from irtrack.detectors import DETECTORS, FilterDetector, make_detector
 
-FRAMES, ROUNDS = 10, 5
+FRAMES, ROUNDS = 10, 20
 
 
 def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> Iterator[tuple[str, float]]:
