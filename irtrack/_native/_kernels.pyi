@@ -135,7 +135,7 @@ def mean_shift(
 def patch_contrast(mean: Singles, side: int, largest: Singles, /) -> None:
     """Replace largest (rows, columns) by the greater of it and the least product of differences to opposite neighbours.
 
-    mean (rows + 2 side, columns + 2 side) of patches; where a neighbour is brighter the product counts at most 0."""
+    mean (rows + 2 side, columns + 2 side) of patches; where a neighbour is brighter the product counts 0."""
 
 def local_contrast(mean: Singles, side: int, largest: Singles, peak: Singles, /) -> None:
     """Replace largest (rows, columns) by the greater of it and peak^2 over the greatest of the neighbours' means, or 1.

@@ -10,7 +10,7 @@ typedef struct {
     Py_ssize_t side, columns;
 } Row;
 
-/* The least product of differences to opposite neighbours, at most 0 where a neighbour is brighter. */
+/* The least product of differences to opposite neighbours; 0 where a neighbour is brighter. */
 WIDE static void patch_row(Row row, const float *unused, float *restrict largest)
 {
     (void)unused;
@@ -23,7 +23,7 @@ WIDE static void patch_row(Row row, const float *unused, float *restrict largest
         float along = LEAST(right * left, lower * upper), across = LEAST(lower_right * upper_left, lower_left * upper_right);
         float least = LEAST(along, across);
         float first = LEAST(LEAST(right, lower), LEAST(lower_right, lower_left));
-        float contrast = first > 0 ? least : LEAST(least, 0.0f);
+        float contrast = first > 0 ? least : 0;
         largest[x] = GREATEST(largest[x], contrast);
     }
 }

@@ -1,6 +1,6 @@
 """Detectors: frames to detections. `make_detector` gives one by its name, `module:function` or `module:Class`.
 
-A new detector is a module with a frozen `DetectorPart` and a line in `DETECTORS`; the contract tests run over the table.
+A new detector is a frozen `DetectorPart` and a line in `DETECTORS`; the contract tests run over the table.
 """
 
 from __future__ import annotations

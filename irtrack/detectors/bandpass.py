@@ -13,8 +13,10 @@ from scipy import fft
 from irtrack.detectors.base import FilterDetector, Picture, Width
 from irtrack.features.highpass import predicted_background, ring_kernel
 
-CUTOFFS = tuple(0.02 * 2 ** (k / 2) for k in range(9))
-"""Cycles/px. Cut-off frequencies tried for the largest kurtosis: .02 to .32."""
+CUTOFFS = tuple(0.02 * 2 ** (k / 2) for k in range(7))
+"""Cycles/px. Cut-off frequencies tried for the largest kurtosis: .02 to .16, half the bandwidth of a point's image."""
+SURE = 4.0
+"""Standard errors by which a kurtosis is larger; of n normal pixels the error is sqrt(24 / n)."""
 
 
 class DoG(FilterDetector):
@@ -74,8 +76,8 @@ class Butterworth(FilterDetector):
 
     R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3; named by Xue et al. 2011, section 1, as
     the costly way. D is the frequency; D0, where it is not given, is that of `CUTOFFS` with the largest kurtosis of
-    the first frame's response, since sparse targets give long tails. By the cosine transform (DCT-II), so that the
-    frame is mirrored at its edges. The memory is D0.
+    the first frame's response, since sparse targets give long tails, and the least where noise decides. By the cosine
+    transform (DCT-II), so that the frame is mirrored at its edges. The memory is D0.
     """
 
     source: ClassVar[str] = "Gonzalez, Woods 2008, eq. 4.9-3"
@@ -89,7 +91,9 @@ class Butterworth(FilterDetector):
         spectrum = fft.dctn(picture, norm="ortho")
         cutoff = self.cutoff or memory
         if cutoff is None:
-            cutoff = max(CUTOFFS, key=lambda each: _kurtosis(self._passed(spectrum, each)))
+            kurtoses = [_kurtosis(self._passed(spectrum, each)) for each in CUTOFFS]
+            enough = max(kurtoses) - SURE * (24 / picture.size) ** 0.5
+            cutoff = next(each for each, kurtosis in zip(CUTOFFS, kurtoses, strict=True) if kurtosis >= enough)
         return cutoff, self._passed(spectrum, cutoff)
 
     def _passed(self, spectrum: Picture, cutoff: float) -> Picture:

@@ -32,7 +32,7 @@ THINNED = 4
 """Step of rows and columns sampled for median and deviation: 4800 of 320x240 px give them to 2 %."""
 WHOLE = 16_384
 """Pixels up to which a frame is not thinned."""
-FEW = 200
+FEW = 400
 """Pixels above the threshold whose squares are compared one by one, in less time than the whole frame's maxima."""
 ROUNDING = 0.2887
 """Counts. Standard deviation of rounding to whole counts."""
@@ -111,6 +111,10 @@ class FilterDetector(DetectorPart):
         """Return the response (rows, cols), high at hot targets."""
         raise NotImplementedError
 
+    def scale(self, response: Picture) -> tuple[float, float]:
+        """Return the response's value without a target, and its deviation."""
+        return robust_scale(response)
+
     def negative(self, picture: Picture) -> Picture:
         """Return the picture in which cold targets are hot."""
         return -picture
@@ -137,7 +141,7 @@ class FilterDetector(DetectorPart):
 
     def _found(self, response: Picture, picture: Picture) -> Detections:
         """Return the detections of a response to a picture whose targets are hot."""
-        middle, deviation = robust_scale(response)
+        middle, deviation = self.scale(response)
         rows, columns = maxima(response, self.separation, middle + self.threshold * deviation, self.most)
         scores = (response[rows, columns].astype(np.float64) - middle) / deviation
         if len(rows) == 0:
@@ -177,6 +181,9 @@ def thinned(values: Picture) -> Picture:
 
 def median(values: Picture) -> float:
     """Return the median of (n,) values, of an even number the upper one; a third of the time of numpy's."""
+    least = values.min()
+    if 2 * np.count_nonzero(values == least) > len(values):  # numpy's selection is slow where many are equal
+        return float(least)
     return float(np.partition(values, len(values) // 2)[len(values) // 2])
 
 
@@ -200,20 +207,20 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
     saturated target, the middle one counts.
     """
     above = np.flatnonzero(heights > least)
-    side = 2 * separation + 1
-    if len(above) > FEW:
-        tops = cv2.dilate(heights, np.ones((side, side), np.uint8))
-        above = above[heights.ravel()[above] == tops.ravel()[above]]
-    elif len(above):
-        rows, columns = np.divmod(above, heights.shape[1])
-        tops = squares(heights, rows, columns, separation).max(axis=(1, 2))
-        above = above[heights.ravel()[above] == tops]
+    side, columns = 2 * separation + 1, heights.shape[1]
     values = heights.ravel()[above]
+    if len(above) > FEW:
+        is_top = values == cv2.dilate(heights, np.ones((side, side), np.uint8)).ravel()[above]
+    else:
+        is_top = values >= squares(heights, above // columns, above % columns, separation).max(axis=(1, 2))
+    above, values = above[is_top], values[is_top]
     if len(np.unique(values)) < len(values):
-        above = _merged(above, heights.shape, side)
-        values = heights.ravel()[above]
+        equal = squares(heights, above // columns, above % columns, separation) == values[:, None, None]
+        if (equal.sum(axis=(1, 2)) > 1).any():
+            above = _merged(above, heights.shape, side)
+            values = heights.ravel()[above]
     above = above[np.argsort(-values, kind="stable")[:most]]
-    return above // heights.shape[1], above % heights.shape[1]
+    return above // columns, above % columns
 
 
 def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Picture:
@@ -221,7 +228,8 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
     steps = np.arange(-reach, reach + 1)
     down = np.clip(rows[:, None] + steps, 0, picture.shape[0] - 1)
     across = np.clip(columns[:, None] + steps, 0, picture.shape[1] - 1)
-    return picture.ravel()[down[:, :, None] * picture.shape[1] + across[:, None, :]]
+    found: Picture = picture.ravel()[down[:, :, None] * picture.shape[1] + across[:, None, :]]
+    return found
 
 
 def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:

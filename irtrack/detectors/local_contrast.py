@@ -11,7 +11,18 @@ from pydantic import Field
 from irsim.config.base import Several
 from irsim.types import Floats
 from irtrack._native import COMPILED, kernels
-from irtrack.detectors.base import FilterDetector, Picture, Places, Score, Side, squares, vertices
+from irtrack.detectors.base import (
+    THINNED,
+    WHOLE,
+    FilterDetector,
+    Picture,
+    Places,
+    Score,
+    Side,
+    robust_scale,
+    squares,
+    vertices,
+)
 
 Sides = Annotated[Several[Side], Field(min_length=1, max_length=8)]
 """Sides of the patches of each scale, px."""
@@ -30,7 +41,7 @@ class LCM(FilterDetector):
     source: ClassVar[str] = "Chen, Li, Wei, Xia, Tang 2014"
     is_linear: ClassVar[bool] = False
 
-    threshold: Score = 6.0
+    threshold: Score = 8.0
     """Least score z of a detection, robust standard deviations of the response."""
     sides: Sides = (3, 5, 7)
     """Sides of the patches of each scale, px, odd (the source: 3, 5, 7, 9)."""
@@ -40,13 +51,14 @@ class LCM(FilterDetector):
         return max(self.sides)
 
     def negative(self, picture: Picture) -> Picture:
-        return picture.max() + picture.min() - picture
+        turned: Picture = picture.max() + picture.min() - picture
+        return turned
 
     def response(self, picture: Picture) -> Picture:
         largest = np.zeros_like(picture)
         for side in self.sides:
             peak = cv2.dilate(picture, np.ones((side, side), np.uint8))
-            add_local_contrast(wide_mean(picture, side), side, largest, peak)
+            add_local_contrast(wide_mean(picture, side), side, largest, peak)  # type: ignore[arg-type]  # OpenCV's stubs know no element types
         return largest
 
     def located(
@@ -61,18 +73,20 @@ class LCM(FilterDetector):
 
 
 class MPCM(FilterDetector):
-    """Multiscale patch-based contrast: the least product of differences to opposite neighbours, the largest over scales.
+    """Multiscale patch-based contrast, the least product of differences to opposite neighbours.
 
     Y. Wei, X. You, H. Li, "Multiscale patch-based contrast measure for small infrared target detection", Pattern
     Recognition 58, 2016, eq. 3 to 6: d_i = mean of the middle patch - mean of neighbour i; min over i = 1..4 of
-    d_i d_(i+4). The response is its square root with its sign, counts, which keeps the order and grows with the
-    contrast. Two differences below 0 give a positive product, too: where the patch is darker than a neighbour, a
-    positive least product counts as 0.
+    d_i d_(i+4), the largest over scales. z is its square root, which keeps the order and grows with the contrast, over
+    the robust deviation of the least patch's mean from those on its left and right: most of the measure's values are 0
+    or negative and have no scale. It is 0 where a difference is negative: two negative ones have a positive product.
     """
 
     source: ClassVar[str] = "Wei, You, Li 2016"
     is_linear: ClassVar[bool] = False
 
+    threshold: Score = 4.5
+    """Least score z of a detection; lower than of other kinds, since z is the least of eight differences."""
     sides: Sides = (3, 5, 7)
     """Sides of the patches of each scale, px, odd (the source: 3, 5, 7, 9)."""
 
@@ -86,11 +100,22 @@ class MPCM(FilterDetector):
         return max(self.sides)
 
     def response(self, picture: Picture) -> Picture:
-        largest = np.full_like(picture, -np.inf)
+        least = min(self.sides)
+        largest = np.zeros_like(picture)
         for side in self.sides:
-            add_patch_contrast(wide_mean(picture, side), side, largest)
-        root = np.sqrt(np.abs(largest))
-        return np.copysign(root, largest, out=root)
+            mean = wide_mean(picture, side)
+            add_patch_contrast(mean, side, largest)
+            if side == least:
+                left, middle, right = (mean[least:-least, k * least : k * least + picture.shape[1]] for k in range(3))
+                some = (slice(None, None, THINNED),) * 2 if picture.size > WHOLE else (slice(None),) * 2
+                difference: Picture = middle[some] - np.float32(0.5) * (left[some] + right[some])
+                _, deviation = robust_scale(difference)
+        response: Picture = np.sqrt(largest, out=largest)
+        response *= np.float32(1 / deviation)
+        return response
+
+    def scale(self, response: Picture) -> tuple[float, float]:
+        return 0.0, 1.0
 
 
 def wide_mean(picture: Picture, side: int) -> Picture:
@@ -100,16 +125,15 @@ def wide_mean(picture: Picture, side: int) -> Picture:
 
 
 def add_patch_contrast(mean: Picture, side: int, largest: Picture) -> None:
-    """Raise `largest` (rows, cols) to min_i d_i d_(i+4), counts^2; at most 0 where a neighbour is brighter."""
+    """Raise `largest` (rows, cols) to min_i d_i d_(i+4), counts^2; 0 where a neighbour is brighter."""
     if COMPILED:
         kernels.patch_contrast(mean, side, largest)
         return
     middle, *around = _patches(mean, side)
     differences = [middle - neighbour for neighbour in around]
     least = np.minimum.reduce([differences[i] * differences[i + 4] for i in range(4)])
-    # A positive product of two negative differences is none of a hot target.
-    hot = np.minimum.reduce(differences[:4]) > 0
-    np.maximum(largest, np.where(hot, least, np.minimum(least, 0)), out=largest)
+    hot = np.minimum.reduce(differences[:4]) > 0  # a product of two negative differences is positive, too
+    np.maximum(largest, np.where(hot, least, np.float32(0)), out=largest)
 
 
 def add_local_contrast(mean: Picture, side: int, largest: Picture, peak: Picture) -> None:

@@ -13,8 +13,6 @@ from irtrack.detectors.base import ROUNDING, FilterDetector, Picture, Side, Widt
 
 PATCHES = 3000
 """Patches sampled for a covariance: sixty for each of 49 pixels, which costs .1 dB of SNR (Reed et al. 1974)."""
-LOADING = 1e-3
-"""Share of the mean variance that is added to the covariance's diagonal."""
 
 
 class MatchedFilter(FilterDetector):
@@ -54,16 +52,20 @@ def point_image(psf: float, side: int) -> Floats:
 
 
 def clutter_covariance(picture: Picture, side: int) -> Floats:
-    """Return the covariance (side^2, side^2) of patches less their means, counts^2, with a loaded diagonal."""
-    half = side // 2
-    wide = cv2.copyMakeBorder(picture, half, half, half, half, cv2.BORDER_REFLECT_101)
+    """Return the covariance (side^2, side^2) of patches less their means, counts^2.
+
+    Rounding is added to the variances; the patches' level has the mean variance, so that there is an inverse.
+    """
+    if min(picture.shape) < 2 * side:  # a larger frame is not mirrored: clutter has a bend there
+        picture = np.pad(picture, side // 2, mode="reflect" if min(picture.shape) > side // 2 else "edge")
     step = max(int(sqrt(picture.size / PATCHES)), 1)
-    windows = np.lib.stride_tricks.sliding_window_view(wide, (side, side))[::step, ::step]
+    windows = np.lib.stride_tricks.sliding_window_view(picture, (side, side))[::step, ::step]
     patches = windows.reshape(-1, side * side)  # a copy
     patches = patches - patches.mean(axis=1, keepdims=True)
     covariance = (patches.T @ patches).astype(np.float64) / len(patches)
-    loading = LOADING * np.trace(covariance) / side**2 + ROUNDING**2
-    return covariance + loading * np.eye(side * side)
+    size = side * side
+    loaded: Floats = covariance + ROUNDING**2 * np.eye(size) + np.trace(covariance) / size**2
+    return loaded
 
 
 def whitened(covariance: Floats, signature: Floats) -> Floats:

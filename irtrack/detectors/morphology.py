@@ -107,14 +107,15 @@ class MaxMedian(FilterDetector):
 
     def response(self, picture: Picture) -> Picture:
         levels = (picture - picture.min()).astype(np.uint16)  # whole counts: half the time of 32 bits
-        rows, columns = picture.shape
-        wide = cv2.copyMakeBorder(levels, *[self.radius] * 4, cv2.BORDER_REFLECT_101)
+        reach, (rows, columns) = self.radius, picture.shape
+        wide = cv2.copyMakeBorder(levels, reach, reach, reach, reach, cv2.BORDER_REFLECT_101)
         background = np.empty_like(levels)
         strip = max(STRIP // columns, 1)
         for top in range(0, rows, strip):
-            of_strip = wide[top : top + min(strip, rows - top) + 2 * self.radius]
+            of_strip = wide[top : top + min(strip, rows - top) + 2 * reach]
             background[top : top + strip] = self._background(of_strip, columns)
-        return np.subtract(levels, background, dtype=np.float32)
+        residual: Picture = np.subtract(levels, background, dtype=np.float32)
+        return residual
 
     def _background(self, wide: Counts, columns: int) -> Counts:
         """Return the largest of the four medians at each pixel of a strip with a rim of `radius` px."""

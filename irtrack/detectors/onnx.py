@@ -55,9 +55,9 @@ class Onnx(DetectorPart):
         except Exception as error:  # onnxruntime's exceptions share no base
             raise TrackerError(f"{self.file}: {told(error)}") from None
         found = self._of_boxes(output) if self.output == "boxes" else self._of_heatmap(output, picture)
-        error = fault_of_detections(found)
-        if error:
-            raise TrackerError(f"{self.file}: frame {frame.index}: {error}")
+        fault = fault_of_detections(found)
+        if fault:
+            raise TrackerError(f"{self.file}: frame {frame.index}: {fault}")
         return None, found.take(np.argsort(-found.scores, kind="stable")[: self.most])
 
     def session(self) -> Any:

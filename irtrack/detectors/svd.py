@@ -13,7 +13,7 @@ from irtrack.features.svd import largest_parts
 
 
 class SVD(FilterDetector):
-    """Background suppressed by singular values: the mean over a small square of A - sum of s_i u_i v_i', i <= components.
+    """Background suppressed by singular values: the mean over a small square of A - sum_i s_i u_i v_i'.
 
     D. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available; number and
     square are chosen here. The parts come from a random projection by one fixed stream, so that a frame has one answer.

@@ -1,0 +1,36 @@
+"""The time of a detector's step on whole frames of a rendered sky: part of `make bench`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from time import process_time
+
+import irsim
+from irtrack.detectors import DETECTORS, FilterDetector, make_detector
+
+FRAMES, ROUNDS = 10, 20
+
+
+def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> Iterator[tuple[str, float]]:
+    """Yield (name, ms of the processor's time) of each filter: the least of a few rounds over the frames."""
+    for columns, rows in sizes:
+        scenario = irsim.load("sky", [f"frames={FRAMES}", f"camera.size=[{columns},{rows}]"])
+        frames = list(irsim.open_source(scenario).frames("counts"))
+        for name, kind in DETECTORS.items():
+            if not issubclass(kind, FilterDetector):
+                continue
+            detector = make_detector(name)
+            state, _ = detector.step(None, frames[0])
+            least = math.inf
+            for _ in range(ROUNDS):
+                for frame in frames[1:]:
+                    begin = process_time()
+                    state, _ = detector.step(state, frame)
+                    least = min(least, process_time() - begin)
+            yield f"detector_{name}_{columns}x{rows}_step", 1e3 * least
+
+
+if __name__ == "__main__":
+    for name, ms in detectors():
+        print(f"{name}: {ms:.3g} ms", flush=True)
