@@ -29,7 +29,7 @@ from irsim.camera.noise_base import (
 )
 from irsim.camera.response import Lines, Response
 from irsim.config.base import Switches
-from irsim.rng import Address, bit_generator, kernel_arguments, normals
+from irsim.rng import Address, kernel_arguments, normals, uniforms
 from irsim.types import Box, Floats
 
 POISSON_BELOW_E = 200.0
@@ -101,8 +101,7 @@ class Shot(Noise):
             normal = np.where((signal >= well) | (signal < POISSON_BELOW_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(normal + np.float32(variance)), drawn, signal)
         if dark.size:
-            words = bit_generator(frame.seed, "noise", self.name, "uniform", frame.index).random_raw(signal.size)
-            uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
+            uniform = uniforms(signal.size, frame.seed, "noise", self.name, "uniform", frame.index)[dark] + 2.0**-54
             signal.reshape(-1)[dark] += poisson(np.maximum(means, 0), uniform).astype(np.float32) - means
 
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:

@@ -64,48 +64,24 @@ class SignalChain:
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return FrameContext(operator.index(index), shape, self.rate_hz, self.seed, last, count)
 
-    def expose(
-        self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
-    ) -> Counts:
+    def expose(self, light: Floats, index: int, spent: bool = False, out: Counts | None = None) -> Counts:
         """Return the counts, (rows, cols) uint16, of light (rows, cols) float32, in-band radiance, W/m²/sr.
 
         Rounded to the nearest (halves to even) and clipped to the bit depth.
 
         spent   True: the memory of the light may be overwritten
         out     memory for the counts
-        steps   number of steps already done (see `step`)
         """
         frame = self.frame_context(index, light.shape)
-        signal = self._step(light, frame, steps, self.steps, spent)
+        signal = light if spent else scratch(light.shape, "signal")
+        self.pixel_signal(light, index, signal, self._gain_deviation(frame))
+        self._draw_white_noise(signal, frame)
+        for noise in self._terms["add"]:
+            noise.add(signal, self.response, frame)
         counts = self.response.counts(signal, out, self._added_images(frame), self._lines(frame))
         for noise in self._terms["replace_counts"]:
             noise.replace_counts(counts, self.response, frame)
         return counts
-
-    @property
-    def steps(self) -> int:
-        """Number of steps up to the signal that is read: pixel signal, white noise, and one for each further term."""
-        return 2 + len(self._terms["add"])
-
-    def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
-        """Apply the steps begin .. end-1 to a frame's picture, (rows, cols) float32.
-
-        The picture is in-band radiance, W/m²/sr, before the first step, and a signal in the units of `response` after
-        it. The memory of a `spent` picture is overwritten.
-        """
-        return self._step(picture, self.frame_context(index, picture.shape), begin, end, spent)
-
-    def _step(self, picture: Floats, frame: FrameContext, begin: int, end: int, spent: bool) -> Floats:
-        signal = picture if spent else scratch(picture.shape, "signal")
-        if begin == 0 < end:
-            self.pixel_signal(picture, frame.index, signal, self._gain_deviation(frame))
-        elif not spent:
-            np.copyto(signal, picture)
-        if begin <= 1 < end:
-            self._draw_white_noise(signal, frame)
-        for noise in self._terms["add"][max(begin, 2) - 2 : max(end, 2) - 2]:
-            noise.add(signal, self.response, frame)
-        return signal
 
     def pixel_signal(
         self, light: Floats, index: int, out: Floats | None = None, gain: Int16Image | None = None
@@ -142,9 +118,8 @@ class SignalChain:
         }
         if len(terms["draw_electrons"]) > 1:
             raise ValueError("at most one noise term may count electrons")
-        terms["fixed_pattern"].sort(
-            key=lambda noise: not noise.stationary
-        )  # patterns that may change come last (`PatternSum`)
+        # Patterns that may change come last (`PatternSum`).
+        terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)
         return terms
 
     def _gain_deviation(self, frame: FrameContext) -> Int16Image | None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -49,43 +47,21 @@ class LayeredPolygons(NamedTuple):
     origin: tuple[float, float] = (0.0, 0.0)
 
 
-def draw_sprites(pictures: Sequence[LayeredPolygons]) -> list[Sprite]:
-    """Draw each of several objects alone; without compiled kernels several at once cost little more than one.
+def draw_sprite(picture: LayeredPolygons) -> Sprite:
+    """Draw one object.
 
     The light of each cell is blurred according to its exact area and first moments, so that pixels follow a shift of a
     hundredth of a pixel.
     """
     if COMPILED:
-        return [_draw_compiled(picture) for picture in pictures]
-    if not pictures:
-        return []
-    layers = tuple(len(picture.glow) for picture in pictures)
-    bases = accumulate(layers, initial=0)
-    start, stop = (np.concatenate([picture.edges[end] for picture in pictures]) for end in (0, 1))
-    layer = np.concatenate([picture.edges[2] + base for picture, base in zip(pictures, bases, strict=False)])
-    glow = np.concatenate([picture.glow for picture in pictures])
-    start, stop, weights, layer = visible_edges(start, stop, layer, glow, layers)
-    grids = [Grid.over(picture.window) for picture in pictures]
-    counts = np.bincount(np.repeat(np.arange(len(pictures)), layers)[layer], minlength=len(pictures))
-    corner = np.repeat(
-        [grid.corner - picture.origin for grid, picture in zip(grids, pictures, strict=True)], counts, axis=0
-    )
-    fine = np.repeat([grid.fine for grid in grids], counts)[:, None]
-    cells = [grid.cells for grid in grids]
-    fields = row_differences((start - corner) * fine, (stop - corner) * fine, weights, cells, counts)
-    integrals, centers = centroids(start, stop, weights, counts)
-    drawn = []
-    for picture, grid, field, (area, light), (center, signal_center) in zip(
-        pictures, grids, fields, integrals.tolist(), centers, strict=True
-    ):
-        places = center + picture.origin, (signal_center if light > 0 else center) + picture.origin
-        drawn.append(blur_to_pixels(grid, field, places, area, picture.box, picture.psf, picture.range_m))
-    return drawn
-
-
-def draw_sprite(picture: LayeredPolygons) -> Sprite:
-    """Draw one object."""
-    return draw_sprites([picture])[0]
+        return _draw_compiled(picture)
+    start, stop, weights = visible_edges(*picture.edges, picture.glow)
+    grid = Grid.over(picture.window)
+    corner = grid.corner - picture.origin
+    fields = row_differences((start - corner) * grid.fine, (stop - corner) * grid.fine, weights, grid.cells)
+    (area, light), (center, signal_center) = centroids(start, stop, weights)
+    centers = center + picture.origin, (signal_center if light > 0 else center) + picture.origin
+    return blur_to_pixels(grid, fields, centers, float(area), picture.box, picture.psf, picture.range_m)
 
 
 def _draw_compiled(picture: LayeredPolygons) -> Sprite:

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.physics.psf import PSF, SUPPORT_SIGMAS, KernelTerm
+from irsim.physics.psf import PSF, SUPPORT_SIGMAS, KernelTerm, full_width
 from irsim.types import Floats
 
 AIRY_SUPPORT = 24.0
@@ -170,11 +170,7 @@ def _fwhm_px(psf: LensPSF) -> float:
     def light(offset: float) -> float:
         return float(psf.pixel_integral(np.zeros(1), np.array([offset]))[0, 0])
 
-    low, high, half = 0.0, float(psf.support_px), light(0.0) / 2
-    for _ in range(50):
-        middle = (low + high) / 2
-        low, high = (middle, high) if light(middle) > half else (low, middle)
-    return low + high
+    return full_width(light, float(psf.support_px), 50)
 
 
 @dataclass(frozen=True)
