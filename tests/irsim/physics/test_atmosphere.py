@@ -37,16 +37,14 @@ BANDS: list[BandName] = ["mwir", "lwir"]
 
 
 @pytest.mark.parametrize(("climate", "band", "visibility"), FITTED)
-@pytest.mark.parametrize("km", [0.5, 1.0, 3.0, 10.0, 20.0])
-def test_level_paths_follow_the_fit(climate: ClimateName, band: BandName, visibility: float, km: float) -> None:
+def test_level_paths_follow_the_fit(climate: ClimateName, band: BandName, visibility: float) -> None:
     a, b = FITTED[climate, band, visibility]
     air = Atmosphere(preset=climate, visibility_km=visibility)
-    # The Earth's curve lifts 20 km by 31 m: under 0.002.
-    assert air.transmittance(band, km * 1e3) == pytest.approx(np.exp(-a * km**b), abs=0.002)
+    km = np.array([0.5, 3.0, 20.0])  # the Earth's curve lifts 20 km by 31 m: under 0.002
+    np.testing.assert_allclose(air.transmittance(band, km * 1e3), np.exp(-a * km**b), atol=0.002)
 
 
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize(("climate", "band"), list(zip(CLIMATES, 2 * BANDS, strict=True)))
 def test_haze_depth_is_linear_in_inverse_visibility(climate: ClimateName, band: BandName) -> None:
     """At 1/V halfway between 1/5 and 1/23, 8.214 km, the depth lies halfway."""
     halfway = 2 / (1 / 5 + 1 / 23)
@@ -56,14 +54,13 @@ def test_haze_depth_is_linear_in_inverse_visibility(climate: ClimateName, band: 
     assert depths[2] == pytest.approx((depths[0] + depths[1]) / 2, rel=1e-9)
 
 
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("elevation", [0.0, 0.3, np.pi / 2])
+@pytest.mark.parametrize(("climate", "band"), list(zip(CLIMATES, 2 * BANDS, strict=True)))
+@pytest.mark.parametrize("elevation", [0.0, np.pi / 2])
 def test_transmittance_falls_with_range_and_haze(climate: ClimateName, band: BandName, elevation: float) -> None:
-    ranges = np.geomspace(0.1, 200e3, 60)
+    ranges = np.geomspace(0.1, 200e3, 20)
     taus = [
         Atmosphere(preset=climate, visibility_km=visibility).transmittance(band, ranges, elevation)
-        for visibility in (300, 23, 10, 5, 1)
+        for visibility in (300, 23, 5, 1)
     ]
     assert all((np.diff(tau) <= 0).all() for tau in taus)
     assert all((thin >= thick).all() for thin, thick in pairwise(taus))
@@ -91,8 +88,7 @@ def test_without_an_atmosphere_nothing_changes() -> None:
     assert air.is_clear
 
 
-@pytest.mark.parametrize("band", ["mwir", "lwir", (3.4, 4.9)])
-@pytest.mark.parametrize("range_m", [200.0, 5000.0])
+@pytest.mark.parametrize(("band", "range_m"), [("mwir", 200.0), ((3.4, 4.9), 5000.0)])
 def test_level_paths_obey_kirchhoff_s_law(band: Band, range_m: float) -> None:
     """Kirchhoff: at one temperature T the light of the path is (1 - tau) B(T)."""
     air = Atmosphere(preset="us_standard")
@@ -164,16 +160,11 @@ def test_the_clear_sky_matches_lowtran(climate: ClimateName, band: BandName) -> 
 HIGH_SKY: dict[tuple[ClimateName, BandName, float], tuple[float, ...]] = {
     ("us_standard", "lwir", 5e3): (167.7, 176.0, 188.6, 196.5),
     ("us_standard", "lwir", 10e3): (156.3, 163.2, 172.2, 176.7),
-    ("us_standard", "lwir", 15e3): (153.3, 160.3, 169.4, 173.8),
     ("us_standard", "mwir", 5e3): (228.5, 231.8, 237.0, 240.4),
-    ("us_standard", "mwir", 10e3): (197.4, 200.1, 204.3, 206.8),
     ("us_standard", "mwir", 15e3): (191.7, 194.3, 198.6, 201.2),
     ("midlatitude_summer", "lwir", 10e3): (158.1, 165.4, 175.2, 180.3),
-    ("midlatitude_summer", "mwir", 10e3): (206.3, 209.0, 213.3, 216.0),
-    ("midlatitude_winter", "lwir", 10e3): (156.7, 163.6, 172.6, 177.1),
     ("midlatitude_winter", "mwir", 10e3): (196.9, 199.5, 203.7, 206.2),
     ("tropical", "lwir", 10e3): (153.2, 160.4, 170.2, 175.3),
-    ("tropical", "mwir", 10e3): (207.0, 209.6, 213.8, 216.4),
 }
 """LOWTRAN7 (revision 4.2): brightness temperature, K, at elevations of 90, 30, 10 and 5 degrees from heights, m."""
 
@@ -185,8 +176,7 @@ def test_the_sky_from_high_altitudes_matches_lowtran(climate: ClimateName, band:
     np.testing.assert_allclose(found, HIGH_SKY[climate, band, height_m], atol=3.5)
 
 
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize(("climate", "band"), list(zip(CLIMATES, 2 * BANDS, strict=True)))
 def test_the_sky_is_the_path_to_space(climate: ClimateName, band: BandName) -> None:
     air = Atmosphere(preset=climate)
     elevations = np.radians([90, 20, 2])
@@ -214,9 +204,7 @@ def test_a_warmer_day_shifts_all_heights() -> None:
     assert base.air_k(11) == pytest.approx(216.65)
 
 
-@pytest.mark.parametrize(
-    ("band", "fitted"), [((3.4, 4.9), "mwir"), ((7.7, 9.3), "lwir"), ((8.0, 14.0), "lwir"), ((2.5, 4.5), "mwir")]
-)
+@pytest.mark.parametrize(("band", "fitted"), [((3.4, 4.9), "mwir"), ((8.0, 14.0), "lwir"), ((2.5, 4.5), "mwir")])
 def test_band_mismatch_bounds_the_error(band: Band, fitted: BandName) -> None:
     """The worst air lets through just where the one band has more of its light than the other, by Planck's law."""
     um = np.linspace(2, 16, 140_001)
