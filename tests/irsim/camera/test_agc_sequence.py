@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,14 +14,11 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 import irsim
 from irsim.camera.agc import (
-    MEMORY_TIME_CONSTANTS,
     Agc,
     AgcSequence,
     Linear,
     Picture,
     Plateau,
-    Statistics,
-    weighted_mean,
 )
 from irsim.camera.agc_local import Clahe, Unsharp
 from irsim.recording import Recording, open_recording, record
@@ -88,18 +84,6 @@ def test_memory_is_finite(word: str) -> None:
     assert not any(differs[10:])
 
 
-@pytest.mark.parametrize("time_constant", [0.5, 12.0])
-def test_the_weighted_mean_is_the_first_order_filter(time_constant: float) -> None:
-    """y += (1 - r)(x - y) from the same beginning, up to its memory of older frames."""
-    statistics: list[Statistics] = list(np.random.default_rng(7).uniform(0, 1, (400, 5)))
-    r, filtered = math.exp(-1 / time_constant), statistics[0]
-    for each in statistics[1:]:
-        filtered = filtered + (1 - r) * (each - filtered)
-    window = math.ceil(MEMORY_TIME_CONSTANTS * time_constant) + 1
-    found = weighted_mean(statistics[-window:], time_constant)
-    np.testing.assert_allclose(found, filtered, atol=2 * math.exp(-MEMORY_TIME_CONSTANTS))
-
-
 # A hot body enters and leaves
 
 
@@ -160,19 +144,6 @@ def test_renderings_and_recordings_display_the_same(scene: Rendering, tmp_path: 
     assert (images(list(recording.frames("display"))) == expected).all()
     assert (recording.frame(21, "display").image == expected[21]).all()
     assert (previews(recording)[[0, 20, 24]] == [jpeg(expected[k]) for k in (0, 20, 24)]).all()
-
-
-def test_imported_frames_are_displayed_slowly_too(tmp_path: Path) -> None:
-    folder = tmp_path / "clip"
-    folder.mkdir()
-    sequence = frames(20)
-    for index, counts in enumerate(sequence):
-        cv2.imwrite(str(folder / f"{index:02}.png"), counts)
-    path = irsim.import_frames(folder, tmp_path / "a.mcap", bits=14, agc=SLOW["plateau"])
-    recording = open_recording(path)
-    expected = np.stack(in_order(SLOW["plateau"], sequence))
-    assert (images(list(recording.frames("display"))) == expected).all()
-    assert (recording.frame(13, "display").image == expected[13]).all()
 
 
 def test_a_cut_recording_begins_anew(scene: Rendering, tmp_path: Path) -> None:

@@ -77,11 +77,9 @@ def test_the_share_of_hits_follows_the_rate() -> None:
 
 
 def test_hits_are_addressed_by_seed_and_name() -> None:
-    one, other = Drop(rate=0.5), Drop(rate=0.5, id="cable")
-    hits = [one.hits(500, 1), one.hits(500, 2), other.hits(500, 1)]
-    for a in range(3):
-        for b in range(a):
-            assert 150 < (hits[a] ^ hits[b]).sum() < 350
+    one = Drop(rate=0.5).hits(500, 1)
+    for other in (Drop(rate=0.5).hits(500, 2), Drop(rate=0.5, id="cable").hits(500, 1)):
+        assert 150 < (one ^ other).sum() < 350
 
 
 # Sources

@@ -75,14 +75,6 @@ def test_counts_are_rounded_to_the_nearest_and_halves_to_even() -> None:
     np.testing.assert_array_equal(netd_chain(8).response.counts(halves), [[0, 2, 2, 100, 102, 0, 255]])
 
 
-def test_one_netd_of_noise_is_one_netd_of_temperature() -> None:
-    by_noise = counts_of(300.0, 16, 200.0, (Given(size=1.0),)).astype(int) - counts_of(300.0, 16, 200.0)
-    by_scene = counts_of(300.2, 16, 200.0).astype(int) - counts_of(300.0, 16, 200.0)
-    assert by_noise.mean() > 100
-    np.testing.assert_allclose(by_noise, by_scene, atol=1)
-    np.testing.assert_array_equal(counts_of(300.0, netd_mk=0.0, noises=(Given(size=3.0),)), counts_of(300.0))
-
-
 def test_noise_of_counts_has_the_given_netd() -> None:
     light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
     response = NetdSensor().response(SensorSettings("mwir", 14, 500.0, (220.0, 400.0)))
@@ -155,20 +147,6 @@ def test_poisson_numbers_are_the_quantiles() -> None:
     means, uniform = rng.uniform(0, 250, 4000), rng.random(4000)
     np.testing.assert_array_equal(poisson(means, uniform), stats.poisson.ppf(uniform, means))
     assert poisson(np.array([0.0, 1e-9]), np.array([1 - 2**-53, 0.5])).tolist() == [0, 0]
-
-
-def test_pixels_have_independent_shot_noise() -> None:
-    """A frame is the same at every call, and dark pixels change no others."""
-    chain = chain_of()
-    light = light_of(chain, 1e6, (40, 50))
-    changed = light.copy()
-    changed[10:12, 20:25] = light_of(chain, 50.0, (2, 5))
-    same = np.ones(light.shape, bool)
-    same[10:12, 20:25] = False
-    first = chain.expose(light, 4)
-    np.testing.assert_array_equal(first[same], chain.expose(changed, 4)[same])
-    assert (chain.expose(light, 3) != first).any()
-    np.testing.assert_array_equal(chain.expose(light, 4), first)
 
 
 def test_variance_is_that_of_shot_noise_read_noise_and_rounding() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -95,16 +94,6 @@ def test_the_lit_side_is_warmer() -> None:
             left = np.arange(solid.shape[1])[None, :] < crown.middle
             warmer.append(warmth[solid & left].mean() - warmth[solid & ~left].mean())
         assert np.mean(warmer) > 0.1
-
-
-@pytest.mark.parametrize("wide", [60.0, 300.0])
-def test_a_broadleaf_crown_is_connected(wide: float) -> None:
-    """Except for single clumps of leaves at its rim."""
-    for seed in SEEDS:
-        draw = stream(seed, "tree")
-        solid, _ = foliage(1.0).leaves_of(broadleaf(HIGH, wide, draw), draw)
-        _, _, figures, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
-        assert figures[1:, cv2.CC_STAT_AREA].max() > 0.97 * solid.sum()
 
 
 def test_wood_grows_within_the_crown() -> None:
