@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 Address = str | int
 Entry = TypeVar("Entry", np.uint8, np.float32)
@@ -165,9 +165,7 @@ def cell_means() -> Floats:
         lower = (lower.astype(np.float64) * within + each).astype(np.float32)
     outer = np.diff(_density(normal_quantile(np.arange(1, REFINED + 1) / CELLS)), prepend=0.0) * -CELLS
     lower = np.rint(np.concatenate([outer.astype(np.float32), lower]) * np.float32(2**UNIT_BITS))
-    means = np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS)
-    means.flags.writeable = False
-    return means
+    return read_only(np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS))
 
 
 def _digest(seed: int, *address: Address) -> bytes:
@@ -199,9 +197,7 @@ def _cell_words() -> npt.NDArray[np.int16]:
     """
     marks = np.arange(2 * REFINED) - 2**15
     inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS
-    words = np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16)
-    words.flags.writeable = False
-    return words
+    return read_only(np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16))
 
 
 @cache
@@ -222,9 +218,7 @@ def _cell_pieces() -> Floats:
     edge = float(normal_quantile(REFINED / CELLS))
     tail = REFINED / CELLS - edge * float(_density(edge))  # E[x^2; x < edge], by parts
     inner = np.square(_mean_within(np.arange(REFINED, CELLS // 2, dtype=np.float64))).sum() / CELLS
-    pieces = (pieces * math.sqrt((0.5 - tail) / inner)).astype(np.float32)
-    pieces.flags.writeable = False
-    return pieces
+    return read_only((pieces * math.sqrt((0.5 - tail) / inner)).astype(np.float32))
 
 
 @cache
@@ -234,9 +228,8 @@ def _deep_table() -> Floats:
     halvings = round(math.log2(REFINED / CELLS / _DEEPEST))
     within = 1 + np.arange(1 << DEPTH_BITS) / (1 << DEPTH_BITS)
     p = (_DEEPEST * 2.0 ** np.arange(halvings)[:, None] * within).ravel()
-    table = _tail_quantile(np.append(p, 2 * [REFINED / CELLS])).astype(np.float64)
-    table.flags.writeable = False
-    return table
+    tail = _tail_quantile(np.append(p, 2 * [REFINED / CELLS]))
+    return read_only(np.asarray(tail, np.float64))
 
 
 def _density(x: float | Floats) -> Floats:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, TypeVar, runtime_checkable
+from typing import Any, Literal, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ Indices = npt.NDArray[np.intp]
 Slices = tuple[slice, slice]
 """Rows and columns of a patch of a picture."""
 Held = TypeVar("Held")
+Values = TypeVar("Values", bound=npt.NDArray[Any])
 
 Input = Literal["display", "counts"]
 """Picture of a frame: 8 bits after AGC, or the detector's counts."""
@@ -50,11 +51,17 @@ MEDIAN_TO_SIGMA = 1.4826
 influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69, 383 (1974)."""
 
 
+def read_only(values: Values) -> Values:
+    """Return the same array with its write flag cleared."""
+    values.flags.writeable = False
+    return values
+
+
 def arrays_frozen(held: Held) -> Held:
     """Make the arrays in a value's fields read-only, for sharing by caches, and return the value."""
     for value in held if isinstance(held, tuple) else vars(held).values():
         if isinstance(value, np.ndarray):
-            value.setflags(write=False)
+            read_only(value)
     return held
 
 

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from irsim.camera.buffers import read_only
 from irsim.config.base import Part
 from irsim.config.quantities import Fraction
 from irsim.rng import normals
-from irsim.types import Floats, Slices
+from irsim.types import Floats, Slices, read_only
 
 Direction = Literal["columns", "rows", "around"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim._native import COMPILED, kernels
-from irsim.camera.buffers import read_only, scratch
+from irsim.camera.buffers import scratch
 from irsim.camera.noise_base import (
     BLOCK_FRAMES,
     FrameContext,
@@ -30,7 +30,7 @@ from irsim.camera.noise_base import (
 from irsim.camera.response import Lines, Response
 from irsim.config.base import Switches
 from irsim.rng import Address, kernel_arguments, normals, uniforms
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, read_only
 
 POISSON_BELOW_E = 200.0
 """Electrons below which the Poisson distribution is drawn; above, its skewness is under 0.07."""

@@ -19,7 +19,7 @@ from irsim.camera.bloom import Bloom, bloom_variance
 from irsim.camera.buffers import Int16Image, scratch
 from irsim.camera.drift import Correction
 from irsim.camera.noise import NoiseEquivalentRadiance, add_temporal_noise
-from irsim.camera.noise_base import FrameContext, GainProduct, Noise, NoiseVariance, PatternSum
+from irsim.camera.noise_base import ArrayCache, FrameContext, Noise, NoiseVariance, gain_product, pattern_sum
 from irsim.camera.response import Lines, Response
 from irsim.types import Counts, Floats
 
@@ -52,8 +52,10 @@ class SignalChain:
     bloom: Bloom | None = None
     correction: Correction | None = None
     vignetting: Callable[[int], Floats] | None = None
-    _patterns: PatternSum = field(default_factory=PatternSum, init=False, repr=False)
-    _gains: GainProduct = field(default_factory=GainProduct, init=False, repr=False)
+    _patterns: ArrayCache[Sequence[Int16Image]] = field(
+        default_factory=lambda: ArrayCache(pattern_sum), init=False, repr=False
+    )
+    _gains: ArrayCache[Int16Image] = field(default_factory=lambda: ArrayCache(gain_product), init=False, repr=False)
 
     def shown(self, index: int) -> int:
         """Return the frame whose picture is shown at frame `index`: an earlier one while a correction freezes it."""
@@ -118,20 +120,20 @@ class SignalChain:
         }
         if len(terms["draw_electrons"]) > 1:
             raise ValueError("at most one noise term may count electrons")
-        # Patterns that may change come last (`PatternSum`).
+        # The sum is rounded: its order is part of the numbers.
         terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)
         return terms
 
     def _gain_deviation(self, frame: FrameContext) -> Int16Image | None:
         found = [noise.gain_deviation(frame) for noise in self._terms["gain_deviation"]]
         deviations = [deviation for deviation in found if deviation is not None]
-        return self._gains.of(deviations) if deviations else None
+        return self._gains.of(frame.shape, deviations) if deviations else None
 
     def _added_images(self, frame: FrameContext) -> Sequence[Int16Image]:
         """Return correlated noise and fixed patterns, in units of the signal."""
         correlated = [image for noise in self._terms["correlated_noise"] for image in noise.correlated_noise(frame)]
         found = [noise.fixed_pattern(frame) for noise in self._terms["fixed_pattern"]]
-        fixed = self._patterns.of([pattern for pattern in found if pattern is not None], frame)
+        fixed = self._patterns.of(frame.shape, [pattern for pattern in found if pattern is not None])
         return [Int16Image(values, unit * self.response.noise) for values, unit in (*correlated, *fixed)]
 
     def _lines(self, frame: FrameContext) -> Lines | None:

@@ -15,7 +15,7 @@ from irsim.geometry.polygon import centroids, row_differences, visible_edges
 from irsim.geometry.projection import blocked_matmul
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, read_only
 
 Ints = npt.NDArray[np.int64]
 
@@ -180,7 +180,7 @@ def _column_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
         whole = np.zeros((pixels + reached - 1, pixels, fine))
         for pixel in range(pixels):
             whole[pixel : pixel + reached, pixel] = shares.T
-        return _frozen(whole.reshape(-1, pixels * fine))
+        return read_only(whole.reshape(-1, pixels * fine))
 
     return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.separable_kernels(fine))
 
@@ -195,16 +195,11 @@ def _row_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     weights = [weight / fine**2 for weight, _, _ in psf.separable_kernels(fine)]
     return tuple(
         (
-            _frozen(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
-            _frozen(np.ascontiguousarray(right_slope.T) * weight),
+            read_only(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
+            read_only(np.ascontiguousarray(right_slope.T) * weight),
         )
         for weight, (right, right_slope) in zip(weights, _column_matrices(psf, pixels, fine), strict=True)
     )
-
-
-def _frozen(matrix: Floats) -> Floats:
-    matrix.flags.writeable = False
-    return matrix
 
 
 def clip_or_corner(box: Box, context: SceneContext) -> Box:

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 SUPPORT_SIGMAS = 6.0
 """Half width, in sigmas, of the area on which a Gaussian is drawn: 2e-9 of its light falls outside."""
@@ -131,9 +131,7 @@ def gaussian_kernels(support: int, fine: int, sigma_px: float) -> tuple[Floats, 
     total = even.sum(axis=1, keepdims=True)
     slope = slope / total - even * slope.sum(axis=1, keepdims=True) / total**2
     even /= total
-    even.setflags(write=False)
-    slope.setflags(write=False)
-    return even, slope
+    return read_only(even), read_only(slope)
 
 
 def _pixel_antiderivatives(offsets: Floats, sigma: float) -> tuple[Floats, Floats]:

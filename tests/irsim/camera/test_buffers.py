@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from irsim.camera.buffers import int16_image, int16_sum
-from irsim.camera.noise_base import FINEST_UNIT, FrameContext, GainProduct, PatternSum
+from irsim.camera.noise_base import FINEST_UNIT, ArrayCache, FrameContext, gain_product, pattern_sum
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -38,20 +38,20 @@ def test_small_patterns_are_kept_beside_large_values(far: float) -> None:
     small, hot = drawn("small", 0.02), np.zeros(FRAME.shape, np.float32)
     hot[::7, 5] = far
     total = np.zeros(FRAME.shape)
-    for part in PatternSum().of([small, hot], FRAME):
+    for part in pattern_sum(FRAME.shape, [small, hot]):
         total += part.to_float()
     assert np.abs((total - small)[hot == 0]).max() <= FINEST_UNIT / 2
     assert len(int16_sum(small + hot, FINEST_UNIT)) == (2 if far > 1000 else 1)
 
 
-def test_sums_and_products_of_patterns() -> None:
+def test_sums_and_products_of_patterns_are_cached() -> None:
     first, second, third = (drawn(name, 0.03) for name in ("one", "two", "three"))
-    total, gains = PatternSum(), GainProduct()
-    total.of([first, second], FRAME)
-    changed = total.of([first, third], FRAME)[0]
+    total = ArrayCache(pattern_sum)
+    once = total.of(FRAME.shape, [first, second])
+    assert total.of(FRAME.shape, [first, second]) is once
+    changed = total.of(FRAME.shape, [first, third])[0]
     np.testing.assert_allclose(changed.to_float(), first + third, atol=changed.unit)
-    assert total.of([], FRAME) == ()
-    both = gains.of([first, second])
+    assert total.of(FRAME.shape, []) == ()
+    both = gain_product(FRAME.shape, [first, second])
     expected = (1 + first.astype(np.float64)) * (1 + second) - 1
     np.testing.assert_allclose(both.to_float(), expected, atol=both.unit)
-    np.testing.assert_allclose(gains.of([second]).to_float(), second, atol=both.unit)
