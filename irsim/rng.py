@@ -28,7 +28,7 @@ CELLS = 65_536
 """Cells of equal probability in the table of normals: one for each 16-bit word."""
 
 REFINED = 16
-"""Cells at each end that are drawn from the true tail: the last one alone runs from 4.17 sigma to infinity."""
+"""Cells at each end that are drawn from the true tail: the outermost one alone spans 4.17 sigma to infinity."""
 
 UNIT_BITS = 13
 """Means of cells are integers of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""

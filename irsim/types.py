@@ -179,8 +179,8 @@ class TargetTruth:
     visible       fraction 0..1 of the target's area that is in the frame and not occluded, over the whole exposure
                   where the camera has motion blur
     occluders     names of occluders that each cover at least a hundredth of its area, occluded themselves or not
-    crossing      whether another target's box intersects this one's
-    in_view       whether its centre is inside the frame
+    crossing      True where another target's box intersects this one's
+    in_view       True where its centre is inside the frame
     contrast_k    apparent temperature of the target's mean less that of its background, K
     scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
                   noiseless light of target and background, with the camera's noise counted as clutter

@@ -127,7 +127,7 @@ def test_vignetting_darkens_the_picture_and_can_be_switched_off() -> None:
     assert dark[0, 0] / plain[0, 0] == pytest.approx(corner, rel=0.01)
 
 
-def test_a_frame_with_response_time_alone_is_the_one_in_sequence() -> None:
+def test_a_frame_with_response_time_is_that_in_sequence() -> None:
     text = "frames: 9\nbackground: {kind: ground}\ncamera: {preset: uncooled_lwir, size: [64, 48], rate_hz: 60}"
     text += "\ntargets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [5, 20], speed: 2}}]"
     in_order = Renderer(loads(text))

@@ -60,13 +60,6 @@ def test_drift_starts_anew_at_a_correction() -> None:
     assert not drift_at(0).any()
 
 
-def test_gain_drift_is_proportional_to_the_light() -> None:
-    noise = Drift(pixel=0, column=0, row=0, gain=0.01, time_constant_s=10.0, age_s=1000.0)
-    weak, strong = drift_at(5, noise=noise, level=1e6), drift_at(5, noise=noise, level=4e6)
-    np.testing.assert_allclose(strong, 4 * weak, atol=0.01)
-    assert strong.std() * response().noise / 4e6 == pytest.approx(0.01, rel=0.03)
-
-
 def test_gain_drift_does_not_apply_to_dark_current() -> None:
     """Dark current is half of the signal; a time constant after a correction the square has grown to 1 - exp(-2)."""
     dark = response(dark_me_s=300.0)

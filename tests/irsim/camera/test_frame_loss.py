@@ -34,7 +34,7 @@ def faulty(faults: str) -> Rendering:
 
 
 def same(a: tuple[Frame, Truth | None], b: tuple[Frame, Truth | None]) -> bool:
-    """Return whether picture, time and truth are equal, indices aside."""
+    """Return True if picture, time and truth are equal; indices may differ."""
     first, second = a[1], b[1]
     return (
         bool((a[0].image == b[0].image).all())

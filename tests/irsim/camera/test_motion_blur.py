@@ -127,7 +127,7 @@ def test_the_exposure_defaults_to_the_integration_time() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 8.0])
-def test_visibility_behind_an_edge_is_the_mean_over_the_exposure(speed: float) -> None:
+def test_visibility_behind_an_edge_is_the_mean(speed: float) -> None:
     """Of a point blurred by s, the normal distribution at (edge - x) / s is left of the edge; over a path from x0 to
     x1, with F(u) = u Phi(u) + phi(u), s (F(u0) - F(u1)) / (x1 - x0)."""
     s, edge, middle = 0.6, 69.5, 70.2

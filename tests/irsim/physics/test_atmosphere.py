@@ -9,36 +9,18 @@ import pytest
 from scipy import integrate
 
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.climate import CLIMATES, ClimateName, band_mismatch, fitted_band
+from irsim.physics.climate import CLIMATES, FIT_VISIBILITY_KM, ClimateName, band_mismatch, fitted_band
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, BandName
-
-FITTED: dict[tuple[ClimateName, BandName, float], tuple[float, float]] = {
-    ("us_standard", "mwir", 23): (0.554, 0.47),
-    ("us_standard", "mwir", 5): (0.614, 0.57),
-    ("us_standard", "lwir", 23): (0.130, 0.79),
-    ("us_standard", "lwir", 5): (0.186, 0.86),
-    ("midlatitude_summer", "mwir", 23): (0.711, 0.48),
-    ("midlatitude_summer", "mwir", 5): (0.776, 0.56),
-    ("midlatitude_summer", "lwir", 23): (0.295, 0.86),
-    ("midlatitude_summer", "lwir", 5): (0.351, 0.89),
-    ("midlatitude_winter", "mwir", 23): (0.491, 0.47),
-    ("midlatitude_winter", "mwir", 5): (0.557, 0.58),
-    ("midlatitude_winter", "lwir", 23): (0.094, 0.78),
-    ("midlatitude_winter", "lwir", 5): (0.149, 0.87),
-    ("tropical", "mwir", 23): (0.795, 0.48),
-    ("tropical", "mwir", 5): (0.860, 0.55),
-    ("tropical", "lwir", 23): (0.429, 0.87),
-    ("tropical", "lwir", 5): (0.485, 0.89),
-}
-"""LOWTRAN7, level paths 100 m up: a, b of tau = exp(-a R^b)."""
 
 BANDS: list[BandName] = ["mwir", "lwir"]
 
 
-@pytest.mark.parametrize(("climate", "band", "visibility"), FITTED)
+@pytest.mark.parametrize("climate", CLIMATES)
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("visibility", FIT_VISIBILITY_KM)
 def test_level_paths_follow_the_fit(climate: ClimateName, band: BandName, visibility: float) -> None:
-    a, b = FITTED[climate, band, visibility]
+    a, b = CLIMATES[climate].fit[band][FIT_VISIBILITY_KM.index(visibility)]
     air = Atmosphere(preset=climate, visibility_km=visibility)
     km = np.array([0.5, 3.0, 20.0])  # the Earth's curve lifts 20 km by 31 m: under 0.002
     np.testing.assert_allclose(air.transmittance(band, km * 1e3), np.exp(-a * km**b), atol=0.002)
@@ -88,7 +70,7 @@ def test_level_paths_obey_kirchhoff_s_law(band: Band, range_m: float) -> None:
 
 @pytest.mark.parametrize("band", BANDS)
 def test_a_black_body_at_air_temperature_vanishes(band: Band) -> None:
-    """Of two targets before an opaque path that at the air's temperature cannot be told from it."""
+    """Before an opaque path a target at the temperature of the air has no contrast; a hot one has."""
     air = Atmosphere(preset="us_standard", fog_visibility_km=0.05)
     kelvin = 288.15 - 6.5 * 0.1
     near, far = 30.0, 30e3

@@ -100,7 +100,7 @@ def test_light_and_centroid_are_conserved(psf: Any, shift: float) -> None:
     light = psf.pixel_integral(places - 0.1, places - shift)
     assert light.sum() == pytest.approx(1.0, abs=1e-4)
     assert light.min() > -1e-6
-    if psf != SHARP:  # far sharper than a pixel, it says little of where within the pixel it lies
+    if psf != SHARP:  # far sharper than a pixel: its place within the pixel has little effect
         assert light.sum(axis=0) @ places == pytest.approx(shift, abs=2e-3)
 
 
@@ -226,8 +226,7 @@ def test_far_rings_have_rayleigh_s_energy(lens: Lens) -> None:
 
 @pytest.mark.parametrize(("lens", "shift"), list(zip(LENSES, (0.31, -0.5), strict=True)))
 def test_wings_are_smooth_and_conserve_light(lens: Lens, shift: float) -> None:
-    """By r^-3 a step of 1 px makes 3 / r of what is there; rings are left of the cosines. The spread without wings ends
-    within three pixels."""
+    """By r^-3 a step of 1 px changes the light by a share of 3 / r, beside remaining rings."""
     near, far = winged(lens)
     pixels = np.arange(-far.support_px, far.support_px + 1.0) + shift
     share = far.pixel_integral(pixels, pixels - 0.2)
@@ -238,8 +237,6 @@ def test_wings_are_smooth_and_conserve_light(lens: Lens, shift: float) -> None:
     for line in (share[middle, middle:], share[middle:, middle], np.diag(share)[middle:]):
         fall = line[steps + 1] / line[steps]
         assert 0.7 < fall.min() <= fall.max() < 1.15
-    ending = near.pixel_integral(np.zeros(1), np.arange(reach - 4.0, reach + 1))[0]
-    assert ending[-1] < 1e-9 * ending[0]
 
 
 @pytest.mark.parametrize(("area_m2", "wide"), [(0.15, True), (1e-4, False)])

@@ -134,7 +134,7 @@ def test_a_frame_of_tilt_alone_is_that_in_sequence() -> None:
     assert np.ptp(still, axis=0).max() == 0
 
 
-def test_scintillation_is_log_normal_and_decorrelates_with_the_wind() -> None:
+def test_scintillation_is_log_normal_and_follows_the_wind() -> None:
     """Correlation exp(-t^2 / (2 T^2)) of the logarithm, T = sqrt(lambda L) / v = 0.1095 m / 3 m/s."""
     air, n = Turbulence(cn2=2e-15, aperture_m=0.02), 1500
     seconds = 0.8 * math.sqrt(4e-6 * 3000) / 3.0

@@ -1,4 +1,4 @@
-"""How values show themselves in a notebook: small, well formed, and no text becomes markup."""
+"""Notebook cards of values: small, well formed, and no text becomes markup."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def shown(value: object) -> str:
     return html
 
 
-def test_a_scenario_tells_what_is_in_it(source: irsim.Rendering) -> None:
+def test_a_scenario_shows_its_parts(source: irsim.Rendering) -> None:
     text = Page(shown(source.scenario)).text
     for word in ("A jet <before> sky", "12 at", "96 × 72 px", "jet (fighter, straight)", "pole", "sky"):
         assert word in text
