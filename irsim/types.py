@@ -130,13 +130,12 @@ class Box:
     @property
     def edges(self) -> tuple[float, float, float, float]:
         """(left, top, right, bottom): the inverse of `from_edges`."""
-        wide, high = self.w / 2, self.h / 2
-        return self.cx - wide, self.cy - high, self.cx + wide, self.cy + high
+        return self.left, self.top, self.right, self.bottom
 
     def iou(self, other: Box) -> float:
         """Return the intersection over union, 0..1."""
-        w = min(self.cx + self.w / 2, other.cx + other.w / 2) - max(self.cx - self.w / 2, other.cx - other.w / 2)
-        h = min(self.cy + self.h / 2, other.cy + other.h / 2) - max(self.cy - self.h / 2, other.cy - other.h / 2)
+        w = min(self.right, other.right) - max(self.left, other.left)
+        h = min(self.bottom, other.bottom) - max(self.top, other.top)
         if w <= 0 or h <= 0:
             return 0.0
         return w * h / (self.w * self.h + other.w * other.h - w * h)

@@ -139,10 +139,10 @@ class Camera(Part):
         first = None
         for index, noise in enumerate(self.noise):
             at = ("noise", index, "kind")
-            if noise.needs_electrons and not self.detector.counts_electrons:
+            if noise.counts_electrons and not self.detector.counts_electrons:
                 text = "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}"
                 raise _fault("no_electrons", text, at, name=noise.name)
-            if type(noise).draw_electrons is not Noise.draw_electrons:
+            if noise.counts_electrons:
                 if first is not None:
                     text = "{name} counts electrons that {first} counts already; allowed: one noise that counts them"
                     raise _fault("counted_twice", text, at, name=noise.name, first=first)

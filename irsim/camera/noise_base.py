@@ -150,9 +150,9 @@ class Noise(NamedKind):
         return self.variance_terms(frame, fixed).overall(signal.astype(np.float64), response)
 
     @property
-    def needs_electrons(self) -> bool:
-        """True where the term requires a signal in electrons."""
-        return False
+    def counts_electrons(self) -> bool:
+        """True where the term draws electrons, which requires a signal in electrons."""
+        return type(self).draw_electrons is not Noise.draw_electrons
 
 
 class Additive(Noise):
@@ -175,16 +175,6 @@ class Additive(Noise):
 
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
         return NoiseVariance(pixel=self.pattern_variance(frame, fixed))
-
-
-class StaticNoise(Additive):
-    """Additive noise with a pattern that is constant over many frames; meanwhile `pattern` returns the same array."""
-
-    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
-        return None
-
-    def fixed_pattern(self, frame: FrameContext) -> Floats:
-        return self.pattern(frame)
 
 
 # Gaussian terms per pixel, row, column or frame

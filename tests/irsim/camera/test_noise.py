@@ -134,13 +134,13 @@ def test_a_frame_alone_is_the_frame_in_sequence(word: str) -> None:
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_numbers_are_addressed_by_seed_and_name(word: str) -> None:
     """Over 100 scenes, products with another seed or name average out; the address of white noise has no name."""
-    term, other, frame = build(word), build(word, id="other"), at(3000, (16, 20))
+    term, other, frame = build(word), build(word, id="other"), at(300, (16, 20))
     first, renamed = (
         np.stack([effect(each, replace(frame, seed=seed)) for seed in range(101)]) for each in (term, other)
     )
     np.testing.assert_array_equal(effect(build(word), frame), first[1])
     if np.ptp(first, axis=0).any():  # not a kind without random numbers
-        square, is_white = (first**2).mean(), term.temporal_sigma(frame) > 0 or term.needs_electrons
+        square, is_white = (first**2).mean(), term.temporal_sigma(frame) > 0 or term.counts_electrons
         assert abs((first[1:] * first[:-1]).mean()) < 0.45 * square
         assert is_white or abs((first * renamed).mean()) < 0.45 * square
 
@@ -157,8 +157,8 @@ def test_variance_is_the_mean_square_over_seeds(word: str) -> None:
     """Over 300 scenes, each pixel's mean square about the noiseless signal; chi-square: sd sqrt(2 / 300) of it."""
     shape, seeds = (16, 20), 300
     term = build(word, **({"dead": 0, "hot": 0, "blinking": 0} if word == "bad_pixels" else {}))
-    squares = np.mean([effect(term, at(2000, shape, seed)) ** 2 for seed in range(seeds)], axis=0)
-    variance = term.variance(np.full(shape, LEVEL, np.float32), response(), at(2000, shape), True)
+    squares = np.mean([effect(term, at(200, shape, seed)) ** 2 for seed in range(seeds)], axis=0)
+    variance = term.variance(np.full(shape, LEVEL, np.float32), response(), at(200, shape), True)
     expected = np.broadcast_to(np.asarray(variance) / response().noise ** 2, shape)
     np.testing.assert_allclose(squares, expected, rtol=5.5 * np.sqrt(2 / seeds))
 
@@ -245,8 +245,8 @@ def test_white_terms_keep_their_variance_in_the_dark() -> None:
 
 def test_fixed_pattern_is_constant_and_has_its_sigmas() -> None:
     term = FixedPattern(pixel=0.5, column=2.0, row=1.0)
-    pattern = term.pattern(at(0, (400, 500))).astype(np.float64)
-    np.testing.assert_array_equal(pattern, term.pattern(at(77, (400, 500))))
+    pattern = term.fixed_pattern(at(0, (400, 500))).astype(np.float64)
+    np.testing.assert_array_equal(pattern, term.fixed_pattern(at(77, (400, 500))))
     columns, rows = pattern.mean(axis=0), pattern.mean(axis=1)
     pixels = pattern - columns - rows[:, None] + pattern.mean()
     # A mean over a column of 400 pixels keeps 1/400 of the pixels' variance, one over a row 1/500.
@@ -257,7 +257,7 @@ def test_fixed_pattern_is_constant_and_has_its_sigmas() -> None:
 
 def test_a_redrawn_pattern_changes_with_each_correction() -> None:
     def pattern(term: FixedPattern, number: int) -> Floats:
-        return term.pattern(replace(at(700), corrections=number, last_correction=500 * number))
+        return term.fixed_pattern(replace(at(700), corrections=number, last_correction=500 * number))
 
     first, second = (pattern(FixedPattern(redrawn=True), number) for number in (0, 1))
     assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 0.3
