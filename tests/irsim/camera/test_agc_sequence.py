@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
-from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 import irsim
 from irsim.camera.agc import (
@@ -21,7 +18,7 @@ from irsim.camera.agc import (
     Plateau,
 )
 from irsim.camera.agc_local import Clahe, Unsharp
-from irsim.recording import Recording, open_recording, record
+from irsim.recording import open_recording, record
 from irsim.render.stream import Rendering
 from irsim.types import Frame
 
@@ -143,34 +140,14 @@ def test_renderings_and_recordings_display_the_same(scene: Rendering, tmp_path: 
     assert recording.header.agc == SLOW["unsharp"]
     assert (images(list(recording.frames("display"))) == expected).all()
     assert (recording.frame(21, "display").image == expected[21]).all()
-    assert (previews(recording)[[0, 20, 24]] == [jpeg(expected[k]) for k in (0, 20, 24)]).all()
 
 
 def test_a_cut_recording_begins_anew(scene: Rendering, tmp_path: Path) -> None:
-    """It holds no frames before its first: pictures settle from there, also in the preview."""
+    """It holds no frames before its first: pictures settle from there."""
     rendering = displayed_by(scene, SLOW["linear"])
     cut = open_recording(record(rendering, tmp_path / "cut.mcap", 10, 25))
     expected = np.stack(in_order(SLOW["linear"], [frame.image.astype(np.uint16) for frame in cut.frames()]))
     assert (images(list(cut.frames("display"))) == expected).all()
-    assert (previews(cut)[3] == jpeg(expected[3])).all()
     settled = images(list(rendering.frames("display", 10, 25)))
     assert (expected[0] != settled[0]).any()
     assert (expected[9:] == settled[9:]).all()
-
-
-def previews(recording: Recording) -> npt.NDArray[np.uint8]:
-    container = recording.container
-    lane = container.topics["/ir/preview"]
-    with container.open() as file:
-        packets = itertools.chain.from_iterable(container.packets(file, lane, k) for k in range(len(lane.chunks)))
-        found = [CompressedImage.FromString(bytes(packet.data)).data for packet in packets]
-    return np.stack([decoded(data) for data in found])
-
-
-def jpeg(picture: npt.NDArray[np.unsignedinteger]) -> npt.NDArray[np.uint8]:
-    _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])
-    return decoded(data.tobytes())
-
-
-def decoded(data: bytes) -> npt.NDArray[np.uint8]:
-    return np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
