@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
@@ -269,64 +269,8 @@ def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
     return known[near[0]] if near else None
 
 
-MANY_NAMES = 8
-"""In longer lists of allowed names, similar ones come first."""
-
-
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
-    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?", in a long list similar names first."""
+    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; a name within a part is suggested too."""
     known = list(dict.fromkeys(allowed))
-    if len(known) > MANY_NAMES:
-        ratios = {name: difflib.SequenceMatcher(None, str(word).lower(), name.lower()).ratio() for name in known}
-        known.sort(key=lambda name: -ratios[name] if ratios[name] >= 0.6 else 0.0)
     within = next((f"; did you mean '{each}'?" for each in known if each.endswith(f".{word}")), None)
     return f"there is no '{word}'; allowed: {', '.join(known) or none}{within or suggestion(word, known)}"
-
-
-def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
-    """Yield name and place of each setting of a part and its parts that has an effect and that --without switches off.
-
-    prefix   of the names: 'ID.' of the nearest part with an id
-    """
-    for name, (key, *nothing) in _own_switches(part).items():
-        if getattr(part, key) not in nothing:
-            yield prefix + name, (key,)
-    for key in type(part).model_fields:
-        value = getattr(part, key)
-        several = isinstance(value, tuple)
-        for index, inner in enumerate(value if several else (value,)):
-            if isinstance(inner, Part):
-                for name, place in switches(inner, _switch_prefix(inner, prefix)):
-                    yield name, (key, index, *place) if several else (key, *place)
-
-
-def switched_off(part: AnyPart, names: Collection[str], prefix: str = "") -> AnyPart:
-    """Return the part with the settings `names` at the value without effect; the part itself if nothing changes."""
-    if not names:
-        return part
-    changes = {key: nothing for name, (key, nothing, *_) in _own_switches(part).items() if prefix + name in names}
-    for key in type(part).model_fields:
-        if key not in changes:
-            value = getattr(part, key)
-            if isinstance(value, tuple):
-                other: Any = tuple(_value_off(each, names, prefix) for each in value)
-            else:
-                other = _value_off(value, names, prefix)
-            if other != value:
-                changes[key] = other
-    return part.model_copy(update=changes) if changes else part
-
-
-def _value_off(value: Any, names: Collection[str], prefix: str) -> Any:
-    return switched_off(value, names, _switch_prefix(value, prefix)) if isinstance(value, Part) else value
-
-
-def _own_switches(part: Part) -> dict[str, tuple[Any, ...]]:
-    """Return the switches of a part's class and its bases."""
-    bases = reversed(type(part).__mro__)
-    return {name: setting for base in bases for name, setting in vars(base).get("switches", {}).items()}
-
-
-def _switch_prefix(part: Part, prefix: str) -> str:
-    name = part.name if isinstance(part, NamedKind) else getattr(part, "id", None)
-    return f"{name}." if isinstance(name, str) else prefix

@@ -16,7 +16,7 @@ from typing import Any, Generic
 from irsim.config.base import AnyPart, KeyPath, Part, importing_nothing
 from irsim.config.diagnostics import error_line, validate_part
 from irsim.config.overrides import apply_override, expect_overrides, place_of_key, set_value
-from irsim.config.paths import begins_as_recording, is_binary, is_meant_as_text, is_recording, path_of
+from irsim.config.paths import begins_as_recording, is_binary, is_recording, path_of
 from irsim.config.relative_paths import with_absolute_names, with_relative_names
 from irsim.config.schema import Slot, path_text
 from irsim.config.serialization import as_yaml_value, brief_value, plain_value, whole_numbers
@@ -125,7 +125,7 @@ def read_document(path: str | PathLike[str], root: type[Part], default_folder: s
     file = find(path, default_folder)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: {_recording_problem(file)}")
-    if file.is_file() and is_binary(file) and not is_meant_as_text(file):
+    if is_binary(file):
         raise InputError(
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"

@@ -14,7 +14,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera.camera import Camera
-from irsim.config.base import KeyPath, Name, Part, Several, Switch, switched_off, switches
+from irsim.config.base import KeyPath, Name, Part, Several, Switch
+from irsim.config.switches import switched_off, switches
 from irsim.errors import InputError, counted
 from irsim.geometry.context import SceneContext
 from irsim.motion import CameraMotion, SceneMotion
