@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, LiteralString, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -35,6 +35,11 @@ KeyPath = tuple[str | int, ...]
 
 Switches = Mapping[str, tuple[Any, ...]]
 """Name of a setting -> its key, the value that switches it off, other values without effect."""
+
+
+def invalid(message: str, at: KeyPath = (), kind: LiteralString = "invalid") -> PydanticCustomError:
+    """Return the error for a validator to raise: a message, and the place `at` below the value that it validates."""
+    return PydanticCustomError(kind, "{message}", {"message": message, **({"at": at} if at else {})})
 
 
 class Part(BaseModel):
@@ -174,28 +179,31 @@ class Family:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
             return self._foreign(word)
-        raise _unknown_kind(
+        raise invalid(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
-            + suggestion(word, self.kinds, self.synonyms)
+            + suggestion(word, self.kinds, self.synonyms),
+            at=("kind",),
         )
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")
         if module not in sys.modules and not _may_import.get():
-            raise _unknown_kind(
+            raise invalid(
                 f"{word!r} is a user's own {self.name} kind, and modules named in this file are not imported; "
-                f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it"
+                f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it",
+                at=("kind",),
             )
         try:
             found = getattr(importlib.import_module(module), name)
         except Exception as error:  # a user's module may raise anything while it is imported
-            raise _unknown_kind(
+            raise invalid(
                 f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
-                "is installed or lies in the working directory"
+                "is installed or lies in the working directory",
+                at=("kind",),
             ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
-            raise _unknown_kind(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
+            raise invalid(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}", at=("kind",))
         return found
 
     def parse(self, value: Any) -> Kind:
@@ -204,11 +212,9 @@ class Family:
             return value
         allowed = ", ".join(self.kinds)
         if not isinstance(value, Mapping):
-            raise PydanticCustomError(
-                "not_a_kind", "expected a mapping with the key 'kind'; allowed kinds: {allowed}", {"allowed": allowed}
-            )
+            raise invalid(f"expected a mapping with the key 'kind'; allowed kinds: {allowed}")
         if "kind" not in value:
-            raise PydanticCustomError("no_kind", "the key 'kind' is missing; allowed: {allowed}", {"allowed": allowed})
+            raise invalid(f"the key 'kind' is missing; allowed: {allowed}")
         chosen = self.find(value["kind"])
         try:
             return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
@@ -247,10 +253,6 @@ class Family:
         }
 
 
-def _unknown_kind(message: str) -> PydanticCustomError:
-    return PydanticCustomError("unknown_kind", "{message}", {"message": message, "at": ("kind",)})
-
-
 def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str] | None = None) -> str:
     """Return "; did you mean 'car'?" where a known word is near, else ''.
 
@@ -270,7 +272,10 @@ def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
 
 
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
-    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; a name within a part is suggested too."""
+    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; of more than 8 names similar ones first."""
     known = list(dict.fromkeys(allowed))
+    if len(known) > 8:
+        ratios = {name: difflib.SequenceMatcher(None, str(word).lower(), name.lower()).ratio() for name in known}
+        known.sort(key=lambda name: -ratios[name] if ratios[name] >= 0.6 else 0.0)
     within = next((f"; did you mean '{each}'?" for each in known if each.endswith(f".{word}")), None)
     return f"there is no '{word}'; allowed: {', '.join(known) or none}{within or suggestion(word, known)}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from irsim.config.base import Kind, Part
+from irsim.config.yaml_text import LONGEST
 from irsim.errors import InputError
 
 DEEPEST = 100
@@ -78,6 +79,8 @@ def _converted(value: Any, name: str, depth: int) -> Any:
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Integral):
+        if abs(int(value)) >= 10**LONGEST:
+            raise InputError(f"{name}: the number is too long; allowed: {LONGEST} digits")
         return int(value)
     if isinstance(value, Real):
         try:
