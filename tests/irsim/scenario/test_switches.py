@@ -130,9 +130,9 @@ def before(background: dict[str, Any], moving: bool = False) -> dict[str, Any]:
     """Return a scene before a background, if `moving` with every kind of camera motion and frame loss."""
     path = {"kind": "straight", "start": (20.0, 30.0), "speed": 2.0, "range_m": 900.0}
     return {
-        "frames": 4,
+        "frames": 4 if moving else 1,
         "camera": {
-            "size": (80, 64),
+            "size": (64, 48),
             "noise": [{"kind": "white"}],
             "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in CAMERA_MOTIONS] if moving else [],
             "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FRAME_FAULTS] if moving else [],
@@ -209,7 +209,7 @@ def test_a_point_of_given_scr_keeps_its_radiance() -> None:
     np.testing.assert_array_equal(added[50:71, 70:90], 0)
 
 
-CAMERA_TEXT = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
+CAMERA_TEXT = "camera: {size: [48, 32], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
 LOW = "{id: low, coverage: 0.6, sunlit_k: 8, wind_mrad_s: [9, 0], correlation_mrad: 20}"
 CLOUD_LIST = f"[{LOW}, {{id: haze, range_m: 9000}}]"
 BODY_LIST = """
@@ -225,17 +225,17 @@ SCENES = {
     "sky": f"frames: 2\n{CAMERA_TEXT}\nbackground: {{kind: sky, clouds: {CLOUD_LIST}}}",
     "bodies": f"""
 frames: 2
-{CAMERA_TEXT}
+{CAMERA_TEXT.replace("[48, 32]", "[96, 64]")}
 atmosphere: {{preset: us_standard, rain_mm_h: 3, fog_visibility_km: 2}}
 background: {{kind: sky}}
 {BODY_LIST}""",
-    "landscape": f"frames: 2\n{CAMERA_TEXT}\natmosphere: {{preset: us_standard}}\nbackground: "
+    "landscape": f"frames: 1\n{CAMERA_TEXT}\natmosphere: {{preset: us_standard}}\nbackground: "
     "{kind: landscape, fields: {}, trees: [{id: wood, range_m: 400, relief_m: 2}]}",
-    "town": f"frames: 2\n{CAMERA_TEXT}\nbackground: "
+    "town": f"frames: 1\n{CAMERA_TEXT}\nbackground: "
     "{kind: landscape, buildings: [{id: town, range_m: 200, spacing_m: 20, relief_m: 2}]}",
-    "ground": f"frames: 2\n{CAMERA_TEXT}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
+    "ground": f"frames: 1\n{CAMERA_TEXT}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
     "sea": f"""
-frames: 2
+frames: 1
 {CAMERA_TEXT}
 background: {{kind: sea, gusts: 0.3, sun_deg: [0, 12], clouds: [{{id: low, sunlit_k: 8}}]}}
 """,
