@@ -54,7 +54,7 @@ class Part(BaseModel):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a mapping, valid or not, with missing keys that follow from others; classes override this."""
+        """Return the mapping `given`, valid or not, with missing keys that follow from others; subclasses override this."""
         return given
 
     @classmethod
@@ -138,7 +138,7 @@ _may_import: ContextVar[bool] = ContextVar("may_import", default=True)
 def importing_nothing() -> Iterator[None]:
     """Refuse a kind 'module:Class' within this block unless its module is imported already.
 
-    Use it for texts out of recordings and results files: else their author chooses the code to run.
+    For texts in recordings and results files, whose author would otherwise choose the code to run.
     """
     before = _may_import.set(False)
     try:
@@ -148,7 +148,7 @@ def importing_nothing() -> Iterator[None]:
 
 
 def is_handwritten() -> bool:
-    """Return whether the text being read is the user's own, and not out of a recording or a results file."""
+    """Return whether the text being read is the user's own; False within `importing_nothing`."""
     return _may_import.get()
 
 

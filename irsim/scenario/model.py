@@ -172,8 +172,8 @@ class Scenario(Part):
         return name not in self.without
 
     def names(self) -> Iterator[tuple[str, KeyPath]]:
-        """Yield every name that `without` may hold, with its place in the tree. A part hides a setting of the same
-        name."""
+        """Yield every name that `without` may hold, with its place in the tree. A part takes precedence over a
+        setting of the same name."""
         yield from self._parts()
         yield from self.settings()
 

@@ -44,7 +44,7 @@ Part = Callable[[Box, float], Box]
 """Part of a window for a fraction of at most 1. Fractions of 0 or less continue below or right of the window for parts
 at its lower or right edge (for crowns that rise above them), and give the thinnest part otherwise."""
 Placing = Callable[[float], Occluder]
-"""Occluder placed with a density, or with a fraction of the window."""
+"""Occluder for a density (smoke), or for a fraction of the window."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +119,8 @@ def _search(visibility: TargetVisibility, occluder: Occluder) -> Occlusion:
 
 
 def _best(visibility: TargetVisibility, occluder: Occluder, window: Box) -> Occlusion:
-    """Return the occlusion by the part of the window that hides enough, ends in time, and exceeds the least. The first
-    part within _GOOD_EXCESS is taken."""
+    """Return the occlusion by the best part of the window: the first one within _GOOD_EXCESS of the required fraction,
+    else of those that do not last too long the one with the smallest excess."""
     name, _ = target_and_frames(occluder)
     vertical = moves_vertically(visibility, occluder)
     found = []
@@ -172,7 +172,7 @@ def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing)
 
 
 def _horizon_row(visibility: TargetVisibility) -> float:
-    """Return the least y, px of the camera at rest, of standing things: the horizon, or -inf without a sky."""
+    """Return the y of the horizon, px of the camera at rest, below which occluders stand; -inf without a sky."""
     return -math.inf if visibility.scenario.background.clear(visibility.context) is None else _row(visibility, 0.0)
 
 
