@@ -21,8 +21,8 @@ STILL_PX = 0.02
 _NEGLIGIBLE = 1e-3
 """Fraction of a target's area on each side that its window leaves out: the faint edge of a point's PSF."""
 TOLERANCE = 0.02
-"""Fraction by which an occlusion may fall short of the required one and still count in numbers of frames. Outside of the
-required frames a smaller occluded fraction counts as none."""
+"""Fraction by which an occlusion may fall short of the required one and still count in numbers of frames. Outside of
+the required frames a smaller occluded fraction counts as none."""
 MAX_LENGTH_RATIO = 2
 FEW_FRAMES = 4
 """A warning follows for more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES more, if that is more),
