@@ -54,7 +54,7 @@ class Part(BaseModel):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the mapping `given`, valid or not, with missing keys that follow from others; subclasses override it."""
+        """Return the mapping `given`, valid or not, with missing keys that follow from others; for subclasses."""
         return given
 
     @classmethod

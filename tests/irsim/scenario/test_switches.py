@@ -209,7 +209,8 @@ def test_a_point_of_given_scr_keeps_its_radiance() -> None:
     np.testing.assert_array_equal(added[50:71, 70:90], 0)
 
 
-CAMERA_TEXT = "camera: {size: [48, 32], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
+SMALL = "camera: {size: [48, 32], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
+CAMERA_TEXT = SMALL.replace("[48, 32]", "[96, 64]")
 LOW = "{id: low, coverage: 0.6, sunlit_k: 8, wind_mrad_s: [9, 0], correlation_mrad: 20}"
 CLOUD_LIST = f"[{LOW}, {{id: haze, range_m: 9000}}]"
 BODY_LIST = """
@@ -222,18 +223,18 @@ targets:
      path: {kind: straight, start: [24, 50], range_m: 600, speed: 1}}
 """
 SCENES = {
-    "sky": f"frames: 2\n{CAMERA_TEXT}\nbackground: {{kind: sky, clouds: {CLOUD_LIST}}}",
+    "sky": f"frames: 2\n{SMALL}\nbackground: {{kind: sky, clouds: {CLOUD_LIST}}}",
     "bodies": f"""
 frames: 2
-{CAMERA_TEXT.replace("[48, 32]", "[96, 64]")}
+{CAMERA_TEXT}
 atmosphere: {{preset: us_standard, rain_mm_h: 3, fog_visibility_km: 2}}
 background: {{kind: sky}}
 {BODY_LIST}""",
-    "landscape": f"frames: 1\n{CAMERA_TEXT}\natmosphere: {{preset: us_standard}}\nbackground: "
+    "landscape": f"frames: 1\n{SMALL}\natmosphere: {{preset: us_standard}}\nbackground: "
     "{kind: landscape, fields: {}, trees: [{id: wood, range_m: 400, relief_m: 2}]}",
-    "town": f"frames: 1\n{CAMERA_TEXT}\nbackground: "
+    "town": f"frames: 1\n{SMALL}\nbackground: "
     "{kind: landscape, buildings: [{id: town, range_m: 200, spacing_m: 20, relief_m: 2}]}",
-    "ground": f"frames: 1\n{CAMERA_TEXT}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
+    "ground": f"frames: 1\n{SMALL}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
     "sea": f"""
 frames: 1
 {CAMERA_TEXT}
