@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import irsim
+from irsim.calibration.stretch import jumps
 from irsim.occluders.solid import Building
 from irsim.occluders.tree import Tree
 from irsim.render.frame import Renderer
+from irsim.scenario.catalog import examples
 from irtrack.bench import run_bench
 
 SEEDS = 30
@@ -61,3 +63,24 @@ def test_the_glare_saturates_and_blooms() -> None:
     sharp = irsim.open_source("glare", without=["smear"])
     target = [truth.target("rocket") for truth in sharp.truths()]
     assert all(each is not None and each.in_view for each in target)
+
+
+@pytest.mark.parametrize("name", list(examples())[::4])
+def test_an_example_shows_its_target_without_a_cut(name: str) -> None:
+    """No frame is a jump from the one before (`irsim.calibration.stretch.jumps`)."""
+    rendering = irsim.open_source(name)
+    pairs = list(rendering.pairs(stop=10))
+    target = next(iter(rendering.truths())).target(rendering.follow or "")
+    assert target is not None
+    assert target.visible is not None
+    assert target.visible >= 0.5
+    assert jumps([frame.image for frame, _ in pairs]) == []
+
+
+@pytest.mark.parametrize("name", ["crossover", "treeline"])
+def test_contrast_changes_sign_in_an_example(name: str) -> None:
+    rendering = irsim.open_source(name)
+    targets = [truth.target(rendering.follow or "") for truth in rendering.truths()]
+    contrasts = [target.contrast_k for target in targets if target is not None and target.contrast_k is not None]
+    assert contrasts[0] > 4
+    assert min(contrasts) < -0.5

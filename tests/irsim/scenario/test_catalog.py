@@ -9,11 +9,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 from command_line import Run
-from mesh_files import BOX
 from scenario_text import TEXT
 
 import irsim
-from irsim.calibration.stretch import jumps
 from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
 from irsim.scenario.catalog import examples, find, json_schema
@@ -122,20 +120,6 @@ def test_samples_are_files_that_name_their_command(tmp_path: Path, run: Run) -> 
     assert [path.read_bytes() for path in files] == before
 
 
-def test_samples_replace_no_file_of_the_scenario(tmp_path: Path, run: Run) -> None:
-    """Nor through a link."""
-    box = tmp_path / "box.obj"
-    box.write_text(BOX)
-    target = "{id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [9, 9]}}"
-    vary = "vary: {camera.netd_mk: {kind: uniform, low: 20, high: 30}}"
-    (tmp_path / "mine.yaml").write_text(f"background: {{kind: sky}}\ntargets: [{target}]\n{vary}\n")
-    (tmp_path / "many").mkdir()
-    (tmp_path / "many" / "mine-0.yaml").symlink_to(box)
-    done = run("sample", "mine.yaml", "-n", "1", "-o", "many", cwd=tmp_path)
-    assert done.stderr.startswith(f"irsim: many/mine-0.yaml: would replace {box}, which this command needs; allowed: ")
-    assert box.read_text() == BOX
-
-
 def test_a_failed_sample_writes_nothing(tmp_path: Path, run: Run) -> None:
     (tmp_path / "still.yaml").write_text(TEXT)
     done = run("sample", "still.yaml", cwd=tmp_path)
@@ -210,30 +194,9 @@ vary: {targets.a.path.speed: {kind: uniform, low: 0.5, high: 3}}
         irsim.sample(scenario, 40)
 
 
-@pytest.mark.parametrize("name", ["sky", "sea"])
-def test_an_example_shows_its_target_without_a_cut(name: str) -> None:
-    """No frame is a jump from the one before (`irsim.calibration.stretch.jumps`)."""
-    rendering = irsim.open_source(name)
-    pairs = list(rendering.pairs(stop=10))
-    target = next(iter(rendering.truths())).target(rendering.follow or "")
-    assert target is not None
-    assert target.visible is not None
-    assert target.visible >= 0.5
-    assert jumps([frame.image for frame, _ in pairs]) == []
-
-
 def test_every_example_is_in_the_documents() -> None:
     docs = Path(__file__).parents[3] / "docs"
     page = (docs / "examples.md").read_text()
     for name in examples():
         assert f"## {name}\n\n{read_yaml(examples()[name]).value['about']}\n" in page
         assert (docs / "img" / f"{name}.png").is_file()
-
-
-@pytest.mark.parametrize("name", ["crossover"])
-def test_contrast_changes_sign_in_an_example(name: str) -> None:
-    rendering = irsim.open_source(name)
-    targets = [truth.target(rendering.follow or "") for truth in rendering.truths()]
-    contrasts = [target.contrast_k for target in targets if target is not None and target.contrast_k is not None]
-    assert contrasts[0] > 4
-    assert min(contrasts) < -0.5
