@@ -257,7 +257,7 @@ def test_worker_processes_display_the_same(scene: Rendering) -> None:
 
 
 def previews(recording: Recording) -> npt.NDArray[np.uint8]:
-    container = recording.container
+    container = recording.mcap
     lane = container.topics["/ir/preview"]
     with container.open() as file:
         packets = itertools.chain.from_iterable(container.packets(file, lane, k) for k in range(len(lane.chunks)))

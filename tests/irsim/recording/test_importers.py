@@ -20,8 +20,9 @@ from frame_folders import folder_of, pictures
 from irsim.camera import AGCS
 from irsim.errors import InputError
 from irsim.recording import open_recording, record
-from irsim.recording.images import page_sizes, read_pages, read_stack
+from irsim.recording.images import read_stack
 from irsim.recording.importers import import_frames
+from irsim.recording.tiff import page_sizes, read_pages
 
 STACK = np.random.default_rng(0).integers(0, 1 << 14, (5, 12, 16)).astype(np.uint16)
 LINEAR = AGCS.parse({"kind": "linear"})

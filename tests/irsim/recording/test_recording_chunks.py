@@ -1,4 +1,4 @@
-"""ChunkWriter writes the bytes of the MCAP library's writer."""
+"""McapWriter writes the bytes of the MCAP library's writer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from irsim.recording.chunks import LIBRARY, ChunkWriter, Compression, Message
+from irsim.recording.mcap_writer import LIBRARY, Compression, McapWriter, Message
 from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 TOPICS = {"/ir/image": RawImage.DESCRIPTOR, "/a": RawImage.DESCRIPTOR, "/boxes": ImageAnnotations.DESCRIPTOR}
@@ -50,7 +50,7 @@ def theirs(written: list[list[Message]], compression: Compression) -> bytes:
 
 def ours(written: list[list[Message]], compression: Compression) -> bytes:
     file = BytesIO()
-    writer = ChunkWriter(file, compression)
+    writer = McapWriter(file, compression)
     writer.metadata("irsim", FACTS)
     for topic, descriptor in TOPICS.items():
         writer.topic(topic, descriptor, FACTS if topic == "/a" else None)

@@ -13,8 +13,8 @@ from recording_forge import SOURCE, forge, honest_image, honest_truth
 
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
-from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import _LARGEST_UNPACKED, MESSAGE, RECORD, unpack
+from irsim.recording.mcap_reader import _LARGEST_UNPACKED, MESSAGE, RECORD, unpack
+from irsim.recording.mcap_writer import McapWriter, Message
 from irsim.recording.messages import TRACK_STATE, TrackStateMessage, TruthMessage, encode_image
 from irsim.recording.tracks import TrackHeader, read_tracks
 from irsim.recording.writer import FRAMES_PER_CHUNK
@@ -157,7 +157,7 @@ def test_truth_and_scenario_that_are_not_text(tmp_path: Path) -> None:
 def test_track_states_without_a_box(tmp_path: Path) -> None:
     path = tmp_path / "t.mcap"
     with path.open("wb") as file:
-        writer = ChunkWriter(file)
+        writer = McapWriter(file)
         writer.metadata(
             "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).to_record()
         )
@@ -170,14 +170,14 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
 
 def test_an_index_past_the_end_of_the_file(tmp_path: Path) -> None:
     recording = open_recording(record(Noise(), tmp_path / "r.mcap"))
-    for chunk in recording.container.chunks:
+    for chunk in recording.mcap.chunks:
         chunk.chunk_length = 2**60
     with pytest.raises(InputError, match="its index points past its end"):
         recording.frame(0)
-    for entry in recording.container.attachment_index:
+    for entry in recording.mcap.attachment_index:
         entry.length = 2**62
     with pytest.raises(InputError, match="its index points past its end"):
-        recording.container.attachment("layout.json")
+        recording.mcap.attachment("layout.json")
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
