@@ -45,8 +45,8 @@ class Figures:
 
     The rounding variance of 1/12 is subtracted. rows and columns, of type `Memory`, are in seconds.
 
-    noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; upper bounds of white
-                            noise with motion
+    noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; with motion an upper
+                            bound of white noise
     memory_frames           time constant of the correlated part
     walk                    sigma of the change by drift in a frame; None where it is not significant
     row_noise, column_noise white temporal sigma of rows and columns
@@ -88,10 +88,8 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names and values of all figures with an interval; names of parts are such as "rows.rho".
-
-        The fixed part of lines in the region contains the scene and is left out; see `row` and `column`.
-        """
+        """Yield names, such as "rows.rho" of a part, and values of all figures with an interval, without `fixed` of the
+        lines in the region, which contains the scene."""
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
@@ -117,15 +115,13 @@ def measure_figures(
     times: Floats | None = None,
     boxes: Boxes | None = None,
 ) -> Figures:
-    """Return the figures of frames (T, rows, columns) in counts; noise is measured on `region`, or in the flattest
-    window.
+    """Return the figures of frames (T, rows, columns) in counts.
 
-    top, taken, times   as in `measure_noise`
-    start       number of the first frame, for notes
-    points      True: search points, which takes most of the time; False: texture and fixed pattern assume usual blurs
+    region, top, taken, times, start    as of `measure_noise`
+    points      False: assume usual blurs and search no points, which takes most of the time
     boxes       target boxes of each frame, in place of `taken`
 
-    Raise InputError where frames are too few or below 8 x 8 px.
+    InputError where frames are too few or below 8 x 8 px.
     """
     check_measurable(frames, rate_hz, top, taken, times)
     if boxes is not None:
@@ -149,7 +145,7 @@ def measure_figures(
     if report.slides:  # motion of the scene hides blinking pixels
         flaws = replace(flaws, blinking=replace(flaws.blinking, high=1.0))
     standing = _standing(report, patched, seen, blur, bad, top) if not report.slides else None
-    scene = standing or _sliding(patched, seen, blur)
+    scene = standing or _sliding(report, patched, seen, blur)
     parts = {**_over_time(report), **scene.figures}
     found = Figures(frames=report.frames, region=report.region, blur=blur, flaws=flaws, notes=(), **parts)
     notes = figure_notes(report, found.psf, blur, still, scene.objects, scene.layered, found.texture is not None)
@@ -158,7 +154,7 @@ def measure_figures(
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern; the number of small objects left out; whether rows differ most."""
+    """Figures of background and fixed pattern, the number of small objects left out, and True for a layered picture."""
 
     figures: dict[str, Any]
     objects: int
@@ -195,8 +191,12 @@ def _standing(
     return _Scene(figures, behind.objects, _is_layered(picture))
 
 
-def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
-    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern."""
+def _sliding(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
+    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern.
+
+    Noise is bounded by the white floor of the spectrum, which contains the fixed pattern of pixels, where that is less
+    than the sharp changes, which contain sharp texture.
+    """
     picked = evenly(len(frames), TEXTURE_PICTURES).tolist()
     shape = frames.shape[1], frames.shape[2]
     behind = [background(frames[k].astype(np.float64), box_mask(boxes[k], shape)) for k in picked]
@@ -209,19 +209,23 @@ def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
         "mean": float(np.concatenate([each.seen for each in behind]).mean()),
         "histogram": grey_levels(middle.seen, spectrum),
     }
+    floor, sharp = spectrum.floor.map(root), _sharp_bound(report)
+    if floor.high < sharp.high:
+        sharp = Estimate(floor.value, 0.0, floor.high, bound=True)
+    figures["noise"] = figures["white"] = remove_rounding(sharp, report.rounded)
     return _Scene(figures, max(each.objects for each in behind), _is_layered(middle.picture))
 
 
 def _is_layered(picture: Floats) -> bool:
-    """Return whether the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
+    """Return True where the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
     usual = np.clip(picture, *np.quantile(picture, (0.02, 0.98)))
     return bool(usual.mean(axis=1).var() > 0.5 * usual.var())
 
 
 def _over_time(report: NoiseReport) -> dict[str, Any]:
-    """Return the figures of temporal noise; an upper bound of white noise with motion."""
+    """Return the figures of temporal noise; with motion an upper bound of white noise."""
     if report.moving or report.slides:
-        sharp = remove_rounding(Estimate(report.fine, 0.0, 1.05 * report.fine, bound=True), report.rounded)
+        sharp = remove_rounding(_sharp_bound(report), report.rounded)
         return {"noise": sharp, "white": sharp}
     terms, memory, level, slower = report.terms, report.temporal.memory, report.level, report.stretch.slower
     rows, columns = report.lines.get("tv"), report.lines.get("th")
@@ -239,6 +243,10 @@ def _over_time(report: NoiseReport) -> dict[str, Any]:
         "level": level.sigma,
         "level_frames": None if level.time_frames is None else level.time_frames.map(lambda time: time * slower),
     }
+
+
+def _sharp_bound(report: NoiseReport) -> Estimate:
+    return Estimate(report.fine, 0.0, 1.05 * report.fine, bound=True)
 
 
 def _left_in_mean(report: NoiseReport, count: int) -> tuple[Estimate, Estimate, Estimate]:
