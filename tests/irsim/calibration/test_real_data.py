@@ -1,4 +1,4 @@
-"""Real annotated sequences come in like any other clip. The data is not part of the project."""
+"""Import of real annotated sequences, which are no part of the project."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def imported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     return request.param, open_recording(import_frames(folder / "frames.mp4", out, truth=folder / "gt.csv"))
 
 
-def test_frames_and_targets_are_all_there(imported: tuple[str, Recording]) -> None:
+def test_frames_and_targets_are_complete(imported: tuple[str, Recording]) -> None:
     name, recording = imported
     frames, targets = SEQUENCES[name]
     assert (len(recording), len(recording.targets)) == (frames, targets)
@@ -56,4 +56,4 @@ def test_the_plane_is_in_its_box(tmp_path: Path) -> None:
         box = truth.targets[0].box
         x, y = round(box.cx), round(box.cy)
         inside = frame.image[max(y - 5, 0) : y + 6, max(x - 5, 0) : x + 6].astype(float)
-        assert inside.max() - np.median(frame.image) > 30  # hot against the sky, where the label says
+        assert inside.max() - np.median(frame.image) > 30  # hot against the sky
