@@ -71,8 +71,8 @@ def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
 
 
 def small_objects(picture: Floats) -> tuple[Bools, int]:
-    """Return the mask (rows, columns) and the number of small hot or cold outlying objects in a picture: outliers of the
-    top hat and the black hat of a square (J. Serra, "Image analysis and mathematical morphology", 1982)."""
+    """Return the mask (rows, columns) and the number of small hot or cold outliers in a picture, in the top hat or the
+    black hat of a square (J. Serra, "Image analysis and mathematical morphology", 1982)."""
     smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
     side = max(round(min(picture.shape) * _SMALL), 3)
     found = np.zeros(picture.shape, np.uint8)

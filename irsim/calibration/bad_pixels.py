@@ -132,7 +132,9 @@ def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
     calm = np.maximum(around(sigma), float(np.median(sigma)))
     blinking = (sigma > np.maximum(_RESTLESS * calm, _TOGGLES if rounded else 0)) & judged
     blinking &= ~_follows_neighbour(values, blinking)
-    apart = _without_lines(level - usual)
+    apart = level - usual
+    apart = apart - np.median(apart, axis=1, keepdims=True)
+    apart = np.asarray(apart - np.median(apart, axis=0, keepdims=True), np.float32)
     far = np.abs(apart) > np.maximum(_FAR * _scatter(apart), 1.0 if rounded else 0)
     far &= judged & ~blinking & ~frozen
     hot = _alone(apart, far & (apart > 0))
@@ -199,6 +201,8 @@ def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPix
 
     periods (T - 1,) frame periods of the recording from each frame to the next
     """
+    from scipy.ndimage import label
+
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
     judged = int(bad.judged.sum())
@@ -210,7 +214,7 @@ def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPix
         dead=_share(bad.dead, judged),
         hot=_share(bad.hot, judged),
         blinking=_share(bad.blinking, judged),
-        cluster=_cluster_size(bad.all),
+        cluster=float(bad.all.sum() / int(label(bad.all)[1])) if bad.all.any() else 1.0,
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
         hot_height=exponential_mean(float(heights.sum()), len(heights)) if len(heights) else None,
         jump=jump,
@@ -246,18 +250,6 @@ def _share(mask: Bools, judged: int) -> Estimate:
         return Estimate(0.0, 0.0, poisson(0)[1] / judged)
     low, high = (end * _CLUSTERED / clusters for end in poisson(clusters / _CLUSTERED))
     return Estimate(share, share * low, share * high)
-
-
-def _cluster_size(mask: Bools) -> float:
-    from scipy.ndimage import label
-
-    return float(mask.sum() / int(label(mask)[1])) if mask.any() else 1.0
-
-
-def _without_lines(apart: Floats) -> Floats:
-    """Return differences (rows, columns) less the medians of rows and columns."""
-    rest = apart - np.median(apart, axis=1, keepdims=True)
-    return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
 
 
 def _scatter(apart: Floats) -> Floats:

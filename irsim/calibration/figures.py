@@ -32,7 +32,7 @@ from irsim.calibration.statistics import (
 from irsim.calibration.temporal import Memory
 from irsim.calibration.texture import PowerLaw, fit_texture, grey_levels, periodogram
 from irsim.errors import InputError, counted
-from irsim.types import Bools, Floats
+from irsim.types import Floats
 
 FRAMES = 300
 """Default number of frames measured: 200 MB of 640x512 px."""
@@ -109,7 +109,6 @@ def measure_figures(
     rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
-    taken: Bools | None = None,
     start: int = 0,
     points: bool = True,
     times: Floats | None = None,
@@ -117,16 +116,15 @@ def measure_figures(
 ) -> Figures:
     """Return the figures of frames (T, rows, columns) in counts.
 
-    region, top, taken, times, start    as of `measure_noise`
+    region, top, times, start   as of `measure_noise`
     points      False: assume usual blurs and search no points, which takes most of the time
-    boxes       target boxes of each frame, in place of `taken`
+    boxes       target boxes of each frame, left out
 
     InputError where frames are too few or below 8 x 8 px.
     """
-    check_measurable(frames, rate_hz, top, taken, times)
+    check_measurable(frames, rate_hz, top, None, times)
+    taken = None
     if boxes is not None:
-        if taken is not None:
-            raise InputError("taken and boxes: both give the places of targets; allowed: one of them")
         if len(boxes) != len(frames):
             raise InputError(f"boxes: of {counted(len(boxes), 'frame')}; allowed: None, or of all {len(frames)}")
         taken = box_mask(chain(*boxes), frames.shape[1:])

@@ -207,21 +207,17 @@ def measure_realism(
     try:
         if may_be_pictures(source) and camera is None:
             raise InputError(_PICTURES)
-        figures = _figures(source, camera is not None, progress)
+        wanted = range(min(_FRAMES, len(source)))
+        counts, times = read_frames(source, wanted, progress)
+        boxes, top = target_boxes(source, wanted.start, wanted.stop), 2.0**source.bits - 1
+        points = camera is not None
+        figures = measure_figures(counts, source.rate_hz, None, top, points=points, times=times, boxes=boxes)
         noise = noise_figures(figures)
     except InputError as error:
         if camera is not None:
             raise
         return Realism(found, classes, {}, None, str(error))
     return Realism(found, classes, noise, compare_noise(figures, camera), None)
-
-
-def _figures(source: Source, points: bool, progress: Progress | None) -> Figures:
-    wanted = range(min(_FRAMES, len(source)))
-    counts, times = read_frames(source, wanted, progress)
-    boxes = target_boxes(source, wanted.start, wanted.stop)
-    top = 2.0**source.bits - 1
-    return measure_figures(counts, source.rate_hz, None, top, points=points, times=times, boxes=boxes)
 
 
 def noise_figures(found: Figures) -> dict[str, Estimate]:

@@ -82,9 +82,7 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
         raise InputError(f"region {text!r}: is no region; {_allowed_region(size)}")
-    region = Region(*(int(word) for word in words))
-    _check_region(region, repr(text), size)
-    return region
+    return _checked_region(Region(*map(int, words)), repr(text), size)
 
 
 def as_region(given: object, frames: Values) -> Region:
@@ -96,15 +94,15 @@ def as_region(given: object, frames: Values) -> Region:
         region = Region(*map(as_int, given))
     except TypeError:
         raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
-    _check_region(region, str(tuple(region)), (columns, rows))
-    return region
+    return _checked_region(region, str(tuple(region)), (columns, rows))
 
 
-def _check_region(region: Region, shown: str, size: tuple[int, int]) -> None:
+def _checked_region(region: Region, shown: str, size: tuple[int, int]) -> Region:
     columns, rows = size
     inside = 0 <= region.x <= columns - region.w and 0 <= region.y <= rows - region.h
     if not inside or min(region.w, region.h) < LEAST_SIDE:
         raise InputError(f"region {shown}: does not fit; {_allowed_region(size)}")
+    return region
 
 
 def _allowed_region(size: tuple[int, int]) -> str:

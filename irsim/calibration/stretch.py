@@ -24,10 +24,6 @@ _SURE = 10.0
 """Number of changes with a reliable median: for m changes, the ratio above is 1 + (10 / m)^2 times as large."""
 _FEW = 0.2
 """Largest share of jumps among the changes; more of them are motion of the scene."""
-_FAINT = 0.02
-"""Ratio of the change of cells to that of pixels below which cells show no noise, as in compressed video."""
-_PLAIN = 5.0
-"""Ratio to the change of pixels beyond which such a picture jumps: cuts between real films have 5.6 to 45."""
 _STEP_FRAMES = (4, 8, 16)
 """Frames averaged on either side of a step of the fixed pattern."""
 _STEP_ERRORS = 6.0
@@ -187,20 +183,8 @@ def jumps(frames: Sequence[Values]) -> list[int]:
     rows, columns = (max(side // _CELL, 1) for side in frames[0].shape)
     cells = [cv2.resize(f.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA) for f in frames]
     changes = np.array([np.median(np.abs(later - before)) for before, later in itertools.pairwise(cells)])
-    usual, pixel = float(np.median(changes)), _pixel_change(frames)
-    sure = _BEYOND * (1 + (_SURE / len(changes)) ** 2) * usual
-    found = np.flatnonzero(changes > (_PLAIN * pixel if usual < _FAINT * pixel else sure)) + 1
+    found = np.flatnonzero(changes > _BEYOND * (1 + (_SURE / len(changes)) ** 2) * np.median(changes)) + 1
     return found.tolist() if len(found) <= max(2, _FEW * len(changes)) else []
-
-
-def _pixel_change(frames: Sequence[Values]) -> float:
-    """Return the median change of pixels that change."""
-    medians = []
-    for before, later in itertools.pairwise(frames):
-        change = np.abs(later[::4, ::4].astype(np.float64) - before[::4, ::4])
-        if change.any():
-            medians.append(np.median(change[change > 0]))
-    return float(np.median(medians)) if medians else 0.0
 
 
 def pattern_steps(flat: Floats) -> list[int]:
@@ -224,15 +208,13 @@ def pattern_steps(flat: Floats) -> list[int]:
             others = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
             far = not others or logs[place] - max(others) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
             near = any(abs(int(place) + width - other) < 2 * width for other in found)
-            if not near and others and far and _is_pattern(after[int(place)]):
+            change = after[int(place)]
+            sharp = neighbour_covariance(change) < _STEP_BLUR * float(np.square(change).mean())
+            if not near and others and far and sharp:
                 found.append(int(place) + width)
             elif not near:
                 break
     return sorted(found)
-
-
-def _is_pattern(change: Floats) -> bool:
-    return neighbour_covariance(change) < _STEP_BLUR * float(np.square(change).mean())
 
 
 def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -> Stretch:

@@ -120,7 +120,9 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
     pair, *correlation, rise = jackknife(blocks, statistics)
     memory = None
     if count >= LEAST_MEMORY_FRAMES and rise.low > 0 and correlation[0].low > LEAST_CORRELATION:
-        memory = _fit_pixels(values, taken_at, rate_hz)
+        fit_lags = _fit_lags(taken_at)
+        pictures = [_structure(values, taken_at, lag) for lag in fit_lags] + [np.square(values.mean(axis=0))]
+        memory = _fit_memory(spatial_blocks(np.stack(pictures, axis=-1)), fit_lags, taken_at, rate_hz)
         share = (memory.correlated.value / memory.total.value) ** 2 if memory.total.value else 0.0
         correlation = [_model_correlation(memory, lag, share) for lag in lags]
     differences = tuple(root(float(blocks[:, place].mean())) for place in range(len(lags)))
@@ -158,12 +160,6 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
     correlation = share * memory.rho.value**apart + (1 - share) * (apart == 0)
     centred = correlation - correlation.mean(axis=0) - correlation.mean(axis=1)[:, None] + correlation.mean()
     return float(np.trace(centred) ** 2 / np.square(centred).sum())
-
-
-def _fit_pixels(values: Floats, number: Indices, rate_hz: float) -> Memory:
-    lags = _fit_lags(number)
-    pictures = [_structure(values, number, lag) for lag in lags] + [np.square(values.mean(axis=0))]
-    return _fit_memory(spatial_blocks(np.stack(pictures, axis=-1)), lags, number, rate_hz)
 
 
 def _fit_lines(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> Memory:

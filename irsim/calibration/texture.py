@@ -91,8 +91,8 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
 
     blur    sigma of the sharpest point, px; None without a point
 
-    It is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without a point the
-    likeliest blur is chosen.
+    It is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without a point,
+    the likeliest blur is chosen.
     """
     low = USUAL_BLUR.low if blur is None else min(USUAL_BLUR.low, blur.low)
     high = USUAL_BLUR.high if blur is None else blur.high

@@ -94,7 +94,21 @@ def import_frames(
     rate, notes = _rate(source, pictures, rate_hz)
     reading = pictures.read()
     first = next(reading)
-    header = _header(name_of(source) if name is None else name, first, rate, labels, accuracy, agc, bits)
+    stored = 8 * first.image.itemsize
+    if bits is not None and bits > stored:
+        raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
+    header = Header(
+        version=__version__,
+        name=name_of(source) if name is None else name,
+        input="imported",
+        size=first.image.shape[::-1],
+        bits=bits or stored,
+        rate_hz=rate,
+        follow=None if labels is None else labels.follow,
+        has_truth=labels is not None,
+        accuracy_px=0.0 if labels is None else accuracy,
+        agc=agc or default_agc(stored),
+    )
     with writing(out, header, compression="none" if compression is None else compression) as writer:
         done, with_colours = _write_pictures(writer, header, labels, first, reading, progress)
         if labels is not None:
@@ -137,33 +151,6 @@ def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float,
     if pictures.is_video:
         raise InputError(f"{source}: this video states no frame rate; give one (rate_hz=HZ)")
     return DEFAULT_RATE_HZ, [f"no rate was given: {DEFAULT_RATE_HZ:g} Hz assumed"]
-
-
-def _header(
-    name: str,
-    first: Picture,
-    rate_hz: float,
-    labels: Labels | None,
-    accuracy_px: float,
-    agc: Agc | None,
-    bits: int | None,
-) -> Header:
-    """Return the header for pictures like the first; InputError for `bits` above theirs."""
-    stored = 8 * first.image.itemsize
-    if bits is not None and bits > stored:
-        raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
-    return Header(
-        version=__version__,
-        name=name,
-        input="imported",
-        size=(first.image.shape[1], first.image.shape[0]),
-        bits=bits or stored,
-        rate_hz=rate_hz,
-        follow=None if labels is None else labels.follow,
-        has_truth=labels is not None,
-        accuracy_px=0.0 if labels is None else accuracy_px,
-        agc=agc or default_agc(stored),
-    )
 
 
 def _write_pictures(

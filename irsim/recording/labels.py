@@ -52,11 +52,16 @@ class Labels:
         """Return a note of the number of boxes wholly outside a picture of `size` (columns, rows); () for none."""
         columns, rows = size
         boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
-        outside = [frame for frame, box in boxes if not _overlaps(box, columns, rows)]
+        # Pixel i reaches from i - 1/2 to i + 1/2.
+        outside = [
+            frame
+            for frame, box in boxes
+            if box.right <= -0.5 or box.left >= columns - 0.5 or box.bottom <= -0.5 or box.top >= rows - 0.5
+        ]
         if not outside:
             return ()
-        count = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
-        return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
+        first = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
+        return (f"boxes outside the picture of {columns}x{rows} px: {first}",)
 
     def gap_note(self, frames: int) -> tuple[str, ...]:
         """Return a note of targets that lack rows between their first and their last, else of rows that end before the
@@ -87,11 +92,6 @@ class Labels:
             raise InputError(
                 f"{self.path}:{line}: frame {frame} is past the end; allowed: 0 to {frames - 1}, counted from 0"
             )
-
-
-def _overlaps(box: Box, columns: int, rows: int) -> bool:
-    """Return True where a box overlaps a picture; pixel i reaches from i - 1/2 to i + 1/2."""
-    return box.right > -0.5 and box.left < columns - 0.5 and box.bottom > -0.5 and box.top < rows - 0.5
 
 
 def _is_in(target: TargetTruth, size: tuple[int, int]) -> bool:

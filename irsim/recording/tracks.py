@@ -133,15 +133,10 @@ def _topics(tracker: str) -> tuple[str, str]:
 
 
 def _encode(state: TrackState) -> bytes:
+    values = {name: getattr(state, name) for name in ("index", "time", "status", "score", "neff")}
+    covariance = [value for row in state.covariance or () for value in row]
     message: Any = TrackStateMessage(
-        index=state.index,
-        time=state.time,
-        box=box(state.box),
-        status=state.status,
-        score=state.score,
-        velocity=point(state.velocity),
-        covariance=[value for row in state.covariance or () for value in row],
-        neff=state.neff,
+        box=box(state.box), velocity=point(state.velocity), covariance=covariance, **values
     )
     return bytes(message.SerializeToString())
 
@@ -157,8 +152,6 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
         time=time,
         box=Box(*required_numbers(message, "box")),
         status=checked_text(message.status),
-        score=optional_field(message, "score"),
-        velocity=optional_field(message, "velocity"),
         covariance=covariance,
-        neff=optional_field(message, "neff"),
+        **{name: optional_field(message, name) for name in ("score", "velocity", "neff")},
     )

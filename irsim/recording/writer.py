@@ -99,7 +99,10 @@ class RecordingWriter:
             self._begin(frame, log_time)
         if truth is not None:
             truth = dataclasses.replace(truth, index=self._count, time=frame.time)
-            self._note_targets(truth)
+            for target in truth.targets:
+                first = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
+                self._targets.setdefault(target.id, first)
+                self._frames_of[target.id] += 1
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
         self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
@@ -107,17 +110,15 @@ class RecordingWriter:
         self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
-            self._flush_frames()
+            self._flush(self._small, self._images)
         if len(self._previews) == PREVIEWS_PER_CHUNK:
             self._flush(self._previews)
 
     def finish(self, notes: tuple[str, ...] = ()) -> None:
         """Write the remaining messages, the table of contents and the index."""
-        self._flush_frames()
-        self._flush(self._previews)
-        frames_of = self._frames_of
-        targets = tuple(each.model_copy(update={"frames": frames_of[id]}) for id, each in self._targets.items())
-        contents = Contents(frames=self._count, targets=targets, notes=notes)
+        self._flush(self._small, self._images, self._previews)
+        targets = (each.model_copy(update={"frames": self._frames_of[id]}) for id, each in self._targets.items())
+        contents = Contents(frames=self._count, targets=tuple(targets), notes=notes)
         self._chunks.metadata("irsim_contents", contents.to_record())
         self._chunks.finish()
 
@@ -145,24 +146,15 @@ class RecordingWriter:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
             self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
 
-    def _note_targets(self, truth: Truth) -> None:
-        for target in truth.targets:
-            if target.id not in self._targets:
-                self._targets[target.id] = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
-            self._frames_of[target.id] += 1
-
     def _put(self, pending: list[Message], topic: str, log_time: int, data: bytes) -> None:
         pending.append(Message(self._channels[topic], self._count, log_time, data))
 
-    def _flush_frames(self) -> None:
-        # Truth first: a file that is cut after an image chunk has the truth of its frames.
-        self._flush(self._small)
-        self._flush(self._images)
-
-    def _flush(self, pending: list[Message]) -> None:
-        if pending:
-            self._chunks.chunk(pending)
-            pending.clear()
+    def _flush(self, *groups: list[Message]) -> None:
+        """Write a chunk of each group: truths before images, so that the images of a cut file have their truths."""
+        for pending in groups:
+            if pending:
+                self._chunks.chunk(pending)
+                pending.clear()
 
 
 def _no_earlier_frame(index: int) -> Image:

@@ -39,7 +39,7 @@ EVEN = "{kind: ground, spread_k: 0}"
 TEXTURED = "{kind: ground, spread_k: 1, betas: [2.4, 2.8], correlation_mrad: 40}"
 
 
-def text(camera: str, background: str = EVEN, frames: int = 80) -> str:
+def text(camera: str, background: str = EVEN, frames: int = 60) -> str:
     return SCENE.format(camera=CAMERAS.get(camera, camera), background=background, frames=frames)
 
 

@@ -83,7 +83,7 @@ def test_white_and_blurred_noise_is_of_no_class_or_camera(blur: float) -> None:
     assert compare_noise(measure_figures(frames, 30.0, points=False)).fitting == ()
 
 
-@pytest.mark.parametrize("name", ["clouds", "treeline"])
+@pytest.mark.parametrize("name", ["clouds", "ground"])
 def test_a_shipped_scene_looks_like_its_claim_alone(name: str) -> None:
     found = texture_figures(background_pictures(irsim.open_source(name), 9))
     assert compare_texture(found).fitting == (CLAIMS[name],)
@@ -153,11 +153,10 @@ def test_the_command_judges_texture_by_its_status() -> None:
     found = json.loads(good.stdout)
     assert "cloud" in found["classes"]
     assert found["ranges"]["bend"]["inside"]
-    same = irsim.measure_realism(irsim.open_source("clouds", CLOUDS[1:]), "cloud")
-    assert json.loads(json.dumps({"source": "clouds", **same.as_json()})) == found
     bad = CliRunner().invoke(app, ["realism", *CLOUDS, "--like", "trees"])
     assert bad.exit_code == 1
     assert "OUTSIDE" in bad.stdout
+    assert bad.stdout.splitlines()[-1] == "its noise cannot be judged: the scene moves; allowed: a still camera"
     assert bad.stdout.splitlines()[0] == "figure      measured  allowed for trees"
     for option, allowed in (("--like", "cloud, horizon"), ("--camera", ", ".join(CAMERAS))):
         none = CliRunner().invoke(app, ["realism", "clouds", option, "cheese"])
@@ -180,12 +179,8 @@ def test_the_command_judges_noise_by_its_status(tmp_path: Path) -> None:
 
 
 def test_noise_of_a_moving_scene_is_not_judged() -> None:
-    moving = ["realism", *CLOUDS, "--like", "cloud"]
     reason = "its noise cannot be judged: the scene moves; allowed: a still camera"
-    alone = CliRunner().invoke(app, moving)
-    assert alone.exit_code == 0, alone.output
-    assert alone.stdout.splitlines()[-2:] == ["looks like: cloud", reason]
-    required = CliRunner().invoke(app, [*moving, "--camera", "cooled"])
+    required = CliRunner().invoke(app, ["realism", *CLOUDS, "--camera", "cooled"])
     assert isinstance(required.exception, InputError)
     assert str(required.exception) == f"clouds: {reason}"
     assert required.stdout == ""
