@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from calibration_clips import noise_frames, real, real_counts, rendered, series
+from calibration_clips import noise_frames, rendered, series
 from intervals import held
 
 from irsim.calibration import measure_noise, noise_3d, temporal_noise
@@ -134,36 +134,3 @@ def test_the_input_is_not_changed_and_json_holds_plain_values() -> None:
     report = measure_noise(frames, 30.0)
     np.testing.assert_array_equal(frames, before)
     assert json.loads(json.dumps(report.as_json()))["terms"]["tvh"]["value"] == report.terms.tvh.value
-
-
-@real
-def test_a_real_cooled_sensor() -> None:
-    """README of the data: pair 1.75, tvh 1.65, lag-1 correlation .01, fixed pixel .66, drift .35 counts."""
-    report = measure_noise(real_counts("raw14_lwir"), 30.0, top=16383)
-    assert report.temporal.pair.value == pytest.approx(1.75, rel=0.05)
-    assert report.terms.tvh.value == pytest.approx(1.65, rel=0.08)
-    assert report.temporal.memory is None
-    assert report.terms.vh.value == pytest.approx(0.66, rel=0.1)
-    assert report.drift == pytest.approx(0.35, abs=0.05)
-
-
-@real
-def test_a_real_uncorrected_sensor() -> None:
-    """README of the data: tvh 3.3, fixed pixel 16, column 3, row 52 over odd and even rows."""
-    report = measure_noise(real_counts("raw14_mwir"), 30.0, top=16383)
-    assert report.terms.tvh.value == pytest.approx(3.3, rel=0.08)
-    assert report.temporal.memory is None
-    assert report.terms.vh.value == pytest.approx(16, rel=0.1)
-    assert report.terms.v.value > 5 * report.terms.h.value
-
-
-@real
-def test_a_real_uncooled_sensor() -> None:
-    """README of the data: AR(1) with rho about .9; lag-1 .74 to .89; tvh 1.4 to 3.5; pixel 2.5 to 6.4."""
-    report = measure_noise(real_counts("raw16_lepton"), 9.0)
-    memory = report.temporal.memory
-    assert memory is not None
-    assert memory.rho.value == pytest.approx(0.9, abs=0.03)
-    assert 1.4 < memory.total.value < 3.5
-    assert 2.5 < report.terms.vh.value < 6.4
-    assert 0.5 < report.temporal.pair.value < 2.1

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from calibration_clips import REAL, real, real_counts, rendered
+from calibration_clips import rendered
 from typer.testing import CliRunner
 
 import irsim
@@ -21,7 +21,6 @@ from irsim.calibration.realism import noise_figures
 from irsim.cli.app import app
 from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
-from irsim.recording import open_recording
 from irsim.recording.importers import import_frames
 from irsim.scenario.catalog import examples
 from irsim.types import Floats
@@ -87,30 +86,6 @@ def test_white_and_blurred_noise_is_of_no_class_or_camera(blur: float) -> None:
 def test_a_shipped_scene_looks_like_its_claim_alone(name: str) -> None:
     found = texture_figures(background_pictures(irsim.open_source(name), 9))
     assert compare_texture(found).fitting == (CLAIMS[name],)
-
-
-@real
-@pytest.mark.parametrize(
-    ("name", "classes"),
-    [
-        ("sky_airplane_cirrus", {"cloud", "treeline"}),
-        ("drone_treeline", {"treeline"}),
-        ("birds_crossing", {"trees"}),
-    ],
-)
-def test_real_sequences_are_of_their_class(name: str, classes: set[str], tmp_path: Path) -> None:
-    at = REAL / name
-    clip = open_recording(import_frames(at / "frames.mp4", tmp_path / "clip.mcap", truth=at / "gt.csv"))
-    assert set(compare_texture(texture_figures(background_pictures(clip, 9))).fitting) == classes
-
-
-@real
-@pytest.mark.parametrize(
-    ("name", "rate_hz", "sort"),
-    [("raw14_lwir", 30.0, "cooled"), ("raw14_mwir", 30.0, "uncorrected"), ("raw16_lepton", 9.0, "uncooled")],
-)
-def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: str) -> None:
-    assert compare_noise(measure_figures(real_counts(name), rate_hz, points=False)).fitting == (sort,)
 
 
 @pytest.mark.parametrize(

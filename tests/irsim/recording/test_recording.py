@@ -59,7 +59,8 @@ def test_display_is_the_recorded_agc_of_the_counts(tmp_path: Path, recorded: Pat
     recording = open_recording(recorded)
     linear = AGCS.parse({"kind": "linear"})
     for counts, display in zip(recording.frames("counts"), recording.frames("display"), strict=True):
-        assert (display.bits, display.image.dtype) == (8, np.uint8)
+        assert display.bits == 8
+        assert display.image.dtype == np.uint8
         assert np.array_equal(display.image, linear.display(counts.image, 14))  # type: ignore[attr-defined]  # AGCS.parse gives any Kind
     shallow = open_recording(record(Noise(bits=8), tmp_path / "r.mcap"))
     assert same_frames(shallow.frames("display"), shallow.frames("counts"))
