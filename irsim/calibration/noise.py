@@ -163,17 +163,17 @@ def _window(frames: Values, stretch: Stretch, given: Region | None, top: float, 
 
 def _still_region(frames: Values, bad: Bools, top: float, taken: Bools | None) -> Region:
     """Return the flattest window without motion and texture; else the flattest still one; else the flattest."""
-    offered: list[Region] = []
-    textured: Region | None = None
+    flattest = still = None
     for region in flat_windows(frames, top, taken):
-        offered.append(region)
+        flattest = flattest or region
         flat = patch(region.of(frames), bad[region.rows, region.columns]).astype(np.float64)
         if motion(flat).together:
             continue
         if "vh" not in scene_terms(flat.mean(axis=0)):
             return region
-        textured = textured or region
-    return textured or offered[0]
+        still = still or region
+    assert flattest is not None
+    return still or flattest
 
 
 def _report(window: _Window, rate_hz: float, top: float, taken: Bools | None) -> NoiseReport:

@@ -148,18 +148,13 @@ class Realism:
     noise_unknown: str | None
 
     @property
-    def comparisons(self) -> tuple[Comparison, ...]:
+    def _comparisons(self) -> tuple[Comparison, ...]:
         return tuple(each for each in (self.classes, self.sorts) if each is not None)
 
     @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts of the required class and sort."""
-        return tuple(verdict for each in self.comparisons for verdict in each.verdicts)
-
-    @property
     def inside(self) -> bool:
-        """True if no figure is outside of its range."""
-        return all(verdict.inside for verdict in self.verdicts)
+        """True where all figures are inside of the required class and sort."""
+        return all(verdict.inside for each in self._comparisons for verdict in each.verdicts)
 
     def lines(self) -> Iterator[str]:
         """Yield lines of text, without `noise_unknown`."""
@@ -178,9 +173,10 @@ class Realism:
         else:
             noise = {figure: value.as_json() for figure, value in self.noise.items()}
             found |= {"camera": self.sorts.required, **noise, "cameras": self.sorts.fitting}
-        failing = {name: verdicts for each in self.comparisons for name, verdicts in each.failing.items()}
-        outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in failing.items()}
-        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in self.verdicts}
+        outside, ranges = {}, {}
+        for each in self._comparisons:
+            outside |= {name: [v.figure for v in verdicts] for name, verdicts in each.failing.items()}
+            ranges |= {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in each.verdicts}
         return {**found, "outside": outside, "ranges": ranges}
 
 
@@ -199,8 +195,7 @@ def measure_realism(
         check_class(like)
     if camera is not None:
         check_sort(camera)
-    found: dict[str, float] = {}
-    classes = None
+    found, classes = {}, None
     if camera is None or like is not None:
         measured = texture_figures(background_pictures(source, TEXTURE_PICTURES))
         found, classes = asdict(measured), compare_texture(measured, like)

@@ -24,14 +24,13 @@ _MEANINGS = (
     "pixel to pixel, fixed",
     "pixel to pixel, in time",
 )
-_DUST = 1e-9
 _CLIPPED = 0.005
 """Least share of clipped counts that is reported; it reduces the sigma of normal noise by half a percent."""
 
 
 def number(value: float, digits: int = 4) -> str:
     """Return a number of YAML with `digits` significant digits; rounding errors of floats are 0."""
-    return "0" if abs(value) < _DUST else decimal_text(value, digits)
+    return "0" if abs(value) < 1e-9 else decimal_text(value, digits)
 
 
 def interval(value: Estimate, digits: int = 4) -> str:
