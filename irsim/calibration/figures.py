@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from irsim.calibration.background import TEXTURE_PICTURES, background, mean_picture
-from irsim.calibration.bad_pixels import FULL, BadPixelFigures, BadPixels, bad_pixel_figures, patch
+from irsim.calibration.bad_pixels import FULL, BadPixelFigures, bad_pixel_figures, patch
 from irsim.calibration.fixed_pattern import fixed_pattern, odd_even, remove_odd_even
-from irsim.calibration.noise import NoiseReport, noise_and_bad_pixels
+from irsim.calibration.noise import NoiseReport, measure_noise
 from irsim.calibration.psf import point_blur
 from irsim.calibration.report import figure_notes
 from irsim.calibration.selection import Boxes, Region, box_mask
@@ -133,8 +133,8 @@ def measure_figures(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
-    report, bad = noise_and_bad_pixels(frames, rate_hz, region, top, taken, times, start)
-    used = report.stretch.of(frames)
+    report = measure_noise(frames, rate_hz, region, top, taken, times, start)
+    bad, used = report.bad, report.stretch.of(frames)
     periods = np.diff(report.stretch.number) * report.stretch.slower
     seen = tuple(() if boxes is None else boxes[k] for k in report.stretch.index)
     patched = patch(used, bad.all)
@@ -142,7 +142,7 @@ def measure_figures(
     flaws = bad_pixel_figures(used, periods, bad.without(taken))
     if report.slides:  # motion of the scene hides blinking pixels
         flaws = replace(flaws, blinking=replace(flaws.blinking, high=1.0))
-    standing = _standing(report, patched, seen, blur, bad, top) if not report.slides else None
+    standing = _standing(report, patched, seen, blur, top) if not report.slides else None
     scene = standing or _sliding(report, patched, seen, blur)
     parts = {**_over_time(report), **scene.figures}
     found = Figures(frames=report.frames, region=report.region, blur=blur, flaws=flaws, notes=(), **parts)
@@ -159,13 +159,11 @@ class _Scene:
     layered: bool
 
 
-def _standing(
-    report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, bad: BadPixels, top: float
-) -> _Scene:
+def _standing(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, top: float) -> _Scene:
     """Return the figures of a still scene, from the mean of all frames."""
     sigma = report.fine if report.moving else math.hypot(report.terms.tvh.value, report.drift)
     mean, always = mean_picture(frames, sigma, boxes)
-    behind = background(mean, always | (mean >= FULL * top) | ~bad.judged)
+    behind = background(mean, always | (mean >= FULL * top) | ~report.bad.judged)
     rows, columns = odd_even(behind.picture, 0), odd_even(behind.picture, 1)
     picture = remove_odd_even(behind.picture, rows.value, columns.value)
     fixed = fixed_pattern(picture, blur, behind.filled)

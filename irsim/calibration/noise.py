@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,7 @@ class NoiseReport:
     clipped     share of counts of the region at an end of their range
     rounded     True where rounding to whole counts hides the noise
     frozen_from as of `BadPixels`
+    bad         masks of the bad pixels, under targets as well
     """
 
     region: Region
@@ -77,6 +78,7 @@ class NoiseReport:
     clipped: float
     rounded: bool
     frozen_from: int | None
+    bad: BadPixels = field(repr=False, compare=False)
 
     @property
     def pixel_sigma(self) -> float:
@@ -88,8 +90,13 @@ class NoiseReport:
         stretch = self.stretch
         used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost, "rate_hz": stretch.rate_hz}
         used |= {**asdict(stretch.breaks), "used": list(stretch.index)}
-        values = asdict(self, dict_factory=lambda pairs: {k: None if v == math.inf else v for k, v in pairs})
+        values = asdict(self, dict_factory=_without_arrays)
+        del values["bad"]
         return {**values, "region": list(self.region), "stretch": used}
+
+
+def _without_arrays(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {key: None if value == math.inf else value for key, value in pairs if not isinstance(value, np.ndarray)}
 
 
 def measure_noise(
@@ -109,23 +116,8 @@ def measure_noise(
     times   (T,) s; whole periods without a frame count as lost frames
     start   number of the first frame, for messages
 
-    InputError for frames that are too few, too small or not finite, and for arguments of a wrong type.
-    """
-    return noise_and_bad_pixels(frames, rate_hz, region, top, taken, times, start)[0]
-
-
-def noise_and_bad_pixels(
-    frames: Values,
-    rate_hz: float,
-    region: Region | tuple[int, int, int, int] | None,
-    top: float,
-    taken: Bools | None,
-    times: Floats | None,
-    start: int,
-) -> tuple[NoiseReport, BadPixels]:
-    """Return the noise report, and the bad pixels of the measured frames, under targets as well.
-
-    The longest stretch without a break is measured; each visible step of the fixed pattern cuts it further.
+    The longest stretch without a break is measured; each visible step of the fixed pattern cuts it further. InputError
+    for frames that are too few, too small or not finite, and for arguments of a wrong type.
     """
     check_measurable(frames, rate_hz, top, taken, times)
     check_size(frames)
@@ -138,7 +130,7 @@ def noise_and_bad_pixels(
         known = {*breaks.steps, *(window.stretch.index[step] for step in steps)}
         breaks = replace(breaks, steps=tuple(sorted(known)))
         window = _window(frames, longest_stretch(new, breaks, len(frames), start), given, top, taken)
-    return _report(window, float(rate_hz), top, taken), window.bad
+    return _report(window, float(rate_hz), top, taken)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +202,7 @@ def _report(window: _Window, rate_hz: float, top: float, taken: Bools | None) ->
         clipped=float(clipped(flat, frames, top).mean()),
         rounded=whole_counts(frames) and sigma < ROUNDED,
         frozen_from=window.bad.frozen_from,
+        bad=window.bad,
     )
 
 
