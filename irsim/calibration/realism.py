@@ -173,7 +173,8 @@ class Realism:
         else:
             noise = {figure: value.as_json() for figure, value in self.noise.items()}
             found |= {"camera": self.sorts.required, **noise, "cameras": self.sorts.fitting}
-        outside, ranges = {}, {}
+        outside: dict[str, list[str]] = {}
+        ranges: dict[str, dict[str, Any]] = {}
         for each in self._comparisons:
             outside |= {name: [v.figure for v in verdicts] for name, verdicts in each.failing.items()}
             ranges |= {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in each.verdicts}
