@@ -15,7 +15,7 @@ from target_views import AWAY, BODIES, context, shape
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
 from irsim.geometry.polygon import polygon_edges
-from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
+from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
 from irsim.physics.diffraction import LensPSF
@@ -35,7 +35,7 @@ PLAIN = pytest.MonkeyPatch()
 def plainly(draw: Sequence[LayeredPolygons]) -> list[Sprite]:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
-        return draw_sprites(draw)
+        return [draw_sprite(each) for each in draw]
 
 
 def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None:
@@ -109,14 +109,14 @@ def test_polygons_that_hide_each_other(
     one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
     with np.errstate(invalid="ignore"):
         (expected,) = plainly([one])
-    same(draw_sprites([one])[0], expected)
+    same(draw_sprite(one), expected)
 
 
 @pytest.mark.parametrize("side", [3.0, 12.0, 60.0, 140.0])
 def test_every_fineness(side: float) -> None:
     points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
     one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianPSF(0.6))
-    same(draw_sprites([one])[0], plainly([one])[0])
+    same(draw_sprite(one), plainly([one])[0])
 
 
 @pytest.mark.parametrize("kind", BODIES)
@@ -188,8 +188,7 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
-    drawn = draw_sprites([one._replace(edges=(start, stop, layer))])
-    assert len(drawn) == 1
+    draw_sprite(one._replace(edges=(start, stop, layer)))
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
