@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -15,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from irsim._native import COMPILED, kernels
 from irsim.config.base import suggestion
 from irsim.config.quantities import Fraction, Kelvin, Length
-from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprites, psf_table
+from irsim.geometry.silhouette import FINENESS, draw_sprites, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
@@ -132,20 +131,12 @@ def draw_body(body: PosedBody) -> Sprite | None:
 
 def draw_bodies(bodies: Sequence[PosedBody]) -> list[Sprite | None]:
     """Draw several bodies, each alone, by the plain code."""
-    polygons = [_body_polygons(body) for body in bodies]
+    polygons = [
+        part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
+        for rest, transforms, scale, view, brightness in bodies
+    ]
     drawn = iter(draw_sprites([each for each in polygons if each is not None]))
     return [None if each is None else next(drawn) for each in polygons]
-
-
-def _body_polygons(body: PosedBody) -> LayeredPolygons | None:
-    """Return the outlines of a body's parts as layered polygons; None if any part lies behind the camera."""
-    rest, transforms, scale, view, brightness = body
-    outlines = part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
-    if outlines is None:
-        return None
-    window, range_m = clip_or_corner(outlines.box, view.context), math.hypot(*view.position.tolist())
-    edges, middle, glow, box = outlines
-    return LayeredPolygons(edges, glow, box, window, view.context.psf, range_m, middle)
 
 
 def _draw_compiled(body: PosedBody) -> Sprite | None:

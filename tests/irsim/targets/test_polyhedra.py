@@ -20,7 +20,7 @@ def corners(solid: Solid) -> set[tuple[float, ...]]:
 class TestHulls:
     def test_a_cube_has_its_faces_and_edges(self) -> None:
         cube = build_polyhedra((block((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),), 2.0)
-        assert (len(cube.vertices), len(cube.normals), len(cube.topology.tail)) == (8, 6, 12)
+        assert (len(cube.vertices), len(cube.normals), len(cube.topology.edges)) == (8, 6, 12)
         np.testing.assert_allclose(sorted(cube.offsets), [0, 0, 0, 2, 2, 2], atol=1e-12)
 
     def test_a_flat_solid_is_refused(self) -> None:
@@ -101,7 +101,7 @@ class TestSplitIntersections:
         solids = body(kind).solids
         whole, split = (build_polyhedra(each, 1.0).topology for each in (solids, split_intersections(solids)))
         assert split.count <= whole.count + 5
-        assert len(split.tail) < 1.4 * len(whole.tail)
+        assert len(split.edges) < 1.4 * len(whole.edges)
 
 
 def test_a_hinge_turns_about_its_axis() -> None:
