@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -83,12 +84,14 @@ class Trees(Structure):
         foliage = Foliage(tall * FINE, self.leaves, context.seed, self.id)
         painter = _TreePainter(self, Canvas(grid), foliage, temperature_k, draw)
         room = self.spacing_m * px_per_m
-        for foot in self.feet_places(grid, base, _along(grid, max(room, NEAREST_PX), draw), context, "trees"):
+        # The nearest, whose feet are the lowest, cover the others.
+        feet = self.feet(grid, base, _along(grid, max(room, NEAREST_PX), draw), context, "trees")
+        for foot in sorted(feet, key=itemgetter(1)):
             painter.tree(foot, tall, room)
         if self.undergrowth:
             bushes, high = stream(context.seed, self.id, "bushes"), self.undergrowth * tall
             places = _along(grid, max(0.5 * high, 2.0), bushes)
-            for foot in self.feet_places(grid, base, places, context, "bushes"):
+            for foot in sorted(self.feet(grid, base, places, context, "bushes"), key=itemgetter(1)):
                 replace(painter, draw=bushes).bush(foot, high)
         texture = texture_on(grid, self.beta, max(tall / 2, 2.0), context.seed, self.id, "grain")
         texture_k = 0.8 * self.spread_k * np.sqrt(0.5) * texture

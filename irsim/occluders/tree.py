@@ -26,9 +26,10 @@ from irsim.occluders.crown import (
     THICK,
     CrownTexture,
     TreeTemperatures,
-    crown_billboard,
+    crown_light,
     crown_texture,
     largest_gapless,
+    projected_fields,
 )
 from irsim.occluders.solid import foot_below_picture
 from irsim.rng import stream
@@ -235,7 +236,7 @@ def _draw_tree(tree: Tree, pose: CameraPose) -> Sprite | None:
     temperatures = TreeTemperatures(*tree.warmth(context), tree.spread_k, tree.emissivity)
     several, below = len(textures) > 1, range(len(textures) - 1, -1, -1)
     pictures = (
-        crown_billboard(texture, temperatures, lower == 0, several, context).fields(crown, grid)
+        projected_fields(crown_light(texture, temperatures, lower == 0, several, context), crown, grid)
         for texture, crown, lower in zip(textures, crowns, below, strict=True)
     )
     fields = reduce(_in_front, pictures)

@@ -16,8 +16,8 @@ from irsim.backgrounds.cloud_evolution import (
     first_of,
     units_of,
 )
-from irsim.backgrounds.clouds import ENTRIES, EXTREME, Clouds, CloudShading, Relief, slope_to_sun
-from irsim.backgrounds.texture import coarseness, shrunk
+from irsim.backgrounds.clouds import ENTRIES, EXTREME, Clouds, CloudShading, slope_to_sun, sunlit_share
+from irsim.backgrounds.texture import coarseness, enlarged, shrunk
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import spectral, with_histogram
@@ -208,11 +208,10 @@ def test_sunlight_on_a_reduced_relief_is_accurate(correlation_mrad: float, coars
     thickness = spectral((512, 512), 3.3, None, 400.0, 2.0, 7, "t")
     sigma_px = correlation_mrad / 6
     assert coarseness(sigma_px, 512) == coarse
+    slopes = (slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0) for finer in (coarse, 1))
     found, wanted = (
-        np.clip(
-            Relief.of(slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0), finer).lit(WHOLE, WHOLE), 0, 1
-        )
-        for finer in (coarse, 1)
+        np.clip(enlarged(sunlit_share(each), finer, WHOLE, WHOLE), 0, 1)
+        for each, finer in zip(slopes, (coarse, 1), strict=True)
     )
     assert wanted.max() > 2 * wanted.mean()
     assert np.abs(found - wanted).max() < wanted.max() / 20
