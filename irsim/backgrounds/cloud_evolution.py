@@ -29,7 +29,7 @@ WINDOW_MARGIN = 16
 """Margin of the cached window around a frame, px: it holds the next frames too."""
 
 GREATEST = 65535
-"""Units of the greatest word; the least word, -32768, is 0 units."""
+"""Units of the greatest 16-bit word, 32767; the least word, -32768, is 0 units."""
 
 DARKEST = 1e-30
 """Radiance below which a layer emits nothing, W/m2/sr."""
@@ -61,7 +61,7 @@ def first_of(pair: Floats, coarse: int) -> Floats:
 
 class _FieldPair:
     """Two independent periodic fields of mean 0, interleaved, (side, side, 2) float32: real and imaginary part of one
-    transform. Separation would take longer than generation."""
+    Fourier transform."""
 
     def __init__(self, values: Floats, derived: DerivedField | None) -> None:
         self.values = values

@@ -62,7 +62,7 @@ class Body(Shape):
         return self
 
     def __hash__(self) -> int:
-        return hash((type(self), self.length_m, self.temperature_k))  # cheap: needed for each body in each frame
+        return hash((type(self), self.length_m, self.temperature_k))  # cheap: taken of each body in each frame
 
     def __eq__(self, other: object) -> bool:
         # Five times as fast as pydantic's.
@@ -100,14 +100,7 @@ class RestPose:
 
 
 class PosedBody(NamedTuple):
-    """A body in a view.
-
-    rest        rest pose
-    transforms  of the joints, translations in units of `scale`
-    scale       length of the body, m
-    view        pose relative to the camera
-    brightness  factor on the radiance
-    """
+    """A body in a view: `transforms` of the joints have translations in units of `scale`, the body's length in m."""
 
     rest: RestPose
     transforms: Mapping[str, RigidTransform]

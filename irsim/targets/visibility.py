@@ -57,11 +57,11 @@ def part_outlines(
     moved = {part: transforms[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
     body = body.posed(moved, scale)
     tail, head, left_face, right_face, part = body.topology.edges.T
-    arms, position = body.vertices @ view.attitude.T, view.position
-    depth = arms[:, 2] + position[2]
+    offsets, position = body.vertices @ view.attitude.T, view.position
+    depth = offsets[:, 2] + position[2]
     if depth.min() <= 0:
         return None
-    pixels = (arms[:, :2] - position[:2] / position[2] * arms[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
+    pixels = (offsets[:, :2] - position[:2] / position[2] * offsets[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
     (west, north), (east, south) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
     eye = -position @ view.attitude
     faces_eye = body.normals @ eye > body.offsets
