@@ -15,14 +15,10 @@ from irsim.backgrounds.panorama import ROOM, Panorama, PanoramaGrid
 from irsim.backgrounds.texture import (
     PeriodicTexture,
     blurred,
-    coarseness,
     enlarged,
-    periodic_gaussian,
-    shrunk,
     tile_shape,
 )
 from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import spectral
 from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
 from irsim.physics.lens import Lens
 from irsim.physics.psf import PSF, GaussianPSF
@@ -30,18 +26,6 @@ from irsim.render.frame import Renderer
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
-
-
-@pytest.mark.parametrize(
-    ("frame", "shape"),
-    [
-        ((640, 512), (1024, 1024)),
-        ((1280, 720), (2048, 2048)),
-        ((4096, 16), (1024, 4096)),
-    ],
-)
-def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple[int, int]) -> None:
-    assert tile_shape(frame) == shape
 
 
 @pytest.mark.parametrize("turn", [(0.3, -0.2, 0.0), (0.0, 0.0, np.pi / 2)])
@@ -74,18 +58,6 @@ def _wrapped(tile: PeriodicTexture, chart: Chart, shift: tuple[float, float]) ->
         for at, by, phase, period in zip(chart.uv, shift, tile.phase, tile.shape[::-1], strict=True)
     )
     return np.asarray(cv2.remap(np.pad(soft, (0, 1), mode="wrap"), columns, rows, cv2.INTER_LINEAR))
-
-
-@pytest.mark.parametrize("sigma_px", [5.0, 23.0])
-def test_reduction_of_a_blurred_picture_is_reversible(sigma_px: float) -> None:
-    """Also across its edges: it is rolled by an odd number of pixels first."""
-    picture = np.roll(spectral((256, 256), 3.0, None, 60.0, 1.0, 4, "t"), (37, 91), axis=(0, 1))
-    wanted, coarse = periodic_gaussian(picture, sigma_px), coarseness(sigma_px, 256)
-    whole = slice(0, 256)
-    found = enlarged(periodic_gaussian(shrunk(picture, coarse), sigma_px / coarse), coarse, whole, whole)
-    assert found.shape == picture.shape
-    assert np.abs(found - wanted).max() < 0.015 * np.ptp(wanted)
-    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.02 * wanted.std()
 
 
 @pytest.mark.parametrize("coarse", [1, 2, 8])
