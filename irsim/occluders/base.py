@@ -58,17 +58,17 @@ class Occluder(NamedKind):
         missing = [key for key in self.placement_keys if key not in given]
         needed = " and ".join(self.placement_keys)
         if self.hides is None and missing:
-            raise _misplaced(missing[0], f"it is missing; allowed: {needed}, or 'hides' and 'frames'")
+            raise misplaced(missing[0], f"it is missing; allowed: {needed}, or 'hides' and 'frames'")
         if self.hides is None and self.frames is not None:
-            raise _misplaced("frames", "'frames' needs a target to hide; allowed: with 'hides'")
+            raise misplaced("frames", "'frames' needs a target to hide; allowed: with 'hides'")
         if self.hides is None:
             return self
         if given:
-            raise _misplaced(given[0], f"its place follows from 'hides'; allowed: {needed}, or 'hides'")
+            raise misplaced(given[0], f"its place follows from 'hides'; allowed: {needed}, or 'hides'")
         if self.frames is None:
-            raise _misplaced("frames", "'hides' needs the frames to hide it in; allowed: [first, last] frame")
+            raise misplaced("frames", "'hides' needs the frames to hide it in; allowed: [first, last] frame")
         if self.frames[1] < self.frames[0]:
-            raise _misplaced("frames", "its last frame is before its first; allowed: [first, last] frame")
+            raise misplaced("frames", "its last frame is before its first; allowed: [first, last] frame")
         return self
 
     @abstractmethod
@@ -103,7 +103,8 @@ class Occluder(NamedKind):
         return self.model_copy(update={"hides": None, "frames": None, **place})
 
 
-def _misplaced(key: str, reason: str) -> PydanticCustomError:
+def misplaced(key: str, reason: str) -> PydanticCustomError:
+    """Return the error for a key of the place."""
     return PydanticCustomError("place", "{reason}", {"reason": reason, "at": (key,)})
 
 

@@ -9,7 +9,6 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim._native import COMPILED, kernels
 from irsim.config.base import suggestion
@@ -18,7 +17,7 @@ from irsim.geometry.silhouette import FINENESS, draw_sprites, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.targets.parts import RigidTransform, Solid
 from irsim.targets.polyhedra import Polyhedra, build_polyhedra
 from irsim.targets.visibility import Joints, part_outlines, split_intersections
@@ -56,9 +55,7 @@ class Body(Shape):
         for name in self.emissivities:
             if name not in allowed:
                 what = f"{name!r} is no part whose emissivity is set here; allowed: {', '.join(allowed) or 'none'}"
-                raise PydanticCustomError(
-                    "part", "{what}", {"what": what + suggestion(name, allowed), "at": ("emissivities", name)}
-                )
+                raise wrong_value(what + suggestion(name, allowed), "emissivities", name)
         return self
 
     def __hash__(self) -> int:

@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import suggestion
 from irsim.config.paths import check_unchanged, with_digest
@@ -19,7 +18,7 @@ from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_or_corner
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import POSTURES, Posture, PostureName
 from irsim.physics.radiometry import grey_body
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.targets.meshfile import MAX_CACHED, Triangles, read_mesh
 from irsim.targets.parts import Ints
 from irsim.targets.rasterize import outline_edges, z_buffer
@@ -83,9 +82,7 @@ class MeshShape(Shape):
         for key, name in named:
             if name not in groups:
                 what = f"{self.file} has no material {name!r}; allowed: {', '.join(filter(None, groups)) or 'none'}"
-                raise PydanticCustomError(
-                    "material", "{what}", {"what": what + suggestion(name, groups), "at": (key, name)}
-                )
+                raise wrong_value(what + suggestion(name, groups), key, name)
         return self
 
     def __hash__(self) -> int:
