@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from country import view_at
 
-from irsim.backgrounds import ViewDirection, is_semi_transparent
-from irsim.backgrounds.chart import Chart
+from irsim.backgrounds import is_semi_transparent
 from irsim.backgrounds.cloud_evolution import (
     STEPS,
     EvolvingFields,
@@ -29,12 +29,6 @@ from irsim.types import Floats
 
 def context(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> SceneContext:
     return SceneContext(1, Geometry(size, ifov_mrad * 1e-3, math.radians(12.0)), 30.0, "mwir", 0.6)
-
-
-def view_direction(
-    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> ViewDirection:
-    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 def test_spectra_have_their_slopes_along_both_axes() -> None:
@@ -85,9 +79,9 @@ def test_an_evolving_layer_drifts_and_changes_smoothly() -> None:
     """3 mrad/s over 1/3 s at 0.1 mrad a px are 10 px, in which the texture changes little."""
     scene = context(ifov_mrad=0.1)
     layer = Clouds(evolve_s=60.0, wind_mrad_s=(3.0, 0.0), depth=2.0, correlation_mrad=6).evolving(scene)
-    before, after = layer.light(view_direction(scene, 2.0))[0], layer.light(view_direction(scene, 2.0 + 1 / 3))[0]
+    before, after = layer.light(view_at(scene, 2.0))[0], layer.light(view_at(scene, 2.0 + 1 / 3))[0]
     assert np.corrcoef(after[:, 10:].ravel(), before[:, :-10].ravel())[0, 1] > 0.999
-    frames = [layer.light(view_direction(scene, 7.4 + k / 30))[0] for k in range(8)]  # across the state at 60/8 s
+    frames = [layer.light(view_at(scene, 7.4 + k / 30))[0] for k in range(8)]  # across the state at 60/8 s
     steps = [float(np.abs(one - other).mean()) for one, other in pairwise(frames)]
     assert max(steps) < 1.5 * min(steps)
 
@@ -96,10 +90,10 @@ def test_an_evolving_layer_drifts_and_changes_smoothly() -> None:
 def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> None:
     scene = context(size=(161, 121), ifov_mrad=ifov_mrad)
     layer = Clouds(evolve_s=60.0, correlation_mrad=60 * ifov_mrad, depth=2.0).evolving(scene)
-    still = layer.light(view_direction(scene))[0]
-    up = layer.light(view_direction(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
+    still = layer.light(view_at(scene))[0]
+    up = layer.light(view_at(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
     assert np.corrcoef(up[10:, 40:-40].ravel(), still[5:-5, 40:-40].ravel())[0, 1] > 0.995
-    quarter = layer.light(view_direction(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
+    quarter = layer.light(view_at(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
     # Rolled clockwise by a quarter, what was to the right of the middle is above it.
     around = np.s_[60 - 40 : 60 + 41, 80 - 40 : 80 + 41]
     assert quarter[around] == pytest.approx(np.rot90(still[around]), abs=0.05 if ifov_mrad < 1 else 0.2)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from country import view_at
 from pydantic import ValidationError
 
-from irsim.backgrounds import Sea, ViewDirection
-from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import DRAWN_OCTAVES, reflectance, slope_variance, visible_facets
+from irsim.backgrounds import Sea
+from irsim.backgrounds.sea import reflectance, slope_variance, visible_facets
 from irsim.backgrounds.waves import (
     GRAVITY,
     TRAIN_RAD,
@@ -30,12 +30,6 @@ from irsim.types import BandName, Floats
 
 def context(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> SceneContext:
     return SceneContext(seed, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", 0.0)
-
-
-def view_direction(
-    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> ViewDirection:
-    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 def test_reflectance_of_water() -> None:
@@ -66,16 +60,11 @@ def directions(number: int) -> tuple[Floats, Floats]:
     return np.stack([angle - TRAIN_RAD, angle + TRAIN_RAD]), np.stack(power)
 
 
-@pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (1, 32.9), (2, 42.7)])
-def test_short_waves_run_more_ways(number: int, degrees: float) -> None:
+@pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (2, 42.7)])
+def test_waves_have_their_directions_and_slopes(number: int, degrees: float) -> None:
     assert math.degrees(directional_rms_rad(number)) == pytest.approx(degrees, abs=0.1)
     angle, power = directions(number)
     assert math.degrees(math.sqrt(np.average(angle**2, weights=power))) == pytest.approx(degrees, rel=0.08)
-
-
-@pytest.mark.parametrize("number", [0, DRAWN_OCTAVES - 1])
-def test_slopes_lean_as_waves_run(number: int) -> None:
-    angle, power = directions(number)
     across, along = slope_components(number)
     assert across**2 == pytest.approx(np.average(np.sin(angle) ** 2, weights=power), abs=0.02)
     assert across**2 + along**2 == pytest.approx(1)
@@ -92,7 +81,7 @@ def test_still_water_mirrors_the_sky() -> None:
     scene = context()
     sea = Sea(wind_m_s=0, horizon_k=270, zenith_k=270, water_k=290)
     (water,) = sea.layers(scene)
-    light = water.light(view_direction(scene))[1]
+    light = water.light(view_at(scene))[1]
     assert temperature("lwir", light[:59, 80]) == pytest.approx(270, abs=0.01)
     share = reflectance("lwir", np.arctan((np.arange(64, 121) - 60) * 0.5e-3))
     expected = share * radiance("lwir", 270) + (1 - share) * radiance("lwir", 290)
@@ -103,9 +92,9 @@ def test_waves_travel_and_frames_stand_alone() -> None:
     scene = context(elevation_deg=-3.0)
     sea = Sea(wind_m_s=5.0)
     (water,) = sea.layers(scene)
-    frames = [water.light(view_direction(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
+    frames = [water.light(view_at(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
     (other,) = sea.layers(scene)
-    assert np.array_equal(other.light(view_direction(scene, 2.0))[1], frames[2])
+    assert np.array_equal(other.light(view_at(scene, 2.0))[1], frames[2])
     parts = [frame[60:].ravel() - frame[60:].mean() for frame in frames]
 
     def alike(a: int, b: int) -> float:
@@ -123,7 +112,7 @@ def test_a_calm_sea_is_the_limit_of_small_winds() -> None:
     scene = context(elevation_deg=-3.0)
 
     def kelvin(wind: float) -> Floats:
-        light = Sea(wind_m_s=wind, sun_deg=(0.0, 3.0)).layers(scene)[0].light(view_direction(scene, 1.0))[1]
+        light = Sea(wind_m_s=wind, sun_deg=(0.0, 3.0)).layers(scene)[0].light(view_at(scene, 1.0))[1]
         return np.asarray(temperature("lwir", light[40:]))
 
     calm = kelvin(0.0)
@@ -163,7 +152,7 @@ def test_glint_is_that_of_the_mirroring_facet(band: BandName, sun: float, down: 
     scene = SceneContext(1, Geometry((17, 17), 0.5e-3, -depression), 30.0, band, 0.0)
     far = {"wind_m_s": wind, "gusts": 0.0, "camera_height_m": 10_000.0}
     dark, lit = (
-        Sea.model_validate({**far, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
+        Sea.model_validate({**far, **more}).layers(scene)[0].light(view_at(scene))[1][8, 8]
         for more in ({}, {"sun_deg": (azimuth, sun)})
     )
 
@@ -189,7 +178,7 @@ def test_the_air_attenuates_the_glint_on_both_paths() -> None:
 
     def glint(scene: SceneContext) -> float:
         dark, lit = (
-            Sea.model_validate({**sea, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
+            Sea.model_validate({**sea, **more}).layers(scene)[0].light(view_at(scene))[1][8, 8]
             for more in ({}, {"sun_deg": (0.0, 30.0)})
         )
         return float(lit - dark)
@@ -235,10 +224,10 @@ def test_gusts_run_with_the_wind() -> None:
         Sea(wind_m_s=6.0, wind_deg=60.0, gusts=share, camera_height_m=FAR_M).layers(scene)[0] for share in (0.3, 0.0)
     )
     place = (1200 * math.sin(math.radians(60)), 0.0, 1200 * math.cos(math.radians(60)))
-    rest = view_direction(scene, 200.0)
+    rest = view_at(scene, 200.0)
     before, moved, still = (
         (gusty.light(view)[1] - even.light(view)[1]).ravel()
-        for view in (view_direction(scene), replace(rest, place=place), rest)
+        for view in (view_at(scene), replace(rest, place=place), rest)
     )
     assert np.corrcoef(before, moved)[0, 1] > 0.98
     assert np.corrcoef(before, still)[0, 1] < 0.5
@@ -264,7 +253,7 @@ def water(down_deg: float, height_m: float, rows: int) -> Floats:
     context = SceneContext(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
     sea = Sea(wind_m_s=WIND, gusts=0.0, camera_height_m=height_m, horizon_k=SKY_K, zenith_k=SKY_K, water_k=WATER_K)
     (layer,) = sea.layers(context)
-    return np.stack([layer.light(view_direction(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
+    return np.stack([layer.light(view_at(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
 
 
 @pytest.mark.parametrize("down_deg", [2.0, 10.0, 30.0])
