@@ -25,7 +25,7 @@ _SPACE_K = 2.725
 """Temperature of the cosmic background (Fixsen, Astrophys. J. 707 (2009) 916)."""
 _MAX_LAYERS = 3.0
 """Objects of clutter over each point: exp(-3), 5 % of the ground remains visible."""
-_MANY = 500_000
+_MANY = 150_000
 """Objects of clutter, or windows, that take some 10 s to draw."""
 _FAR = 0.5
 """Displacement, as a fraction of a layer's range, from which its texture is distorted: 1.15 times too wide

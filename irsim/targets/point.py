@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, NotNegative, Number, Positive
 from irsim.geometry.context import SceneContext
@@ -18,7 +17,7 @@ from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
@@ -65,9 +64,7 @@ class Point(Shape):
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
         if self.contrast_k is not None and self.scr is not None:
-            raise PydanticCustomError(
-                "two_brightnesses", "contrast_k and scr are both set; allowed: one of them", {"at": ("scr",)}
-            )
+            raise wrong_value("contrast_k and scr are both set; allowed: one of them", "scr")
         return self
 
     def draw(self, view: View) -> Sprite | None:
