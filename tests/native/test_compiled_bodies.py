@@ -112,13 +112,6 @@ def test_polygons_that_hide_each_other(
     same(draw_sprites([one])[0], expected)
 
 
-@pytest.mark.parametrize("side", [3.0, 12.0, 140.0])
-def test_every_fineness(side: float) -> None:
-    points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
-    one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianPSF(0.6))
-    same(draw_sprites([one])[0], plainly([one])[0])
-
-
 @pytest.mark.parametrize("kind", BODIES)
 @pytest.mark.parametrize("psf_px", [0.0, 0.6])
 def test_bodies(kind: str, psf_px: float) -> None:

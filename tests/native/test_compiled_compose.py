@@ -82,9 +82,3 @@ def test_the_ratio_is_the_same(seed: int, cx: float, cy: float, w: float, h: flo
 def test_boxes_that_are_no_numbers_do_not_crash(bad: float) -> None:
     for box in (Box(bad, 3.0, 4.0, 4.0), Box(3.0, 3.0, bad, 4.0), Box(bad, bad, bad, bad)):
         assert isinstance(contrast.scr(picture(0), box), float)
-
-
-def test_a_picture_of_no_numbers_has_no_ratio() -> None:
-    for bad in (math.nan, math.inf):
-        dark = np.full((HIGH, WIDE), bad, dtype=np.float32)
-        assert not math.isfinite(contrast.scr(dark, Box(30.0, 30.0, 4.0, 4.0)))

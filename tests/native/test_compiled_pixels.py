@@ -191,19 +191,6 @@ def test_clouds_are_painted_as_by_passes(
             np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
 
 
-@pytest.mark.parametrize("shares", [(4097, 9175, 6010, 13486), (32768, 0, 0, 0), (0, 0, 0, 32768)])
-def test_pixels_of_a_veil_are_the_same_alone(shares: tuple[int, int, int, int]) -> None:
-    states = rng.stream(2, 1).integers(-32768, 32768, (4, 6, 46)).astype(np.int16)
-    states[0, :, :9], states[1, :, 5:12], states[2, 2, 30:] = -32768, -32768, 32767
-    under, found, one, *air = rng.stream(2, 2).random((5, 5, 45)).astype(np.float32)
-    for airy in ([], air):
-        kernels.veil(under, *shares, 0.45, 2e-5, 5e-5, found, *states, *airy)
-        for i in range(45):
-            few = [picture[:, i : i + 1] for picture in (under, one, *airy)]
-            kernels.veil(few[0], *shares, 0.45, 2e-5, 5e-5, few[1], *states[:, :, i : i + 2], *few[2:])
-        np.testing.assert_array_equal(found, one)
-
-
 @pytest.mark.parametrize("word", [-32768, -1, 32767])
 def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
     """To the last digit but one, and where nothing passes nothing does."""
@@ -246,15 +233,6 @@ def test_counts_are_those_of_passes(
         out = np.empty(wanted.size + odd, np.uint16)[odd:].reshape(wanted.shape)
         assert detector.counts(signal.copy(), out, patterns, lines) is out
         np.testing.assert_array_equal(out, wanted, strict=True)
-
-
-@pytest.mark.parametrize("patterns", [0, 1, MAX_ADDED + 1])
-def test_lines_are_counted_over_every_block(patterns: int) -> None:
-    down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
-    signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.int16)
-    detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    counts = detector.counts(signal, None, [Int16Image(one, 2.0)] * patterns, (down, across))
-    np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
 
 
 def test_a_signal_of_nan_is_count_0() -> None:
