@@ -21,7 +21,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError, error_line
 from irtrack.external import HINT, PEERS, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
 from irtrack.trackers.base import TrackerPart
@@ -92,7 +92,7 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
         with redirect_stdout(sys.stderr):
             made = cls(**given)
     except (Exception, SystemExit) as error:  # a user's class may raise anything
-        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else told(error)
+        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
     return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
 
@@ -167,7 +167,7 @@ def _load(name: str, entry: EntryPoint) -> object:
         with redirect_stdout(sys.stderr):
             return entry.load()
     except (Exception, SystemExit) as error:  # a user's module may raise anything
-        raise InputError(f"cannot import tracker '{name}': {told(error)}") from None
+        raise InputError(f"cannot import tracker '{name}': {error_line(error)}") from None
 
 
 def _checked(name: str, found: object) -> type[Any]:

@@ -22,6 +22,7 @@ from irtrack.filters.motion import constant_velocity, coordinated_turn, turn_noi
 from irtrack.trackers.base import (
     Deviation,
     Footage,
+    MonitoredTracker,
     Ratio,
     Spread,
     TrackerPart,
@@ -34,7 +35,7 @@ from irtrack.types import Estimate, Status
 BINS = 32
 """Grey levels of the mean shift's histogram: those of Cheng et al. 2006, section 3."""
 FASTEST_TURN = pi / 2
-"""rad/frame. A faster turn rate is noise: at a quarter turn a frame, left cannot be distinguished from right."""
+"""rad/frame. A faster turn rate is noise."""
 
 
 class GatedKalman(TrackerPart):
@@ -155,7 +156,7 @@ Measured = tuple[tuple[float, float] | None, float | None, VisibilityMonitor]
 """Measured place, None where the target was not found; its score; the monitor after it."""
 
 
-class PositionFilter(GatedKalman):
+class PositionFilter(GatedKalman, MonitoredTracker):
     """Base of Gaussian filters with one of three measurements; without one in the gate, the prediction is kept."""
 
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
@@ -163,11 +164,6 @@ class PositionFilter(GatedKalman):
     patch, or the mode of similarity that mean shift reaches from the predicted place."""
     threshold: Fraction = 0.5
     """centroid: share of the target's first contrast that a pixel must pass."""
-    seen: Fraction = 0.5
-    """ncc: share of the way from the best distractor's score to the target's usual one that counts as visible;
-    mean_shift: from the local background's score."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without a measurement after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
         """Return the state at the box's centre, at rest within `start_speed_sd`."""
@@ -221,10 +217,9 @@ class PositionFilter(GatedKalman):
 class Kalman(PositionFilter):
     """Constant-velocity Kalman filter, measured by a centroid in a gate, by correlation, or by mean shift.
 
-    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), which leave everything
-    open but the name. Here: white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and
-    three measurements to choose from, since the measurement decides the filter's accuracy: a
-    centroid alone would be a straw man.
+    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), who only name it. Here:
+    white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and three measurements to choose
+    from, since the measurement decides the filter's accuracy.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
@@ -233,9 +228,8 @@ class Kalman(PositionFilter):
 class EKF(PositionFilter):
     """Extended Kalman filter of a target at constant speed with a wandering turn rate.
 
-    A baseline of J. Cheng et al. 2006, section 3, of which they give only the name. Here: the nearly
-    coordinated turn of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; the
-    measurements are those of `kalman`.
+    A baseline of J. Cheng et al. 2006, section 3, that they only name. Here: the nearly coordinated turn
+    of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; measured as `kalman`.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"

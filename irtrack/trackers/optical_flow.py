@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -14,16 +14,14 @@ from irtrack.features.correlation import best_distractor, ncc
 from irtrack.features.optical_flow import Picture, forward_backward, scale_change
 from irtrack.features.quantiser import Quantiser, fitted_range
 from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, Ratio, TrackerPart, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Footage, MonitoredTracker, Ratio, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpticalFlowState:
-    """State: the last frame in 256 levels; center (2,) px; scale of the start size; velocity (2,) px/frame.
-
-    template, distractor: the first patch, and the best distractor's score near it.
-    """
+    """State: the first patch and the best distractor's score near it; the last frame in 256 levels; center (2,) px,
+    scale of the start size, velocity (2,) px/frame."""
 
     footage: Footage
     size: tuple[float, float]
@@ -38,17 +36,16 @@ class OpticalFlowState:
     monitor: VisibilityMonitor
 
 
-class OpticalFlow(TrackerPart):
+class OpticalFlow(MonitoredTracker):
     """Median motion of a grid of points in the target's box, of those that return to their start.
 
-    The optical flow of J. Cheng et al. 2006, section 3, a baseline of which they give only the name.
-    Here: pyramidal Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the
-    medians of place and scale as in Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error:
-    Automatic Detection of Tracking Failures", ICPR 2010 ("median flow"). Points are set anew in each
-    frame, so that points that have slid off are dropped. The flow of noise has a median, too: the
-    target counts as visible where enough points return and the place matches the first patch (normalised
-    cross-correlation). While occluded, the box goes on with its last velocity, and flow starts from there.
-    Pictures are quantised to 256 levels of the first frame's range.
+    The optical flow of J. Cheng et al. 2006, section 3, a baseline that they only name. Here: pyramidal
+    Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the medians of place
+    and scale as in Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error: Automatic Detection of
+    Tracking Failures", ICPR 2010 ("median flow"). Points are set anew in each frame. The target is visible
+    where enough points return and the place matches the first patch (normalised cross-correlation). While
+    occluded, the box keeps its last velocity, and flow starts from there. Pictures are quantised to 256
+    levels of the first frame's range.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bouguet 2001; Kalal, Mikolajczyk, Matas 2010"
@@ -65,10 +62,6 @@ class OpticalFlow(TrackerPart):
     """Share of the points that must return within `error`."""
     scale: bool = False
     """Whether the box is scaled by the points' distances."""
-    seen: Annotated[float, Field(ge=0, le=1)] = 0.5
-    """Share of the way from the best distractor's score to the target's usual one that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> OpticalFlowState:
         """Return the state at the box's centre, at rest."""

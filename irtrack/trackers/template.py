@@ -12,7 +12,7 @@ from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.features.correlation import best_distractor, ncc, peak
 from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, TrackerPart, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Footage, MonitoredTracker, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 
@@ -29,15 +29,14 @@ class TemplateState:
     monitor: VisibilityMonitor
 
 
-class Template(TrackerPart):
+class Template(MonitoredTracker):
     """Normalised cross-correlation with the start box's patch over the whole frame or a window.
 
-    The method is the template matching of J. Cheng et al. 2006, section 3 (their reference 1), which
-    searches the whole frame; the coefficient is Lewis's (Vision Interface 1995, eq. 2). The source
-    leaves open the measure, sub-pixel peaks and whether the template is updated: not updated by
-    default. The estimate is always the best match, whatever the status. Where all scores are equal, as with
-    a template without structure (a saturated target that fills its box), it is the last place. The template
-    must lie in the frame, so a target that leaves is followed up to the edge.
+    The template matching of J. Cheng et al. 2006, section 3 (their reference 1), over the whole frame; the
+    coefficient is Lewis's (Vision Interface 1995, eq. 2). The source leaves open the measure, sub-pixel
+    peaks and the update of the template. The estimate is always the best match; where all scores are equal,
+    as with a saturated target that fills its box, it is the last place. The template must lie in the frame,
+    so a target that leaves is followed up to the edge.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
@@ -46,10 +45,6 @@ class Template(TrackerPart):
     """Half size of the search about the last estimate, px; without a value the whole frame."""
     update: Fraction = 0.0
     """Share of the new patch that enters the template where the target is visible."""
-    seen: Fraction = 0.5
-    """Share of the way from the best distractor's score to the target's usual one that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
         """Return the template, the part of the start box inside the frame."""

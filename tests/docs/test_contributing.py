@@ -55,7 +55,7 @@ def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of both packages to which the two worked examples are added as CONTRIBUTING says."""
     folder = tmp_path_factory.mktemp("repository")
     for package in ("irsim", "irtrack"):
-        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / package, folder / package)
     for name in ("scenarios", "schemas"):
         if (ROOT / name).exists():
             (folder / name).symlink_to(ROOT / name)
