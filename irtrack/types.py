@@ -234,7 +234,8 @@ def _trajectory(centers: Floats, statuses: Sequence[str]) -> str:
     words = ", ".join(f'<span style="color: {color}">{status}</span>' for status, color in COLOURS.items())
     return (
         f'<figure style="margin: 0"><svg viewBox="{left:.1f} {top:.1f} {width:.1f} {height:.1f}" '
-        f'style="display: block; width: {min(320, 240 * width / height):.0f}px; max-width: 100%; background: rgba(128, 128, 128, .12)">'
+        f'style="display: block; width: {min(320, 240 * width / height):.0f}px; max-width: 100%; '
+        f'background: rgba(128, 128, 128, .12)">'
         f'<g fill="none" stroke-width="2">{"".join(lines)}</g>{dot}</svg>'
         f'<figcaption style="font-size: 85%">its way: {words}</figcaption></figure>'
     )

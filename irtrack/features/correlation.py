@@ -34,8 +34,7 @@ def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tu
 
     default   the place where all scores are equal, as for a template without structure
 
-    Each axis takes the top of the parabola through the peak and its two neighbours. A peak on the edge has no
-    neighbour there and stays whole on that axis.
+    On each axis by the parabola through the peak and its neighbours; not refined on the edge.
     """
     if default is not None and float(np.ptp(scores)) == 0.0:
         return default, float(scores.flat[0])

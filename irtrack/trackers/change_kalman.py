@@ -10,7 +10,8 @@ import numpy as np
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Frame
-from irtrack.features.background import BackgroundModel, GreyDensities, Region, local_foreground, peaks
+from irtrack.features.background import BackgroundModel, Region
+from irtrack.features.foreground import GreyDensities, local_foreground, peaks
 from irtrack.filters.association import Rules, Tracks, advance
 from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Spread, VisibilityMonitor, footage, start_window
 from irtrack.trackers.kalman import GatedKalman

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from textures import counts, texture
 
-from irtrack.features.background import BackgroundModel, local_foreground, peaks
+from irtrack.features.background import BackgroundModel
+from irtrack.features.foreground import local_foreground, peaks
 
 CORNER = (slice(0, 1), slice(0, 1))
 
