@@ -125,15 +125,7 @@ def add_normals(seed: bytes, table: Words, deep: Float64, refined: int, signal: 
     """signal += scale normal."""
 
 def add_shot(
-    seed: bytes,
-    table: Words,
-    deep: Float64,
-    refined: int,
-    signal: Float32,
-    variance: float,
-    well: float,
-    few: float,
-    /,
+    seed: bytes, table: Words, deep: Float64, refined: int, signal: Float32, variance: float, well: float, few: float, /
 ) -> bytes:
     """signal += normal sqrt(signal + variance), without the signal where it is `well` or more, or less than `few`;
     of those: pairs of float64, flat index and signal before."""
@@ -154,28 +146,13 @@ def bridge(
     is the least or the greatest that they do."""
 
 def lay(
-    light: Float32,
-    columns: int,
-    alpha: Float64,
-    emission: Float64,
-    wide: int,
-    x: int,
-    y: int,
-    /,
+    light: Float32, columns: int, alpha: Float64, emission: Float64, wide: int, x: int, y: int, /
 ) -> tuple[float, float, float]:
     """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y). Sums of alpha,
     emission, and alpha * light as it was, within the picture."""
 
 def clutter(
-    picture: Float32,
-    columns: int,
-    cx: float,
-    cy: float,
-    w: float,
-    h: float,
-    ring: float,
-    guard: float,
-    /,
+    picture: Float32, columns: int, cx: float, cy: float, w: float, h: float, ring: float, guard: float, /
 ) -> tuple[float, float, float]:
     """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; see
     `irsim.contrast`. nan where one of them lies outside the picture."""

@@ -113,10 +113,7 @@ class BackgroundModel:
         if any(whole):
             moved = moved._rolled(whole, picture)
         mean = _shifted(moved.mean, moved.shift)
-        travel = (
-            moved.shift[0] + whole[0] - self.shift[0],
-            moved.shift[1] + whole[1] - self.shift[1],
-        )
+        travel = (moved.shift[0] + whole[0] - self.shift[0], moved.shift[1] + whole[1] - self.shift[1])
         variance = moved.variance + np.float32(SHIFT**2) * _squared_slope(mean)
         return moved, RegisteredFrame(picture, mean, variance, moved.observations >= 1, moved.shift, travel)
 

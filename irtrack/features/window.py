@@ -16,6 +16,8 @@ import numpy.typing as npt
 from irsim.types import Box, Floats, Image
 
 AnyArray = TypeVar("AnyArray", bound=npt.NDArray[np.generic])
+Reach = int | tuple[int, int] | None
+"""px, on both axes or (x, y); None: the whole frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +63,7 @@ class Window:
 
     def center(self, corner: tuple[float, float]) -> tuple[float, float]:
         """Return the target's centre for a top-left pixel at `corner`, which may lie between pixels."""
-        return (
-            corner[0] + (self.columns - 1) / 2 + self.phase[0],
-            corner[1] + (self.rows - 1) / 2 + self.phase[1],
-        )
+        return (corner[0] + (self.columns - 1) / 2 + self.phase[0], corner[1] + (self.rows - 1) / 2 + self.phase[1])
 
     def offsets(self) -> tuple[Floats, Floats]:
         """Return x (columns,) and y (rows,) of the pixels' centres from the target's centre, px."""
@@ -73,12 +72,10 @@ class Window:
         return x, y
 
 
-def region(
-    image: Image, window: Window, corner: tuple[int, int], reach: int | tuple[int, int] | None
-) -> tuple[int, int, Image]:
-    """Return (left, top, pixels) covered by a window moved by up to `reach` px, one number or (x, y), from `corner`.
+def region(image: Image, window: Window, corner: tuple[int, int], reach: Reach) -> tuple[int, int, Image]:
+    """Return (left, top, pixels) covered by a window moved by up to `reach` from `corner`.
 
-    None is the whole frame. Pixels beyond the frame are left out. The corner is first moved to the nearest place at
+    Pixels beyond the frame are left out. The corner is first moved to the nearest place at
     which the window lies inside the frame.
     """
     height, width = image.shape

@@ -23,10 +23,7 @@ class Start:
 
 
 def find_start(
-    source: Source,
-    truths: Iterable[Truth],
-    target: str | None = None,
-    init: tuple[Box, int] | None = None,
+    source: Source, truths: Iterable[Truth], target: str | None = None, init: tuple[Box, int] | None = None
 ) -> Start:
     """Return the start: the first frame in which at least half of the target is visible, and its true box.
 

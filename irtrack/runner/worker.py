@@ -202,7 +202,7 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
         try:
             limit, function, arguments = pickle.loads(work)
         except Exception as error:  # its module is not there, or raises while it is imported
-            what = f"a worker process cannot read its work: {error_line(error)}"
+            what = f"a worker process cannot read what it is to run: {error_line(error)}"
             unknown = isinstance(error, AttributeError | ImportError)  # such as a class of a notebook
             answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
         else:

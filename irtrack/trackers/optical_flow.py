@@ -9,11 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import Fraction
-from irsim.types import Box, Floats, Frame, Image
-from irtrack.features.correlation import best_distractor, ncc
+from irsim.types import Box, Floats, Frame
+from irtrack.features.correlation import Patch
 from irtrack.features.optical_flow import Picture, forward_backward, scale_change
 from irtrack.features.quantiser import Quantiser, fitted_range
-from irtrack.features.window import Window, region
 from irtrack.trackers.base import Footage, MonitoredTracker, Ratio, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
@@ -25,10 +24,8 @@ class OpticalFlowState:
 
     footage: Footage
     size: tuple[float, float]
-    window: Window
+    patch: Patch
     levels: Quantiser
-    template: Floats
-    distractor: float
     picture: Picture
     center: Floats
     scale: float
@@ -66,17 +63,12 @@ class OpticalFlow(MonitoredTracker):
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> OpticalFlowState:
         """Return the state at the box's centre, at rest."""
         window, corner = start_window(frame, box)
-        patch = window.cut(frame.image, corner)
-        template = patch.astype(np.float64)
-        left, top, around = region(frame.image, window, corner, (window.columns, window.rows))
-        levels = fitted_range(frame.image, patch, 256)
+        levels = fitted_range(frame.image, window.cut(frame.image, corner), 256)
         return OpticalFlowState(
             footage=footage(frame),
             size=(box.w, box.h),
-            window=window,
+            patch=Patch.of(frame.image, window, corner, (window.columns, window.rows)),
             levels=levels,
-            template=template,
-            distractor=best_distractor(ncc(around, template), (corner[0] - left, corner[1] - top), window),
             picture=levels(frame.image).astype(np.uint8),
             center=np.array([box.cx, box.cy]),
             scale=1.0,
@@ -98,8 +90,9 @@ class OpticalFlow(MonitoredTracker):
         if good.any() and np.mean(errors <= self.error) >= self.agree:
             moves = after[good] - before[good]
             step = np.median(moves, axis=0)
-            score = self._match(state, frame.image, state.center + step)
-            monitor = state.monitor.after(score, state.distractor, self.seen)
+            x, y = (state.center + step).tolist()
+            _, score = state.patch.search(frame.image, (x, y), 1)
+            monitor = state.monitor.after(score, state.patch.distractor, self.seen)
             if monitor.misses == 0:
                 center, velocity = state.center + step, step
                 covariance = np.atleast_2d(np.cov(moves.T)) / len(moves) if len(moves) > 2 else None
@@ -121,9 +114,3 @@ class OpticalFlow(MonitoredTracker):
         along = (np.arange(self.points) + 0.5) / self.points - 0.5
         x, y = np.meshgrid(along * state.scale * state.size[0], along * state.scale * state.size[1])
         return state.center + np.stack([x.ravel(), y.ravel()], axis=1)
-
-    def _match(self, state: OpticalFlowState, image: Image, center: Floats) -> float:
-        """Return the best correlation with the first patch within a pixel of a place, clipped to the frame."""
-        corner = state.window.corner((float(center[0]), float(center[1])))
-        _, _, pixels = region(image, state.window, corner, 1)
-        return float(ncc(pixels, state.template).max())

@@ -9,23 +9,20 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import Fraction
-from irsim.types import Box, Floats, Frame
-from irtrack.features.correlation import best_distractor, ncc, peak
-from irtrack.features.window import Window, region
+from irsim.types import Box, Frame
+from irtrack.features.correlation import Patch
 from irtrack.trackers.base import Footage, MonitoredTracker, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TemplateState:
-    """State: template (rows, columns) counts; center (x, y) px of the last estimate; the best distractor's score."""
+    """State: the template; center (x, y) px of the last estimate."""
 
     footage: Footage
     size: tuple[float, float]
-    window: Window
-    template: Floats
+    patch: Patch
     center: tuple[float, float]
-    distractor: float
     monitor: VisibilityMonitor
 
 
@@ -48,26 +45,17 @@ class Template(MonitoredTracker):
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
         """Return the template, the part of the start box inside the frame."""
-        window, corner = start_window(frame, box)
-        template = window.cut(frame.image, corner).astype(np.float64)
-        left, top, pixels = region(frame.image, window, corner, self.window)
-        distractor = best_distractor(ncc(pixels, template), (corner[0] - left, corner[1] - top), window)
-        return TemplateState(
-            footage(frame), (box.w, box.h), window, template, (box.cx, box.cy), distractor, VisibilityMonitor()
-        )
+        patch = Patch.of(frame.image, *start_window(frame, box), self.window)
+        return TemplateState(footage(frame), (box.w, box.h), patch, (box.cx, box.cy), VisibilityMonitor())
 
     def step(self, state: TemplateState, frame: Frame, rng: np.random.Generator) -> tuple[TemplateState, Estimate]:
         """Find the best match in the search region."""
         state.footage.check(frame)
-        window = state.window
-        corner = window.corner(state.center)
-        left, top, pixels = region(frame.image, window, corner, self.window)
-        (x, y), score = peak(ncc(pixels, state.template), (corner[0] - left, corner[1] - top))
-        center = window.center((left + x, top + y))
-        monitor = state.monitor.after(score, state.distractor, self.seen)
-        template = state.template
+        patch = state.patch
+        center, score = patch.search(frame.image, state.center, self.window)
+        monitor = state.monitor.after(score, patch.distractor, self.seen)
         if self.update > 0 and monitor.misses == 0:
-            patch = window.cut(frame.image, window.corner(center))
-            template = (1 - self.update) * template + self.update * patch
-        after = replace(state, template=template, center=center, monitor=monitor)
+            new = patch.window.cut(frame.image, patch.window.corner(center))
+            patch = replace(patch, pixels=(1 - self.update) * patch.pixels + self.update * new)
+        after = replace(state, patch=patch, center=center, monitor=monitor)
         return after, Estimate(center=center, size=state.size, status=monitor.status(self.lost_after), score=score)

@@ -93,11 +93,7 @@ needs_vot = pytest.mark.skipif(importlib.util.find_spec("trax") is None, reason=
 @needs_vot
 @pytest.mark.parametrize(
     ("region", "pictures", "input"),
-    [
-        ("polygon", "buffer", "counts"),
-        ("mask", "memory", "display"),
-        ("rectangle", "path", "counts"),
-    ],
+    [("polygon", "buffer", "counts"), ("mask", "memory", "display"), ("rectangle", "path", "counts")],
 )
 def test_images_and_regions_pass_vot_trax(region: str, pictures: str, input: irsim.Input) -> None:
     """A tracker on vot-trax: each picture arrives bit for bit (its sum comes back), boxes at their places."""
@@ -114,11 +110,7 @@ def test_images_and_regions_pass_vot_trax(region: str, pictures: str, input: irs
 
 @pytest.mark.parametrize(
     "hello",
-    [
-        (),
-        ("trax.version=2", "trax.region=rectangle;polygon", "trax.channels=ir"),
-        MODERN,
-    ],
+    [(), ("trax.version=2", "trax.region=rectangle;polygon", "trax.channels=ir"), MODERN],
     ids=["bare", "2", "4"],
 )
 def test_each_version_is_spoken(hello: tuple[str, ...]) -> None:

@@ -57,7 +57,7 @@ def test_frames_and_input_follow_the_call() -> None:
 def test_another_object_is_no_source() -> None:
     for given in (None, np.zeros((4, 4)), 7):
         with pytest.raises(InputError, match=r"^a \w+ is no source; allowed: .* a Scenario, or a Source$"):
-            irtrack.run(Walker(), given)  # type: ignore[arg-type]  # what is wrong is the test
+            irtrack.run(Walker(), given)
 
 
 def test_each_step_has_its_own_addressed_generator() -> None:
