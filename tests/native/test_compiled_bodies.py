@@ -21,8 +21,8 @@ from irsim.motion.attitude import euler
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.psf import PSF, GaussianPSF
 from irsim.targets import View, body, draw_shapes
-from irsim.targets.body import PosedBody, RestPose, draw_bodies, draw_body
-from irsim.targets.parts import RigidTransform, Solid, hinge
+from irsim.targets.body import PosedBody, RestPose, draw_body
+from irsim.targets.parts import Solid
 from irsim.targets.polyhedra import build_polyhedra
 from irsim.targets.visibility import Joints
 from irsim.types import Box, Floats
@@ -141,38 +141,6 @@ def solids(count: int, seed: int, cubes: bool = True) -> tuple[Solid, ...]:
             points = rng.integers(0, 3, 3) + np.indices((2, 2, 2)).reshape(3, 8).T
         found.append(Solid(tuple(tuple(point) for point in points.tolist()), str(rng.integers(5))))
     return tuple(found)
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    st.integers(1, 12),
-    st.integers(0, 2**32 - 1),
-    st.just([-1] * 12) | st.lists(st.integers(-1, 1), min_size=12, max_size=12),
-    st.floats(-4, 4),
-    st.sampled_from([-20.0, 2.0, 8.0, 1000.0]),
-)
-@example(3, 0, [-1] * 12, 0.0, -20.0)
-@example(3, 296923036, [-1] * 12, 0.0, 2.0)
-def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle: float, range_m: float) -> None:
-    """From among them, at 2 m, edges are so long that crossings are exact to 1e-8 px only."""
-    rng, where = np.random.default_rng(seed), context()
-    joints = Joints(("one", "other"), np.array(of_part[:count]))
-    still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
-    form = build_polyhedra(solids(count, seed, cubes=still), 1.5)
-    motions = {
-        "one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle),
-        "other": RigidTransform((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
-    }
-    view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
-    one = PosedBody(RestPose(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
-    (theirs,) = plainly_posed(one)
-    same(draw_body(one), theirs, 1e-7 if range_m == 2.0 else 1e-11)
-
-
-def plainly_posed(one: PosedBody) -> list[Sprite | None]:
-    with PLAIN.context() as patch, np.errstate(invalid="ignore"):
-        patch.setattr(silhouette, "COMPILED", False)
-        return draw_bodies([one])
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
