@@ -55,7 +55,8 @@ class Message:
 def write(kind: str, arguments: Sequence[str] = (), properties: Mapping[str, object] | None = None) -> bytes:
     """Return a message as a line."""
     words = [*arguments, *(f"{key}={value}" for key, value in (properties or {}).items())]
-    return PREFIX + " ".join([kind, *map(_quote, words)]).encode() + b"\n"
+    escaped = (word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") for word in words)
+    return PREFIX + " ".join([kind, *(f'"{word}"' for word in escaped)]).encode() + b"\n"
 
 
 def read(line: bytes) -> Message:
@@ -149,11 +150,6 @@ def _around_mask(numbers: list[int]) -> Box | None:
         left, right = 0, w - 1
     top, bottom = rows[0, 0], rows[-1, 1]
     return Box.from_pixels(x + int(left), y + int(top), int(right - left) + 1, int(bottom - top) + 1)
-
-
-def _quote(word: str) -> str:
-    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
 
 
 class TraxSession:

@@ -85,7 +85,8 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     given = _command(name) | dict(parameters or {})
     if issubclass(cls, Part):
         return cast(Tracker, build(cls, given, name))
-    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
+    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_plain(hint)}
+    plain = {key: field for key, field in plain.items() if not key.startswith("_") and not hasattr(Part, key)}
     checked = build(create_model(cls.__name__, __base__=Part, **cast(Any, plain)), {k: given[k] for k in plain}, name)
     given |= {key: getattr(checked, key) for key in plain}
     try:
@@ -190,10 +191,6 @@ def _hints(cls: type[Any]) -> dict[str, Any]:
         return get_type_hints(cls.__init__)
     except Exception:  # annotations may be any text
         return {}
-
-
-def _is_checked(key: str, hint: Any) -> bool:
-    return _is_plain(hint) and not key.startswith("_") and not hasattr(Part, key)
 
 
 def _is_plain(hint: Any) -> bool:

@@ -76,7 +76,9 @@ class Player:
                 raise  # Ctrl-C; where that is ignored, the tracker raised it
             raise TrackerError(f"{place}: {error_line(error)}") from error
         if not (isinstance(answer, tuple) and len(answer) == 2):
-            raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")
+            given = f"a tuple of {len(answer)}" if isinstance(answer, tuple) else f"a {type(answer).__name__}"
+            given = "None" if answer is None else given
+            raise TrackerError(f"{place}: step gave {given}; allowed: (state, Estimate)")
         state, estimate = answer
         wrong = fault(estimate)
         if wrong is not None:
@@ -111,12 +113,6 @@ class Player:
             step_ms=np.array(self._step_ms),
             cpu_ms=np.array(self._cpu_ms),
         )
-
-
-def _named(answer: object) -> str:
-    if isinstance(answer, tuple):
-        return f"a tuple of {len(answer)}"
-    return "None" if answer is None else f"a {type(answer).__name__}"
 
 
 def run(

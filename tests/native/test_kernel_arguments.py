@@ -30,7 +30,13 @@ def add_normals() -> Case:
     seed, table, deep, refined = rng.kernel_arguments(1, "a")
     locked = SINGLE.copy()
     locked.flags.writeable = False
-    wrong = {0: [seed[1:]], 1: [table[1:]], 2: [deep[1:]], 3: [-1, refined + 1], 4: [SINGLE.astype(float), locked]}
+    wrong: dict[int, list[Any]] = {
+        0: [seed[1:]],
+        1: [table[1:]],
+        2: [deep[1:]],
+        3: [-1, refined + 1],
+        4: [SINGLE.astype(float), locked],
+    }
     return [seed, table, deep, refined, SINGLE.copy(), 1.0], wrong
 
 
@@ -65,7 +71,14 @@ def veil() -> Case:
 
 def counts_of() -> Case:
     right = [SINGLE, np.ones(40, np.uint16), 1.0, 0.0, 255, False, np.zeros(4, np.float32), np.zeros(10, np.float32)]
-    wrong = {0: [SINGLE[1:]], 1: [STATES], 4: [-1.0, 2.0**16, math.nan], 5: [SINGLE], 6: [SINGLE[:5]], 8: [SINGLE]}
+    wrong: dict[int, list[Any]] = {
+        0: [SINGLE[1:]],
+        1: [STATES],
+        4: [-1.0, 2.0**16, math.nan],
+        5: [SINGLE],
+        6: [SINGLE[:5]],
+        8: [SINGLE],
+    }
     return [*right, STATES, 1.0], wrong
 
 
@@ -111,7 +124,13 @@ def body_light() -> Case:
     still, table = (*np.eye(3).ravel().tolist(), 0.0, 0.0, 0.0), kernels.spread(np.ones(1), ONE_PIXEL, 1)
     right: list[Any] = [kernels.form(*form()[0]), (still,), 1.0, np.array([0.0, 0.0, 20.0]), np.eye(3), 1e-2, 160, 120]
     right += [0.0, 0.0, np.ones(2), 1.0, ((math.inf, table),)]
-    wrong = {0: [table], 1: [(), (still[:5],), (list(still),)], 3: [np.zeros(4)], 4: [np.zeros(8)], 5: [math.nan]}
+    wrong: dict[int, list[Any]] = {
+        0: [table],
+        1: [(), (still[:5],), (list(still),)],
+        3: [np.zeros(4)],
+        4: [np.zeros(8)],
+        5: [math.nan],
+    }
     return right, wrong | {6: ["wide"], 10: [np.ones(1)], 12: [(), ((1.0, "spread"),)]}
 
 
