@@ -31,7 +31,7 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 class Occluder(NamedKind):
     """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement_all` turns an
+    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement` turns an
     intent into a place.
     """
 

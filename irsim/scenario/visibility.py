@@ -28,8 +28,6 @@ MAX_FRAMES = 3000
 FEWER_FRAMES = 200
 """The same for warnings that need no dense sampling."""
 
-_CACHED_EXTENTS = 16
-"""Occluders whose extents are cached: a placement search tries many."""
 _CACHED_SPRITES = 256
 """Cached sprites of each other sample time of an exposure."""
 _CACHED_FRAME_SPRITES = 16_384
@@ -174,8 +172,6 @@ class TargetVisibility:
     def _extent(self, occluder: Occluder) -> Box | None:
         """Return the box around all of an occluder, px of the camera at rest: the same in every frame."""
         if id(occluder) not in self._extents:
-            if len(self._extents) == _CACHED_EXTENTS:
-                self._extents.clear()
             self._extents[id(occluder)] = occluder, occluder.extent(self.context)
         return self._extents[id(occluder)][1]
 

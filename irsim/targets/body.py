@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from irsim._native import COMPILED, kernels
 from irsim.config.base import suggestion
 from irsim.config.quantities import Fraction, Kelvin, Length
-from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprites, psf_table
+from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprite, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
@@ -133,8 +133,7 @@ def draw_body(body: PosedBody) -> Sprite | None:
 def draw_bodies(bodies: Sequence[PosedBody]) -> list[Sprite | None]:
     """Draw several bodies, each alone, by the plain code."""
     polygons = [_body_polygons(body) for body in bodies]
-    drawn = iter(draw_sprites([each for each in polygons if each is not None]))
-    return [None if each is None else next(drawn) for each in polygons]
+    return [None if each is None else draw_sprite(each) for each in polygons]
 
 
 def _body_polygons(body: PosedBody) -> LayeredPolygons | None:

@@ -133,7 +133,7 @@ class MeshShape(Shape):
         area = coverage(
             (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
         )[:, 0]
-        [[whole_area]], [[center]] = centroids(start, stop, np.ones((len(start), 1)), np.array([len(start)]))
+        (whole_area,), (center,) = centroids(start, stop, np.ones((len(start), 1)))
         glow = _material_radiance(self, triangles.groups, context.band, context.surroundings) * self.brightness(view)
         radiances = glow[triangles.group[front]]
         uniform = not np.ptp(radiances) > 0

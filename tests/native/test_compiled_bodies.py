@@ -15,7 +15,7 @@ from target_views import AWAY, BODIES, context, shape
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
 from irsim.geometry.polygon import polygon_edges
-from irsim.geometry.silhouette import LayeredPolygons, draw_sprites
+from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
 from irsim.physics.diffraction import LensPSF
@@ -35,7 +35,7 @@ PLAIN = pytest.MonkeyPatch()
 def plainly(draw: Sequence[LayeredPolygons]) -> list[Sprite]:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
-        return draw_sprites(draw)
+        return [draw_sprite(each) for each in draw]
 
 
 def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None:
@@ -109,7 +109,7 @@ def test_polygons_that_hide_each_other(
     one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
     with np.errstate(invalid="ignore"):
         (expected,) = plainly([one])
-    same(draw_sprites([one])[0], expected)
+    same(draw_sprite(one), expected)
 
 
 @pytest.mark.parametrize("kind", BODIES)
@@ -149,8 +149,7 @@ def test_edges_that_are_no_numbers_do_not_crash(bad: float) -> None:
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
-    drawn = draw_sprites([one._replace(edges=(start, stop, layer))])
-    assert len(drawn) == 1
+    draw_sprite(one._replace(edges=(start, stop, layer)))
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
