@@ -19,7 +19,7 @@ from irsim.geometry.sprite import Sprite
 from irsim.motion import CameraTrajectory
 from irsim.render.composite import NamedSprite
 from irsim.scenario.model import Scenario
-from irsim.targets import View, draw_shapes
+from irsim.targets import View
 from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
@@ -108,7 +108,7 @@ class Instant:
             course = self.courses[number]
             view, shift = course.view(index, pose), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _shifted(view, shift)))
-        return draw_shapes(views)
+        return [shape.draw(view) for shape, view in views]
 
     def has_same_pose(self, other: Instant, index: int) -> bool:
         """Return whether position, rotation and zoom of the camera equal those of another instant of frame `index`."""

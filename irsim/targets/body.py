@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
@@ -13,11 +13,7 @@ from pydantic import Field, model_validator
 from irsim._native import COMPILED, kernels
 from irsim.config.base import suggestion
 from irsim.config.quantities import Fraction, Kelvin, Length
-<<<<<<< HEAD
-from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprite, psf_table
-=======
-from irsim.geometry.silhouette import FINENESS, draw_sprites, psf_table
->>>>>>> tgtbg
+from irsim.geometry.silhouette import FINENESS, draw_sprite, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
@@ -110,32 +106,13 @@ class PosedBody(NamedTuple):
     brightness: float
 
 
-def draw_shapes(shapes: Sequence[tuple[Shape, View]]) -> list[Sprite | None]:
-    """Draw each shape alone; without compiled kernels bodies are drawn together, which is faster."""
-    if COMPILED:
-        return [shape.draw(view) for shape, view in shapes]
-    drawn = iter(draw_bodies([shape.posed(view) for shape, view in shapes if isinstance(shape, Body)]))
-    return [next(drawn) if isinstance(shape, Body) else shape.draw(view) for shape, view in shapes]
-
-
 def draw_body(body: PosedBody) -> Sprite | None:
     """Draw a body; None if any part lies behind the camera."""
-    return _draw_compiled(body) if COMPILED else draw_bodies([body])[0]
-
-
-def draw_bodies(bodies: Sequence[PosedBody]) -> list[Sprite | None]:
-    """Draw several bodies, each alone, by the plain code."""
-<<<<<<< HEAD
-    polygons = [_body_polygons(body) for body in bodies]
-    return [None if each is None else draw_sprite(each) for each in polygons]
-=======
-    polygons = [
-        part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
-        for rest, transforms, scale, view, brightness in bodies
-    ]
-    drawn = iter(draw_sprites([each for each in polygons if each is not None]))
-    return [None if each is None else next(drawn) for each in polygons]
->>>>>>> tgtbg
+    if COMPILED:
+        return _draw_compiled(body)
+    rest, transforms, scale, view, brightness = body
+    polygons = part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
+    return None if polygons is None else draw_sprite(polygons)
 
 
 def _draw_compiled(body: PosedBody) -> Sprite | None:

@@ -20,7 +20,7 @@ from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.psf import PSF, GaussianPSF
-from irsim.targets import View, body, draw_shapes
+from irsim.targets import View, body
 from irsim.targets.body import PosedBody, RestPose, draw_body
 from irsim.targets.parts import Solid
 from irsim.targets.polyhedra import build_polyhedra
@@ -124,9 +124,9 @@ def test_bodies(kind: str, psf_px: float) -> None:
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
         patch.setattr(body, "COMPILED", False)
-        expected = draw_shapes(things)
+        expected = [one.draw(view) for one, view in things]
     assert any(each is not None for each in expected)
-    for ours, theirs in zip(draw_shapes(things), expected, strict=True):
+    for ours, theirs in zip([one.draw(view) for one, view in things], expected, strict=True):
         same(ours, theirs)
 
 

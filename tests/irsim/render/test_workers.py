@@ -100,7 +100,11 @@ def test_memory_of_waiting_frames_is_bounded(jobs: int, size: tuple[int, int], c
 @pytest.mark.parametrize(
     ("kill", "error", "text"),
     [
-        (True, irsim.IrsimError, r"^a worker process died (while it rendered|before its first frame) \(SIGKILL\); allowed: "),
+        (
+            True,
+            irsim.IrsimError,
+            r"^a worker process died (while it rendered|before its first frame) \(SIGKILL\); allowed: ",
+        ),
         (False, ZeroDivisionError, "in the program"),
     ],
     ids=["worker killed", "consumer raises"],
