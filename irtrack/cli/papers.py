@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +9,6 @@ import typer
 
 from irsim.cli import terminal
 from irsim.cli.terminal import given_path
-from irsim.errors import counted
 from irtrack.cli.options import Jobs, command_line, names
 
 
@@ -39,23 +36,5 @@ def papers(
     from irtrack.papers import write_papers
 
     parts = names("--only", only) or ()
-    with terminal.progress_bar("papers") as bar:
-        progress = SceneLog() if bar is None else (lambda scene, done, total: bar(done, total, scene))
-        path = write_papers(output, seeds, first, jobs, parts, real, command_line(), progress)
-    print(path)
-
-
-class SceneLog:
-    """Progress without a terminal: one line on standard error for each scene."""
-
-    def __init__(self) -> None:
-        self._scene = ""
-
-    def __call__(self, scene: str, done: int, total: int) -> None:
-        if scene != self._scene:
-            print(
-                f"{datetime.now():%H:%M:%S} {scene}: {done} of {counted(total, 'run')} done",
-                file=sys.stderr,
-                flush=True,
-            )
-        self._scene = scene
+    with terminal.progress_bar("papers") as progress:
+        print(write_papers(output, seeds, first, jobs, parts, real, command_line(), progress))
