@@ -31,7 +31,7 @@ from irtrack.cli.output import print_json, print_summary, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
-    from irtrack.bench import Suite
+    from irtrack.bench import RunRecord, Suite
     from irtrack.bench.spec import SourceSpec
 
 
@@ -111,12 +111,6 @@ def _severities(text: str | None) -> Any:
         return tuple(int(word) for word in text.split(","))
     except ValueError:
         raise InputError(f"--severities {text}: allowed: all, or whole numbers such as 0,3,5") from None
-
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from irtrack.bench import RunRecord, Suite
 
 
 def bench(
@@ -209,8 +203,7 @@ def sweep(
 
             def count(done: int, total: int) -> None:
                 tally.done = done
-                if progress is not None:
-                    progress(done, total, tally.worst())
+                progress(done, total, tally.worst())
 
             kept = run_bench(
                 suite.sources,
@@ -273,13 +266,11 @@ def _plan(suite: Suite) -> str:
     return f"ok: {' x '.join(counts)} = {counted(runs, 'run')}"
 
 
-@dataclass
 class Tally:
     """Counts of finished, lost and failed runs for the progress line."""
 
-    done: int = 0
-
-    def __post_init__(self) -> None:
+    def __init__(self) -> None:
+        self.done = 0
         self._runs: Counter[str] = Counter()
         self._bad: Counter[str] = Counter()
 

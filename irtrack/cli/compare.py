@@ -74,7 +74,7 @@ def compare(
     if failed:
         raise typer.Exit(1)
     for gate in gates:
-        gate.check_told(found)
+        gate.require_enough(found)
 
 
 def _row(each: Comparison) -> dict[str, Any]:

@@ -11,11 +11,11 @@ from importlib.resources import files
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from irtrack.bench import Results, Run, RunRecord, summary
-from irtrack.bench.summary import MARKS, RULES
+from irtrack.bench.summary import MARKS, RULES, ms, percent, px, share
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
-from irtrack.report.formats import lead, ms, percent, px, share
+from irtrack.report.formats import lead
 from irtrack.report.frames import gallery
 from irtrack.report.plots import styles
 from irtrack.report.repeat import repeat_commands

@@ -26,7 +26,7 @@ vary:
   targets.box.path.speed: {kind: uniform, low: 0.1, high: 0.3}
 """
 GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
-"""What the footage is of."""
+"""Scene of the footage."""
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def elsewhere(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_moved_scene_is_not_run_again(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_moved_scene_is_not_repeated(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log, results = elsewhere / "log", elsewhere / "r.db"
 
     def bench(scene: str, cwd: Path) -> list[str]:
@@ -71,7 +71,7 @@ def test_a_moved_scene_is_not_run_again(project: Path, elsewhere: Path, monkeypa
 def test_found_and_kept_failures_move_with_their_files(
     project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """They lie in folders of different depths."""
+    """Their folders have different depths."""
     box = "  - {id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [50, 30]}}\n"
     near = planted_failure.SCENE.replace("vary:", f"{box}vary:").replace("low: 4, high: 54", "low: 32, high: 36")
     (project / "scene.yaml").write_text(f"{near}expect: [{{kind: error_below, px: 5}}]\n")

@@ -1,4 +1,4 @@
-"""What frames are marked for, and the table by attribute."""
+"""Attributes of frames, and the table by attribute."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def marked(*targets: TargetTruth | None, others: tuple[TargetTruth, ...] = ()) -
     return [{NAMES[i] for i in np.flatnonzero(row)} for row in Reference.of(truths, "a").marks]
 
 
-def test_an_easy_frame_is_marked_for_nothing() -> None:
+def test_easy_frame_has_no_attribute() -> None:
     assert marked(STILL, STILL) == [set(), set()]
 
 
@@ -46,7 +46,7 @@ def test_an_easy_frame_is_marked_for_nothing() -> None:
         ({"in_view": False}, {"out of view"}),
     ],
 )
-def test_what_a_change_marks(change: dict[str, Any], found: set[str]) -> None:
+def test_attributes_of_a_change(change: dict[str, Any], found: set[str]) -> None:
     assert marked(STILL, replace(STILL, **change))[1] == found
 
 

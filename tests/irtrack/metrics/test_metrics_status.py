@@ -1,4 +1,4 @@
-"""Figures of hiding, status, covariance and survival: hand-worked cases and independent implementations."""
+"""Figures of occlusion, status, covariance and survival: hand-worked cases and independent implementations."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ from irtrack.metrics import (
     nees_interval,
     returns,
     score_trace,
-    success_rate,
 )
 
 
@@ -57,7 +56,7 @@ def trace_of(offsets: Floats, statuses: list[str], visible: Floats) -> Trace:
     )
 
 
-# -- coming back
+# -- reappearance
 
 
 def test_returns_by_hand() -> None:
@@ -67,20 +66,6 @@ def test_returns_by_hand() -> None:
     assert returns(bits(off), bits(shown)) == [Return(4, 3, 2), Return(8, 2, 0)]
     assert returns(bits("1111"), bits("0110")) == [Return(1, 2, None)]
     assert returns(bits("000"), bits("111")) == returns(bits("000"), bits("000")) == []
-
-
-@given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=40))
-def test_returns_agree_with_a_walk(rows: list[tuple[bool, bool]]) -> None:
-    off, shown = np.array([row[0] for row in rows], bool), np.array([row[1] for row in rows], bool)
-    walked: list[Return] = []
-    for at in range(1, len(rows)):
-        if shown[at] and not shown[at - 1]:
-            watched = 0
-            while at + watched < len(rows) and shown[at + watched]:
-                watched += 1
-            on = [k for k in range(watched) if not off[at + k]]
-            walked.append(Return(at, watched, on[0] if on else None))
-    assert returns(off, shown) == walked
 
 
 # -- status
@@ -124,11 +109,6 @@ def test_nees_of_no_covariance_and_of_one_without_inverse() -> None:
     assert found[2] == np.inf
 
 
-def test_nees_interval_is_the_printed_one() -> None:
-    """Bar-Shalom et al. 2001, section 5.4.2: fifty runs of two dimensions; chi2 of 100 at 95 %: 74.2, 129.6."""
-    assert nees_interval(50) == pytest.approx((74.2 / 50, 129.6 / 50), abs=2e-3)
-
-
 # -- survival
 
 
@@ -147,16 +127,6 @@ def test_kaplan_meier_agrees_with_scipy(rows: list[tuple[int, bool]]) -> None:
     inside = found.held > 0
     assert found.low[inside] == pytest.approx(between.low.evaluate(found.times)[inside])
     assert found.high[inside] == pytest.approx(between.high.evaluate(found.times)[inside])
-
-
-def test_kaplan_meier_by_hand() -> None:
-    """Lost at 2, 4 and 4, held to 3 and 6: 4/5 after 2, a third of that after 4."""
-    found = kaplan_meier([2, 3, 4, 4, 6], [True, False, True, True, False])
-    assert found.times.tolist() == [2, 4]
-    assert found.at_risk.tolist() == [5, 3]
-    assert found.held == pytest.approx([4 / 5, 4 / 15])
-    assert found.median == 4
-    assert kaplan_meier([5, 5], [False, False]).median is None
 
 
 # -- long-term
@@ -186,15 +156,7 @@ def test_long_term_agrees_with_every_threshold_tried(rows: list[tuple[float, flo
     assert found.f == pytest.approx(max(tried))
 
 
-# -- all in a score
-
-
-def test_success_rate_counts_what_is_above() -> None:
-    assert success_rate(np.array([0.5, 0.51, 0.9, 0.2]), 0.5) == 0.5
-    assert np.isnan(success_rate(np.array([]), 0.5))
-
-
-def test_a_score_of_a_hiding_by_hand() -> None:
+def test_score_of_an_occlusion_by_hand() -> None:
     """Frames 0..20; hidden in 5..7, 10 px away in 8 and 9 (within the diagonal: on it), off from 10 on."""
     offsets = np.zeros((21, 2))
     offsets[8:10] = [6.0, 8.0]
@@ -227,7 +189,7 @@ def test_every_figure_has_a_direction_and_a_type() -> None:
         assert column.better in ("less", "more", None), name
 
 
-def test_the_page_of_metrics_names_every_figure() -> None:
+def test_docs_name_every_figure() -> None:
     page = (Path(__file__).parents[3] / "docs" / "metrics.md").read_text()
     plain = [name for name in FIGURES if not name.endswith("_held")]
     assert [name for name in plain if f"`{name}`" not in page] == []

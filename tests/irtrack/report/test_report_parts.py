@@ -10,9 +10,9 @@ import pytest
 
 from irtrack.bench import SummaryRow
 from irtrack.metrics import ATTRIBUTES, Trace
-from irtrack.report.formats import lead, ms, percent, px, share
+from irtrack.report.formats import lead
 from irtrack.report.frames import CROP_LEAST, Follower, moments, still
-from irtrack.report.plots import LEAST_ERROR, Axis, Line, hidden_spans, line_chart, quartiles, styles
+from irtrack.report.plots import Axis, Line, hidden_spans, line_chart, styles
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:
@@ -65,16 +65,6 @@ def test_still_is_cropped_around_the_target() -> None:
     assert shown.notes[0].distance == pytest.approx(3.0)
 
 
-def test_quartiles_over_the_seeds() -> None:
-    seeds = [trace([1.0] * 4, distance) for distance in (0.0, 1.0, 2.0, 3.0, 4.0)]
-    low, middle, high = quartiles(np.arange(5), seeds)
-    assert low[:4].tolist() == [1.0] * 4
-    assert middle[:4].tolist() == [2.0] * 4
-    assert high[:4].tolist() == [3.0] * 4
-    assert np.isnan(middle[4])
-    assert quartiles(np.arange(4), seeds[:1])[1].tolist() == [LEAST_ERROR] * 4
-
-
 def test_hidden_spans_by_majority_of_seeds() -> None:
     one, two, three = ([1, 0, 0, 1, 0], [1, 0, 1, 1, 0], [1, 1, 0, 1, 0])
     traces = [trace([float(v) for v in visible]) for visible in (one, two, three)]
@@ -104,11 +94,6 @@ def test_chart_is_reproducible_and_uses_page_colours() -> None:
     assert style.color in chart
     assert "currentColor" in chart
     assert ">frame</text>" in chart
-
-
-def test_rounding_of_figures() -> None:
-    assert (px(1.005001), share(0.98765), percent(0.125), ms(0.012345)) == ("1.01", "0.988", "12 %", "0.0123")
-    assert px(None) == share(None) == percent(None) == ms(None) == "–"
 
 
 def test_lead_sentence() -> None:
