@@ -183,7 +183,7 @@ def run_real(
 ) -> list[RealRow]:
     """Return a row for each tracker on each sequence. `work` is a temporary folder for the imported recordings.
 
-    A tracker with the same track for two seeds draws no random numbers; it runs once.
+    A tracker with the same track for all seeds draws no random numbers: its run counts once.
     """
     rows = []
     for sequence in real_sequences(folder):
@@ -192,34 +192,19 @@ def run_real(
             irsim.import_frames(sequence / "frames.mp4", recording, truth=sequence / LABELS)
         source = irsim.open_recording(recording)
         targets = sorted({target.id for truth in source.truths() for target in truth.targets})
-        twice = _run_targets(source, targets, OURS | THEIRS, results, range(min(seeds, 2)), jobs, progress)
-        drawing = {label for label, runs in twice.items() if any(len(set(map(_track, each))) > 1 for each in runs)}
-        specs = {label: spec for label, spec in (OURS | THEIRS).items() if label in drawing}
-        many = _run_targets(source, targets, specs, results, range(seeds), jobs, progress)
-        once = {label: [each[:1] for each in runs] for label, runs in twice.items()}
-        rows += [_real_row(sequence.name, label, runs) for label, runs in (once | many).items()]
+        found = []
+        for target in targets:
+            note = f"{source.name}, {target}"
+            found.append(run_scene(source, OURS | THEIRS, results, range(seeds), jobs, progress, note, target))
+        for label in found[0].runs:
+            rows.append(_real_row(sequence.name, label, [_distinct(each.runs[label].values()) for each in found]))
     return sorted(rows, key=lambda row: (row.sequence, row.lost / row.runs, row.distance or np.inf))
 
 
-def _run_targets(
-    source: Source,
-    targets: Sequence[str],
-    trackers: Mapping[str, str],
-    results: Path,
-    seeds: range,
-    jobs: int,
-    progress: Progress | None,
-) -> dict[str, list[list[Run | None]]]:
-    """Return the runs of each tracker, a list for each labelled target, which is followed from its first frame."""
-    found = []
-    for target in targets:
-        note = f"{source.name}, {target}"
-        found.append(run_scene(source, trackers, results, seeds, jobs, progress, note, target))
-    return {label: [list(each.runs[label].values()) for each in found] for label in found[0].runs}
-
-
-def _track(run: Run | None) -> str | None:
-    return None if run is None else run.trace.digest
+def _distinct(runs: Iterable[Run | None]) -> list[Run | None]:
+    """Return the runs of all seeds, or one of them where the tracker has the same track with every seed."""
+    every = list(runs)
+    return every[:1] if len({run and run.trace.digest for run in every}) == 1 else every
 
 
 def _real_row(sequence: str, label: str, by_target: Sequence[Sequence[Run | None]]) -> RealRow:
