@@ -19,7 +19,7 @@ from processes import runs, wait_until
 import irsim
 import irtrack
 from irsim.types import Box
-from irtrack.bench import Entry, Results, run_bench, summary
+from irtrack.bench import Entry, Results, run_bench
 from irtrack.errors import InputError
 from irtrack.types import Tracker
 
@@ -89,18 +89,6 @@ def test_changed_code_makes_another_run_key(tmp_path: Path, monkeypatch: pytest.
     module.write_text(text)  # back again: known, and now the one that was wanted last
     with run_bench([Strip()], ["changing:Mine"], results=path) as results:
         assert [cell.key for cell in results.cells()] == [old.key]
-
-
-def test_sources_of_equal_content_keep_their_names(tmp_path: Path) -> None:
-    log = tmp_path / "log"
-    trackers = [Entry("w", Logger(log=str(log), jitter=1.0))]
-    with run_bench([Strip("a"), Strip("b")], trackers, seeds=2, results=tmp_path / "r.db") as results:
-        assert [(cell.source, cell.key.tracker_seed) for cell in results.cells()] == [
-            ("a", 0), ("a", 1), ("b", 0), ("b", 1),
-        ]  # fmt: skip
-        assert {name for name, _ in results.sources()} == {"a", "b"}
-        assert [(row.source, row.runs) for row in summary(results.cells())] == [("a", 2), ("b", 2)]
-    assert steps(log) == dict.fromkeys(range(1, 20), 2)  # measured once
 
 
 def test_a_call_returns_its_own_runs(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,23 +57,6 @@ def test_target_that_is_never_visible(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="target 'a' of strip never shows"):
         run_bench([Strip(visible=(0.0,) * 5)], [Entry("w", Walker())], seeds=10, results=tmp_path / "r.db")
     assert not (tmp_path / "r.db").exists()
-
-
-@dataclass(frozen=True, eq=False)
-class Moody(Strip):
-    """Shows its target with odd seeds only."""
-
-    seed: int | None = 0
-
-    def with_seed(self, seed: int) -> Moody:
-        return replace(self, seed=seed, hash=str(seed), visible=(float(seed % 2),) * 5)
-
-
-def test_a_seed_without_visible_target_is_a_failed_run(tmp_path: Path) -> None:
-    with run_bench([Moody()], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db") as results:
-        cells = results.cells()
-    assert [cell.status for cell in cells] == ["failed", "ok", "failed"]
-    assert "never shows" in (cells[0].failure or "")
 
 
 def test_a_source_without_truth_runs_from_a_box(tmp_path: Path) -> None:

@@ -9,12 +9,12 @@ from xml.etree import ElementTree
 
 import pytest
 from bench_fakes import Strip, Walker
+from command_line import Call
 
 from irtrack.bench import Entry, Key, RunRecord, run_bench
 from irtrack.bench.compare import Comparison, Gate, compare, junit
-from irtrack.cli import main
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Score, paired_difference, scenes_for
+from irtrack.metrics import FIGURES, Score
 
 
 def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, **figures: Any) -> RunRecord:
@@ -94,16 +94,6 @@ def test_gate_with_too_few_seeds() -> None:
     assert [each.text for each in suite.iter("system-out")] == [doubt]
 
 
-def test_number_of_seeds_of_a_mean() -> None:
-    """Differences of 0 and 1 by turns have the standard deviation 1/2: (1.96 * 0.5 / 0.1)^2 = 96 of them tell 0.1."""
-    found = paired_difference([0.0, 1.0] * 12, [0.0] * 24, [str(k) for k in range(24)])
-    assert found is not None
-    assert scenes_for(found, 0.1) == pytest.approx(96, rel=0.15)
-    wide = paired_difference([0.0, 1.0] * 48, [0.0] * 96, [str(k) for k in range(96)])
-    assert wide is not None
-    assert (wide.high - wide.low) / 2 == pytest.approx(0.1, rel=0.1)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "figures", "words"),
     [
@@ -125,14 +115,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_command(
-    results: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_command(results: Path, bare_call: Call, tmp_path: Path) -> None:
     def run(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["irtrack", "compare", *words])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return int(stop.value.code or 0), *capsys.readouterr()
+        return bare_call("compare", *words)
 
     xml = tmp_path / "checks.xml"
     of_file = ("--results", str(results))

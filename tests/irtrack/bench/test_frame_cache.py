@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from bench_fakes import Strip, Vandal, Walker
@@ -26,16 +26,6 @@ class Counted(Strip):
         return super().pairs(start, stop, jobs, input)
 
 
-@dataclass(frozen=True, eq=False)
-class Seeded(Counted):
-    """One whose seed would change its frames."""
-
-    seed: int | None = 0
-
-    def with_seed(self, seed: int) -> Seeded:
-        return replace(self, seed=seed, hash=str(seed))
-
-
 def test_a_recording_is_read_once_for_all_seeds(tmp_path: Path) -> None:
     source, late = Counted(), Counted("late", "1", visible=(0.0,) * 5 + (1.0,) * 15)
     trackers = [Entry("vandal", Vandal()), Entry("w", Walker(jitter=1.0))]
@@ -47,9 +37,3 @@ def test_a_recording_is_read_once_for_all_seeds(tmp_path: Path) -> None:
             alone = rows(results)
     assert found == alone
     assert {figures["frames"] for *_, figures in found.values() if figures} == {19, 14}
-
-
-def test_each_scene_of_a_scenario_is_rendered(tmp_path: Path) -> None:
-    source = Seeded()
-    run_bench([source], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db").close()
-    assert source.read == [("display", 0)] * 3

@@ -5,14 +5,12 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import planted_failure
 import pytest
 from bench_fakes import Logger, steps
 from mesh_files import BOX
 
 import irsim
 from irtrack.bench import Entry, run_bench
-from irtrack.falsify import find_failure, kept_failures
 
 SCENE = """\
 frames: 3
@@ -66,21 +64,3 @@ def test_moved_scene_is_not_repeated(project: Path, elsewhere: Path, monkeypatch
     shutil.move(project, elsewhere / "moved")
     assert bench("moved/scene.yaml", elsewhere) == first
     assert steps(log) == after_first
-
-
-def test_found_and_kept_failures_move_with_their_files(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Their folders have different depths."""
-    box = "  - {id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [50, 30]}}\n"
-    near = planted_failure.SCENE.replace("vary:", f"{box}vary:").replace("low: 4, high: 54", "low: 32, high: 36")
-    (project / "scene.yaml").write_text(f"{near}expect: [{{kind: error_below, px: 5}}]\n")
-    monkeypatch.chdir(project)
-    kept_in = Path("kept/deeper")
-    find_failure("scene.yaml", "planted_failure:Raising", "found", name="blind", fresh=5, keep_in=kept_in)
-    monkeypatch.chdir(elsewhere)
-    moved = Path(shutil.move(project, elsewhere / "moved"))
-    (kept,) = kept_failures(moved / kept_in)
-    assert irsim.load(kept.path).files == irsim.load(moved / "found" / "minimal.yaml").files == (moved / "box.obj",)
-    assert kept.path.read_text().startswith("# planted_failure:Raising: ")
-    assert kept.changes() == []

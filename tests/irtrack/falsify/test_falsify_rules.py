@@ -9,7 +9,7 @@ from traces import trace
 
 import irsim
 from irsim.scenario.expectation import Expectation
-from irtrack.falsify.rules import KINDS, explain, frames_to_break, margin, rule_text, rules_of
+from irtrack.falsify.rules import KINDS, explain, margin, rule_text, rules_of
 from irtrack.metrics import Trace
 
 SPACE = "background: {kind: sky}\n"
@@ -72,11 +72,6 @@ def test_margins_by_hand() -> None:
     assert margin(irsim.ReacquiredWithin(frames=1), back) == pytest.approx(1 - 7 / 5)
     assert margin(irsim.ReacquiredWithin(frames=2), back) == pytest.approx(1 - 2 / 5)
     assert margin(irsim.ReacquiredWithin(frames=2), trace([0.0] * 5)) == 1
-
-
-def test_shortest_track_that_breaks_a_rule() -> None:
-    assert frames_to_break(irsim.NeverLost(), trace([0] * 5 + [9] * 30)) == 15
-    assert frames_to_break(irsim.ErrorBelow(px=3), trace([0, 1, 4, 9])) == 3
 
 
 def test_own_rule(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,16 +49,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [(-1, r"minimal\.mcap: cannot be written: File too large"), (0, r"minimal\.db: cannot use the results file")],
-    ids=["the recording does not fit", "what the page is made from does not"],
-)
-def test_a_failure_is_written_whole_or_not_at_all(whole: Path, tmp_path: Path, more: int, said: str) -> None:
+def test_a_failure_is_written_whole_or_not_at_all(whole: Path, tmp_path: Path) -> None:
     """The search is over by then; with room again only the files are written."""
     (tmp_path / JOURNAL).write_bytes((whole / JOURNAL).read_bytes())
-    room = (whole / "minimal.mcap").stat().st_size + more
-    with disk_full(room), pytest.raises(InputError, match=said):
+    room = (whole / "minimal.mcap").stat().st_size
+    with disk_full(room), pytest.raises(InputError, match=r"minimal\.db: cannot use the results file"):
         hunt(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {JOURNAL}
     hunt(tmp_path)

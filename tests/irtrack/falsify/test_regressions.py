@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import planted_failure
 import pytest
+from command_line import Call
 
 import irsim
 from irtrack.bench import baseline, load_suite
-from irtrack.cli import main
 from irtrack.falsify import find_failure, kept_failures
 from irtrack.metrics import FIGURES
 
@@ -23,22 +23,11 @@ KEPT = kept_failures(ROOT / "scenarios" / "regressions")
 SUITE = ROOT / "recordings" / "reference" / "golden-suite.yaml"
 RECORDINGS = sorted((ROOT / "recordings" / "reference").glob("*.mcap"))
 
-Cli = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
+def cli(bare_call: Call) -> Call:
     """`irtrack regress WORDS` in an empty folder: (exit status, output, errors)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["irtrack", "regress", *words])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        said = capsys.readouterr()
-        return int(caught.value.code or 0), said.out, said.err
-
-    return call
+    return lambda *words: bare_call("regress", *words)
 
 
 @pytest.mark.parametrize("name", [str(each) for each in KEPT])
@@ -86,7 +75,7 @@ seeds: 2
 """
 
 
-def test_worse_tracker_fails_until_updated(cli: Cli) -> None:
+def test_worse_tracker_fails_until_updated(cli: Call) -> None:
     """Its error is 2 px, then 2.2 px."""
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("my-suite.yaml").write_text(PLANTED)
@@ -113,7 +102,7 @@ FAILING = {
 }
 
 
-def test_failed_runs_are_one_line_each(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_runs_are_one_line_each(cli: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """They fail at frame 9; the other tracker is measured."""
     monkeypatch.setattr("irtrack.cli.regress.FRAME_LIMIT_S", 2.0)
     Path("blind.yaml").write_text(planted_failure.SCENE.replace("start: [4, 4]", "start: [34, 36]"))
@@ -144,7 +133,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return base / "regressions"
 
 
-def test_mended_failure_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path) -> None:
+def test_mended_failure_must_stay_mended(folder: Path, cli: Call, tmp_path: Path) -> None:
     shutil.copytree(folder, "kept")
     note = next(Path("kept").glob("*.json"))
     mended = note.read_text().replace("planted_failure:Raising", "planted_failure:Offset")
@@ -161,7 +150,7 @@ def test_mended_failure_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path)
     assert "ValueError: planted" in out
 
 
-def test_kept_failures_run_in_worker_processes(folder: Path, cli: Cli, tmp_path: Path) -> None:
+def test_kept_failures_run_in_worker_processes(folder: Path, cli: Call, tmp_path: Path) -> None:
     """The log has their process ids: never this process, with one job or two. The output is the same."""
     log = tmp_path / "log"
     for name in ("one", "two"):
@@ -180,7 +169,7 @@ def test_kept_failures_run_in_worker_processes(folder: Path, cli: Cli, tmp_path:
     assert str(os.getpid()) not in one | two
 
 
-def test_changed_frames_are_reported(folder: Path, cli: Cli) -> None:
+def test_changed_frames_are_reported(folder: Path, cli: Call) -> None:
     shutil.copytree(folder, "kept")
     (kept,) = kept_failures("kept")
     warmer = irsim.change(irsim.load(kept.path), {"background.horizon_k": 284})
@@ -201,7 +190,7 @@ def test_changed_frames_are_reported(folder: Path, cli: Cli) -> None:
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
+def test_bad_input_is_one_line(cli: Call, words: list[str], said: str) -> None:
     Path("empty").mkdir()
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("odd-suite.yaml").write_text(PLANTED)
@@ -211,7 +200,7 @@ def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
     assert said in err
 
 
-def test_unreadable_failures_are_reported(folder: Path, cli: Cli) -> None:
+def test_unreadable_failures_are_reported(folder: Path, cli: Call) -> None:
     (whole,) = kept_failures(folder)
     Path("kept").mkdir()
 

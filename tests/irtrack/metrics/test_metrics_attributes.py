@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from traces import trace_at
 
 from irsim.types import Box, TargetTruth, Truth
-from irtrack.metrics import ATTRIBUTES, Reference, Trace, by_attribute
+from irtrack.metrics import ATTRIBUTES, Reference, by_attribute
 
 NAMES = list(ATTRIBUTES)
 STILL = TargetTruth(
@@ -68,13 +69,7 @@ def test_the_table_by_hand() -> None:
     offsets[12:] = [30.0, 40.0]
     visible = np.ones(n)
     visible[5:10] = 0.2
-    nothing = np.full(n, np.nan)
-    trace = Trace(
-        indices=np.arange(n), centers=offsets, sizes=np.full((n, 2), 6.0), statuses=np.full(n, "tracking"),
-        scores=nothing, neffs=nothing, covariances=np.full((n, 2, 2), np.nan), truth_centers=np.zeros((n, 2)),
-        truth_sizes=np.full((n, 2), 6.0), visible=visible, accuracy=np.zeros(n), marks=marks, step_ms=np.ones(n),
-        cpu_ms=np.ones(n),
-    )  # fmt: skip
+    trace = trace_at(offsets, (6.0, 6.0), visible=visible, marks=marks)
     rows = {row.attribute: row for row in by_attribute([trace, trace])}
     hidden = rows["hidden"]
     assert (hidden.frames, hidden.counted, hidden.off_share, hidden.losses, hidden.tracks) == (10, 0, None, 2, 2)

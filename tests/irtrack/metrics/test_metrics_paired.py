@@ -26,17 +26,6 @@ def test_pairs_by_hand() -> None:
     assert paired_difference([np.nan], [0.0], ["a"]) is None
 
 
-def test_runs_of_one_scene_do_not_count_as_scenes() -> None:
-    """Six scenes of a hundred runs, each scene with its own effect: taken one by one the runs look ten times surer."""
-    rng = np.random.default_rng(2)
-    values = np.repeat(rng.normal(size=6), 100) + 0.1 * rng.normal(size=600)
-    by_scene = paired_difference(values, np.zeros(600), [f"s{k // 100}" for k in range(600)])
-    by_run = paired_difference(values, np.zeros(600), [f"s{k}" for k in range(600)])
-    assert by_scene is not None
-    assert by_run is not None
-    assert by_scene.high - by_scene.low > 8 * (by_run.high - by_run.low)
-
-
 # -- losses, and scenes that all differ by the same
 
 

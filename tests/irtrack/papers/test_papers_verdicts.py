@@ -49,13 +49,6 @@ def test_seeds_to_decide_is_the_least_number(share: float, wanted: float) -> Non
     assert not excluded(n - 1)
 
 
-def test_seeds_that_cannot_decide() -> None:
-    assert seeds_to_decide(0.5, 0.5) is None
-    assert judge([True, False]).why == "more seeds would not decide"
-    assert judge([None, True, None])[:2] == (1, 1)
-    assert judge([None])[4:] == ("not decidable", "no seed decides")
-
-
 def test_claim_of_absent_tracker_or_failed_runs() -> None:
     (outcome,) = runs_of("tiny", a=[run_at(0)]).values()
     found = {"tiny": replace(outcome, absent={"b": "unknown tracker 'b'"})}
@@ -82,24 +75,17 @@ RUNS = {
     ("rule", "answer"),
     [
         (rules.holds("near"), True),
-        (rules.loses("near"), False),
         (rules.loses("far"), True),
         (rules.less(rules.error_all, "two", "six"), True),
         (rules.less(rules.error_all, "two", "two"), None),
-        (rules.times(rules.error_all, "six", 3, "two"), True),
         (rules.times(rules.error_all, "six", 3.1, "two"), False),
-        (rules.nearly(rules.error_all, "two", "six", 4), True),
         (rules.nearly(rules.error_all, "two", "six", 3.9), False),
         (rules.at_most(rules.abs_x, "two", 2), True),
         (rules.mostly_nearer("two", "six"), True),
-        (rules.mostly_nearer("six", "two"), False),
         (rules.nearly(rules.cpu, "two", "six", 0, relative=True), True),  # both take 2 ms
         (rules.loses_about("far", 3, 2), True),  # lost at frame 1
-        (rules.loses_about("far", 4, 2), False),
         (rules.loses_about("near", 3, 2), False),
         (rules.on_target("near", 5, 9), True),
-        (rules.on_target("far", 5, 9), False),
-        (rules.at_most(rules.unless_lost(rules.abs_x), "near", 2), True),
         (rules.at_most(rules.unless_lost(rules.abs_x), "six", 2), False),
         (rules.at_most(rules.unless_lost(rules.abs_x), "far", 2), None),
         (rules.back_in_time("back"), True),

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import Call
 from planted import PLANTED
 from sound_tracker import Constant, Dies, Hangs, Killed, KilledBefore, Raises, Sound
 
 import irsim
-from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.properties import EXCEPTIONS, PROPERTIES, check, check_tracker
 from irtrack.registry.table import TRACKERS
@@ -145,20 +144,11 @@ def test_check_tracker_raises_assertion_error() -> None:
 
 
 @pytest.fixture
-def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Any:
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["irtrack", "check", *words])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        said = capsys.readouterr()
-        return int(caught.value.code or 0), said.out, said.err
-
-    return run
+def call(bare_call: Call) -> Call:
+    return lambda *words: bare_call("check", *words)
 
 
-def test_command_prints_verdicts_and_repeat_command(call: Any, tmp_path: Path) -> None:
+def test_command_prints_verdicts_and_repeat_command(call: Call, tmp_path: Path) -> None:
     status, out, _ = call("planted_following:Lags", "--only", "gentle,follows", "-o", "failures")
     assert status == 1
     assert "gentle    holds    Frames are read and not changed." in out
@@ -178,7 +168,7 @@ def test_command_prints_verdicts_and_repeat_command(call: Any, tmp_path: Path) -
         (["kalman", "--profile", "daily"], "--profile daily: allowed: ci or nightly"),
     ],
 )
-def test_bad_input_is_one_line(call: Any, words: list[str], said: str) -> None:
+def test_bad_input_is_one_line(call: Call, words: list[str], said: str) -> None:
     status, out, err = call(*words)
     assert (status, out) == (2, "")
     assert said in err

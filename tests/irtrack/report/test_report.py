@@ -216,16 +216,3 @@ def test_empty_results_are_an_input_error(empty: Results, tmp_path: Path) -> Non
     with pytest.raises(InputError, match=r"empty\.db: holds no finished run"):
         write_report(empty)
     assert [path.name for path in tmp_path.iterdir()] == ["empty.db"]
-
-
-def test_bad_output_names_are_input_errors(measured: Measured, tmp_path: Path) -> None:
-    with pytest.raises(irsim.InputError, match=r"the folder .* does not exist"):
-        write_report(measured.results, tmp_path / "no" / "report.html")
-    with pytest.raises(InputError, match=r"x\.txt: allowed: a name that ends in \.html or \.json or \.csv or \.md"):
-        write_report(measured.results, tmp_path / "x.txt")
-    with pytest.raises(InputError, match=r"x\.md: allowed: a name that ends in \.csv"):
-        write_report(measured.results, tmp_path / "x.md", "csv")
-    with pytest.raises(irsim.InputError, match="is a folder"):
-        write_report(measured.results, tmp_path)
-    with pytest.raises(InputError, match="no such file"):
-        write_report(tmp_path / "none.db")

@@ -7,34 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from traces import trace_at
 
 from irtrack.bench import SummaryRow
-from irtrack.metrics import ATTRIBUTES, Trace
+from irtrack.metrics import Trace
 from irtrack.report.formats import lead
 from irtrack.report.frames import CROP_LEAST, Follower, moments, still
 from irtrack.report.plots import Axis, Line, hidden_spans, line_chart, styles
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:
-    """A target that moves 1 px a frame to the right, followed at a constant distance."""
+    """Return a track at a constant distance from a target that moves 1 px a frame to the right."""
     count = len(visible)
     truth = np.column_stack([np.arange(count) + 10.0, np.full(count, 10.0)])
-    return Trace(
-        indices=np.arange(count),
-        centers=truth + np.array([distance, 0.0]),
-        sizes=np.full((count, 2), 6.0),
-        statuses=np.full(count, "tracking"),
-        scores=np.full(count, np.nan),
-        neffs=np.full(count, np.nan),
-        covariances=np.full((count, 2, 2), np.nan),
-        truth_centers=truth,
-        truth_sizes=np.full((count, 2), 6.0),
-        visible=np.array(visible),
-        accuracy=np.zeros(count),
-        marks=np.zeros((count, len(ATTRIBUTES)), bool),
-        step_ms=np.ones(count),
-        cpu_ms=np.ones(count),
-    )
+    return trace_at(np.tile([distance, 0.0], (count, 1)), (6.0, 6.0), truth_centers=truth, visible=np.array(visible))
 
 
 def follower(label: str, lost_at: int | None, visible: list[float], distance: float = 0.0) -> Follower:
