@@ -150,7 +150,7 @@ def test_exception_is_a_failure(tmp_path: Path) -> None:
 
 
 def test_seed_dependent_failure(tmp_path: Path) -> None:
-    found = hunt(tmp_path, tracker="Lucky", text=NEAR, fresh=12)
+    found = hunt(tmp_path, tracker="Lucky", fresh=12)
     assert isinstance(found, Failure)
     assert found.sensitivity.seeds == 12
     assert not found.sensitivity.is_structural

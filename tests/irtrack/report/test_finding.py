@@ -16,7 +16,8 @@ from report_fakes import Still
 import irsim
 from irtrack.falsify import Failure, SeedSensitivity
 from irtrack.falsify.counterexample import Candidate
-from irtrack.falsify.falsification import Falsification, write_failure
+from irtrack.falsify.falsification import Falsification
+from irtrack.falsify.find import write_failure
 from irtrack.falsify.outputs import FOUND, JOURNAL
 from irtrack.falsify.rules import RAISES, rules_of
 from irtrack.falsify.trial import Subject, Trials
