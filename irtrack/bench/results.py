@@ -291,5 +291,5 @@ def results_card(name: str, cells: Iterable[RunRecord]) -> str:
     """Return the ranked table of each source under the name of the file, as HTML."""
     rows = summary(cells)
     more = f"<p>… {len(rows) - MAX_ROWS} more rows</p>" if len(rows) > MAX_ROWS else ""
-    shown = table(("source", *RANKED), [(row.source, *ranked_texts(row)) for row in rows[:MAX_ROWS]])
+    shown = table((*RANKED, "source"), [(*ranked_texts(row), row.source) for row in rows[:MAX_ROWS]])
     return f"<p><b>{escape(name)}</b></p>{shown}{more}"

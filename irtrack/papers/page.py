@@ -173,7 +173,7 @@ def write_papers(
         counts=Counter(each.judgement.word for each in verdicts),
         untested=sum(len(part.paper.untested) for part in parts),
         goals_found=goals,
-        goal_counts=Counter(each.word for each in [*goals, *comparisons]),
+        goal_counts=Counter([each.word for each in goals] + [each.word for each in comparisons]),
         inf=math.inf,
         speeds=[speed for part in parts for speed in part.speeds],
         growth=growth,

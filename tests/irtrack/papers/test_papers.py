@@ -130,9 +130,13 @@ def test_page_is_complete_and_offline(tiny: Paper, tmp_path: Path) -> None:
 
 def test_finished_runs_are_not_repeated(tiny: Paper, tmp_path: Path) -> None:
     calls: list[int] = []
+
+    def note_progress(done: int, total: int | None = None, note: str = "") -> None:
+        calls.append(done)
+
     for _ in range(2):
         calls.clear()
-        found = run_plan(plan_paper(tiny), tmp_path / "r.db", range(2), 1, lambda done, *_, note: calls.append(done))
+        found = run_plan(plan_paper(tiny), tmp_path / "r.db", range(2), 1, note_progress)
     assert calls == []
     assert len(found["tiny"].of("grey_pf")) == 2
 
