@@ -81,19 +81,6 @@ def test_unpicklable_tracker_is_an_input_error(tmp_path: Path) -> None:
         run_bench([Strip()], [Entry("local", Local())], seeds=2, jobs=2, results=tmp_path / "r.db")
 
 
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ({"time_limit_s": 1.0, "frame_limit_s": 1.0}, "allowed: one of them"),
-        ({"frame_limit_s": 0.0}, "time limit 0 s: allowed: above 0"),
-    ],
-    ids=["both", "zero"],
-)
-def test_bad_time_limits(tmp_path: Path, limits: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        run_bench([Strip()], [FINE], results=tmp_path / "r.db", **limits)
-
-
 def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:
     """Ctrl-C while every worker hangs."""
     entries = [Entry("hanging", Hanger(at=1))]

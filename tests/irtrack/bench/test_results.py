@@ -130,7 +130,6 @@ def test_others_read_committed_runs_during_a_bench(tmp_path: Path) -> None:
         assert counts == [1, 2, 3, 4, 5]
         assert len(results.cells()) == 5
         assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
-        assert results._db.execute("PRAGMA synchronous").fetchone() == (2,)  # FULL again: what a rollback journal needs
     assert modes(path) == ("delete", ["r.db"])
 
 

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tracks_by_hand import pixels
 
-from irsim.types import Floats
 from irtrack.metrics import (
     PRECISION_PX,
     SUCCESS,
@@ -65,19 +63,6 @@ def test_overlap_by_hand() -> None:
     centers, sizes = np.array([[2.0, 0.0], [9.0, 0.0], [0.0, 0.0]]), np.array([[4.0, 4.0]] * 3)
     truth, truth_sizes = np.zeros((3, 2)), np.array([[4.0, 4.0], [4.0, 4.0], [2.0, 2.0]])
     assert overlaps(centers, sizes, truth, truth_sizes).tolist() == pytest.approx([1 / 3, 0.0, 0.25])
-
-
-@settings(max_examples=50, deadline=None)
-@given(pixels(2), st.tuples(*[st.integers(1, 60)] * 4))
-def test_overlap_equals_a_count_of_cells(centers: Floats, sides: tuple[int, int, int, int]) -> None:
-    """On a grid of 1/8 px the boxes (centres in quarters, sides in quarters) are unions of whole cells."""
-    a, b = np.round(centers * 8).astype(int)
-    boxes = []
-    for (cx, cy), (w, h) in ((a, sides[:2]), (b, sides[2:])):
-        boxes.append({(x, y) for x in range(cx - w, cx + w) for y in range(cy - h, cy + h)})
-    expected = len(boxes[0] & boxes[1]) / len(boxes[0] | boxes[1])
-    sizes = np.array(sides, dtype=float).reshape(2, 2) / 4
-    assert overlaps(centers[:1], sizes[:1], centers[1:], sizes[1:])[0] == pytest.approx(expected)
 
 
 def test_success_curve_and_its_area_by_hand() -> None:

@@ -127,18 +127,6 @@ def test_next_loss_button(opened: Opened, report: Report) -> None:
     assert "occluded" in row.inner_text()  # its status
 
 
-def test_play_and_pause(opened: Opened) -> None:
-    opened.press(" ")
-    assert opened.page.inner_text(".play") == "Pause"
-    expect(opened.page.locator("output")).to_contain_text(re.compile(r"frame ([5-9]|\d\d)\b"))
-    opened.page.click(".play")
-    assert opened.page.inner_text(".play") == "Play"
-    assert opened.frame >= 5
-    opened.press("End", " ")  # from the end it restarts, and stops at the end
-    expect(opened.page.locator(".play")).to_have_text("Play", timeout=20_000)
-    assert opened.frame == 39
-
-
 def test_picture_is_the_frame(opened: Opened, report: Report) -> None:
     """Against the frames of the source: JPEG changes pixels less than the next frame does."""
     for box in opened.page.locator(".show-truth, .show-particles, .show-tracker").all():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,14 +54,6 @@ def test_hidden_spans_by_majority_of_seeds() -> None:
     one, two, three = ([1, 0, 0, 1, 0], [1, 0, 1, 1, 0], [1, 1, 0, 1, 0])
     traces = [trace([float(v) for v in visible]) for visible in (one, two, three)]
     assert hidden_spans(np.arange(5), traces) == [(0.5, 2.5), (3.5, 4.5)]
-
-
-def test_styles_differ_and_stay_with_their_labels() -> None:
-    labels = [f"t{number}" for number in range(24)]
-    assert len(set(styles(labels).values())) == 24
-    assert styles(labels[:3]) == {label: styles(labels)[label] for label in labels[:3]}
-    for first, second in pairwise(styles(labels[:6]).values()):
-        assert first.color != second.color
 
 
 def test_chart_is_reproducible_and_uses_page_colours() -> None:
