@@ -36,11 +36,11 @@ def kelvin(scenario: Scenario, frame: int = 60) -> float:
     return float(temperature("lwir", Renderer(scenario).scene(frame)[0][MIDDLE]))
 
 
-@pytest.mark.parametrize("climbed_m", [6000.0, -90.0])
-def test_targets_have_the_air_at_the_camera_s_height(climbed_m: float) -> None:
+@pytest.mark.parametrize("height_gain_m", [6000.0, -90.0])
+def test_targets_have_the_air_at_the_camera_s_height(height_gain_m: float) -> None:
     """8 km away and level with it after two seconds of climb, as from a camera that always stood that high."""
-    carried = level((0.0, 0.0, climbed_m / 2), targets=[hot((0.0, 8000.0, climbed_m))])
-    standing = level((0.0, 0.0, 0.0), altitude_m=100.0 + climbed_m, targets=[hot((0.0, 8000.0, 0.0))])
+    carried = level((0.0, 0.0, height_gain_m / 2), targets=[hot((0.0, 8000.0, height_gain_m))])
+    standing = level((0.0, 0.0, 0.0), altitude_m=100.0 + height_gain_m, targets=[hot((0.0, 8000.0, 0.0))])
     assert kelvin(carried) == pytest.approx(kelvin(standing), abs=0.01)
     below = level((0.0, 0.0, 0.0), targets=[hot((0.0, 8000.0, 0.0))])
     assert abs(kelvin(carried) - kelvin(below)) > 0.05

@@ -17,7 +17,7 @@ from irsim.cli.app import app
 from irsim.cli.terminal import progress_bar
 from irsim.geometry.context import SceneContext
 from irsim.lint import CHECKS
-from irsim.lint.placement import placed_occluder_excessive
+from irsim.lint.occluders import placed_occluder_excessive
 from irsim.lint.warnings import warnings
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree

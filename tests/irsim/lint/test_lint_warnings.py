@@ -14,7 +14,7 @@ from irsim.backgrounds import Ground
 from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.lint import CHECKS, lint
-from irsim.lint.placement import placed_occluder_excessive
+from irsim.lint.occluders import placed_occluder_excessive
 from irsim.lint.warnings import unheeded, warnings
 from irsim.recording import record
 from irsim.render.stream import Rendering
