@@ -104,9 +104,3 @@ def test_recording_of_recorded_frames_keeps_their_scale(tmp_path: Path, counted:
     facts = open_recording(record(again, tmp_path / "again.mcap")).camera
     given = (250.0, 330.0) if background else None
     assert (facts.range_k, facts.curve) == (given, None if background else open_recording(counted).camera.curve)
-
-
-def test_recording_of_frames_of_unknown_scale(tmp_path: Path, imported: Path) -> None:
-    again = Rendering(irsim.loads(text(imported, GREY)))
-    facts = open_recording(record(again, tmp_path / "again.mcap")).camera
-    assert (facts.range_k, facts.curve) == (None, None)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import carried
 import pytest
 from placement_scenes import DOWNWARDS, scene, visible
 
@@ -67,7 +66,6 @@ WEAVE = "weave, start: [20, 60], speed: 1, amplitude_px: 8, period_frames: 20"
     ("kind", "path", "fraction"),
     [
         ("bar", "straight, start: [10, 50], speed: 2", 0.3),
-        ("bar", WEAVE, 0.5),
         ("tree", WEAVE, 0.5),
         ("smoke", WEAVE, 0.5),
     ],
@@ -126,7 +124,6 @@ def test_standing_occluder_before_a_sky(tmp_path: Path, kind: str, long: bool) -
     [
         ((50, 56), 0.5, "bar", False),  # the lower half, both times
         ((47, 56), 1.0, "bar", True),
-        ((42, 48), 0.5, "smoke", True),
         ((40, 46), 0.7, "smoke", False),  # 0.85 of it, where one of them requires 0.7
     ],
 )
@@ -143,16 +140,6 @@ def test_more_than_required_together(
         assert found["a.fraction"].startswith(line)
 
 
-@pytest.mark.parametrize(("begin", "bridged"), [(51, False), (54, True), (80, False)])
-def test_no_gap_between_two(tmp_path: Path, begin: int, bridged: bool) -> None:
-    """A gap of four frames is within the tolerance of one occluder; in a wide one the target is visible."""
-    text = two(TANK, screen("a", "tank", (40, 46)) + screen("b", "tank", (begin, begin + 6)))
-    found = {place: message for place, message in warned(tmp_path, text).items() if "it passes at" not in message}
-    line = f"with a it hides 0.98 or more of tank in frames 40 to {begin + 6} without a break, instead of 40 to 46 and"
-    assert list(found) == ["b.frames"] * bridged
-    assert all(message.startswith(line) for message in found.values())
-
-
 def test_other_target_and_remedies(tmp_path: Path) -> None:
     text = two(TANK + VAN, A)
     shares = hidden(text, "van", range(60, 110))
@@ -165,7 +152,6 @@ def test_other_target_and_remedies(tmp_path: Path) -> None:
     assert warned(tmp_path, text.replace("range_m: 200", "range_m: 601")) == {}
     assert "a.hides" in warned(tmp_path, text + "follow: van\n")
     vans = [target(f"van{index}", x=-10 - 4 * index, shape="car") for index in range(3)]
-    assert " (and van1), which" in warned(tmp_path, two(TANK + "".join(vans[:2]), A))["a.hides"]
     assert " (and 2 more, such as van1), which" in warned(tmp_path, two(TANK + "".join(vans), A))["a.hides"]
 
 
@@ -174,16 +160,8 @@ def test_other_target_and_remedies(tmp_path: Path) -> None:
     [
         (TANK + target("van", y=30, shape="car"), A, None),
         (TANK + target("van", x=150, shape="point", speed=20, heading=180), A, None),
-        (
-            TANK + other("kind: crosses, target: tank, at_frame: 53, speed: 1"),
-            A,
-            None,
-        ),
-        (
-            TANK + other("kind: crosses, target: tank, at_frame: 65, angle_deg: 180, speed: 1"),
-            A,
-            "a.hides",
-        ),
+        (TANK + other("kind: crosses, target: tank, at_frame: 53, speed: 1"), A, None),
+        (TANK + other("kind: crosses, target: tank, at_frame: 65, angle_deg: 180, speed: 1"), A, "a.hides"),
         (TANK + other("kind: follow, target: tank, lag_frames: 25"), A, None),
         (TANK + VAN, "  - {kind: bar, id: b, center_px: [70, 60], size_px: [30, 30], range_m: 200}\n", None),
     ],
@@ -205,27 +183,3 @@ def test_occluder_of_another_target_adds(tmp_path: Path) -> None:
     assert max(hidden(text, "van", range(80, 87), ("without=[a]",))) < 0.7
     off = [notice.at for notice in lint(loads(text, overrides=["without=[a]"]))]
     assert ("occluders", 1, "fraction") not in off
-
-
-@pytest.mark.parametrize(
-    ("kind", "range_m", "velocity_m_s", "wide"),
-    [
-        ("pole", 300.0, (30.0, 0.0, 0.0), True),
-        ("bar", 300.0, (30.0, 0.0, 0.0), False),  # it may be a wall
-        ("pole", 1900.0, (30.0, 0.0, 0.0), False),
-        ("pole", 300.0, (0.0, 30.0, 0.0), False),  # towards it
-    ],
-)
-def test_pole_widened_by_a_moving_camera(
-    kind: str, range_m: float, velocity_m_s: tuple[float, float, float], wide: bool
-) -> None:
-    """In 8 steps of 1/30 s the car moves 5.3 m, 5.3 px at 2 km, and is 6 px long: 13 with the margins. The camera moves
-    8 m, and its line of sight 0.85 8 + 0.15 5.3 = 7.6 m at 300 m, 51 px (0.5 mrad a pixel)."""
-    path = {"kind": "straight_m", "axes": "world", "start_m": (0.0, 2e3, 0.0), "velocity_m_s": (20.0, 0.0, 0.0)}
-    car = {"id": "car", "shape": {"kind": "hot_spot", "size_m": (6.0, 3.0)}, "path": path}
-    hider = {"kind": kind, "range_m": range_m, "hides": "car", "frames": (20, 28)}
-    ground, camera = {"kind": "ground"}, {"elevation_deg": 0.0}
-    scenario = carried.scene(ground, velocity_m_s, camera=camera, targets=[car], occluders=[hider])
-    found = [notice.message for notice in lint(scenario) if notice.at == ("occluders", 0, "range_m")]
-    assert len(found) == wide
-    assert all(f"a {kind} 61 px or 9.1 m wide" in message and "need 13 px" in message for message in found)
