@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from irsim.errors import Notice
 from irsim.motion import Crossing, RelativePath
@@ -62,72 +62,49 @@ def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _joint_excess(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
-    """Yield occluders that with others exceed the required fraction by MAX_EXCESS in their frames.
+    """Yield occluders that with others of the same target exceed the required fraction by MAX_EXCESS in their frames.
 
     Of several occluders with a common frame the one with the largest fraction is reported, each pair once.
     """
     reported: set[tuple[int, int]] = set()
     for number, occlusion in occlusions.items():
         name, (first, last) = target_and_frames(occlusion.occluder)
+        same = {key: other for key, other in occlusions.items() if target_and_frames(other.occluder)[0] == name}
         over: dict[int, float] = {}
         helpers: set[int] = set()
         for frame in range(first, last + 1):
-            required = [other for other in occlusions.values() if _requires(other, name, frame)]
+            required = [other for other in same.values() if _requires(other, frame)]
             most = max(other.occluder.fraction for other in required)
             alone = any(other.fractions[frame] > other.occluder.fraction + MAX_EXCESS for other in required)
-            if alone or occlusion.occluder.fraction < most or most + MAX_EXCESS >= 1:
+            others = [key for key, other in same.items() if key != number and other.fractions[frame] > TOLERANCE]
+            if alone or occlusion.occluder.fraction < most or most + MAX_EXCESS >= 1 or not others:
                 continue
-            others = [
-                key for key in occlusions if key != number and _contributes(visibility, occlusions[key], name, frame)
-            ]
-            if not others:
-                continue
-            fraction = visibility.occluded([occlusions[key].screen for key in (number, *others)], name, frame)
+            fraction = visibility.occluded([same[key].screen for key in (number, *others)], name, frame)
             if fraction > most + MAX_EXCESS:
                 over[frame] = fraction
                 helpers.update(others)
         if not helpers <= {other for other, helped in reported if helped == number}:
             reported |= {(number, helper) for helper in helpers}
-            names, of_another = _named([occlusions[key] for key in sorted(helpers)], name)
             yield Notice(
                 ("occluders", number, "fraction"),
-                f"with {names} it hides up to {max(over.values()):.2f} of {name} in frames {min(over)} to {max(over)} "
-                f"instead of {occlusion.occluder.fraction:g}: try frames farther apart, or "
-                f"{'another range_m' if of_another else 'less of each'}",
+                f"with {' and '.join(same[key].occluder.name for key in sorted(helpers))} it hides up to "
+                f"{max(over.values()):.2f} of {name} in frames {min(over)} to {max(over)} instead of "
+                f"{occlusion.occluder.fraction:g}: try frames farther apart, or less of each",
             )
 
 
-def _named(others: list[Occlusion], name: str) -> tuple[str, bool]:
-    """Return the names of occluders, with the target of those of another target, and whether there are any."""
-    names = [(occlusion.occluder.name, target_and_frames(occlusion.occluder)[0]) for occlusion in others]
-    texts = [screen if target == name else f"{screen}, placed to hide {target}," for screen, target in names]
-    return " and ".join(texts), any(target != name for _, target in names)
+def _requires(occlusion: Occlusion, frame: int) -> bool:
+    first, last = target_and_frames(occlusion.occluder)[1]
+    return first <= frame <= last
 
 
-def _requires(occlusion: Occlusion, name: str, frame: int) -> bool:
-    target, (first, last) = target_and_frames(occlusion.occluder)
-    return target == name and first <= frame <= last
-
-
-def _contributes(visibility: TargetVisibility, occlusion: Occlusion, name: str, frame: int) -> bool:
-    """Return whether an occluder, of any target, hides some of target `name` in a frame."""
-    own = target_and_frames(occlusion.occluder)[0] == name
-    fraction = occlusion.fractions[frame] if own else visibility.occluded([occlusion.screen], name, frame)
-    return float(fraction) > TOLERANCE
-
-
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """Consecutive frames in which an occluder hides up to `most` of target `name`, which is not required."""
 
     name: str
     first: int
     last: int
     most: float
-
-    @property
-    def length(self) -> int:
-        return self.last - self.first + 1
 
 
 def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
@@ -146,20 +123,14 @@ def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iter
         others = (name for name in names if name != own and not _intended(visibility, occlusion, name))
         found = [run for name in others if (run := _longest(visibility, occlusions, occlusion, name)) is not None]
         if found:
-            run = max(found, key=lambda run: run.length)
-            more = [other.name for other in found if other is not run]
+            run = max(found, key=lambda run: run.last - run.first)
+            more = ", ".join(other.name for other in found if other is not run)
             yield Notice(
                 ("occluders", number, "hides"),
-                f"it also hides up to {run.most:.2f} of {run.name} in frames {run.first} to {run.last}{_and(more)}, "
-                f"which is not required: try {_remedy(visibility, occlusion, run, run.name in wanted)}",
+                f"it also hides up to {run.most:.2f} of {run.name} in frames {run.first} to {run.last}"
+                f"{f' (and {more})' if more else ''}, which is not required: "
+                f"try {_remedy(visibility, occlusion, run, run.name in wanted)}",
             )
-
-
-def _and(names: list[str]) -> str:
-    """Return the mention of further targets."""
-    if not names:
-        return ""
-    return f" (and {names[0]})" if len(names) == 1 else f" (and {len(names)} more, such as {names[0]})"
 
 
 def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wanted: bool) -> str:
@@ -209,10 +180,9 @@ def _longest(visibility: TargetVisibility, occlusions: Occlusions, occlusion: Oc
             while 0 <= at < frames and (fraction := _excess(visibility, own, occlusion, name, at)) > MAX_EXCESS:
                 fractions[at] = fraction
                 at += step
-        run = _Run(name, min(fractions), max(fractions), max(fractions.values()))
-        end = run.last
-        if run.length > max(FEW_FRAMES, 0 if found is None else found.length):
-            found = run
+        end, longest = max(fractions), FEW_FRAMES if found is None else found.last - found.first + 1
+        if len(fractions) > longest:
+            found = _Run(name, min(fractions), end, max(fractions.values()))
     return found
 
 
@@ -221,7 +191,7 @@ def _excess(visibility: TargetVisibility, own: list[Occlusion], occlusion: Occlu
 
     0 in the frames of those occluders, and outside the picture.
     """
-    if any(first <= frame <= last for _, (first, last) in (target_and_frames(other.occluder) for other in own)):
+    if any(_requires(other, frame) for other in own):
         return 0.0
     fraction = visibility.occluded([occlusion.screen], name, frame)
     target = visibility.sprite(name, frame)
