@@ -123,7 +123,6 @@ def test_standing_occluder_before_a_sky(tmp_path: Path, kind: str, long: bool) -
     [
         ((50, 56), 0.5, "bar", False),  # the lower half, both times
         ((47, 56), 1.0, "bar", True),
-        ((40, 46), 0.7, "smoke", False),  # 0.85 of it, where one of them requires 0.7
     ],
 )
 def test_more_than_required_together(
