@@ -19,7 +19,7 @@ from irsim.scenario.model import Scenario
 from irsim.targets.target import Target
 
 
-@pytest.mark.parametrize(("name", "frames"), [("traffic", [0, 60]), ("decoys", [60])])
+@pytest.mark.parametrize(("name", "frames"), [("traffic", [60]), ("decoys", [60])])
 def test_visible_fractions_in_truth_are_those_of_the_masks(name: str, frames: list[int]) -> None:
     scenario = irsim.load(name)
     rendering = Rendering(scenario)

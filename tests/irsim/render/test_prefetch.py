@@ -59,10 +59,10 @@ def test_an_error_is_raised_in_its_own_frame() -> None:
 
 
 def test_frames_in_order_equal_frames_alone() -> None:
-    scenario = irsim.load("hiding")
+    scenario = irsim.load("decoys")
     in_order, shuffled = Renderer(scenario), Renderer(scenario)
-    frames = {index: shuffled.frame(index) for index in (57, *np.random.default_rng(1).permutation(range(48, 58)))}
-    for index in [*range(48, 58), 51, 51, 52, 53]:
+    frames = {index: shuffled.frame(index) for index in (7, *np.random.default_rng(1).permutation(range(2, 10)))}
+    for index in [*range(2, 10), 5, 5, 6, 7]:
         (frame, truth), (other, expected) = in_order.frame(index), frames[index]
         np.testing.assert_array_equal(frame.image, other.image)
         assert truth == expected
