@@ -174,7 +174,7 @@ def _draw_facets(occluder: Opaque, pose: CameraPose) -> Sprite | None:
     edges = [polygon_edges(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in polygons])
-    glow = context.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
+    glow = context.grey_body_radiance(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
     distance_m = pose.distance_m(bounding_box(np.concatenate([points for points, _ in facets])), occluder.range_m)
     layers = LayeredPolygons((start, stop, layer), glow, box, window, pose.zoomed.psf, distance_m)
     return arrays_frozen(draw_sprite(layers))

@@ -180,7 +180,7 @@ def crown_light(
         wood_k = temperatures.wood_k + temperatures.spread_k * BARK * texture.side
         kelvin = np.where(texture.leaves, kelvin, wood_k)
     cover = (texture.leaves | texture.wood).astype(np.float32)
-    glow = context.glow(np.maximum(kelvin, 1.0), temperatures.emissivity).astype(np.float32)
+    glow = context.grey_body_radiance(np.maximum(kelvin, 1.0), temperatures.emissivity).astype(np.float32)
     light = np.stack([cover, cover * glow], axis=-1)
     light.flags.writeable = False
     return light

@@ -235,7 +235,7 @@ def _draw_tree(tree: Tree, pose: CameraPose) -> Sprite | None:
     if len(trunk):
         ends = [polygon_edges(piece) for piece in trunk.reshape(-1, 4, 2)]
         start, stop = ((np.concatenate(end) - grid.corner) * grid.fine for end in zip(*ends, strict=True))
-        light = np.stack([np.ones(len(kelvin)), context.glow(kelvin, tree.emissivity)], axis=1)
+        light = np.stack([np.ones(len(kelvin)), context.grey_body_radiance(kelvin, tree.emissivity)], axis=1)
         fields = _in_front(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2

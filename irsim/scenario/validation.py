@@ -176,12 +176,12 @@ def _check_crossing(visibility: TargetVisibility, index: int) -> None:
             )
     if isinstance(path, Crosses):
         _check_range(path, visibility, frame)
-    if path.parting_px(context) < STILL_PX:
+    if path.separation_speed_px(context) < STILL_PX:
         raise InfeasibleError(
             "angle_deg", f"at this speed and angle it never separates from {path.target}; allowed: another angle"
         )
     for name in (path.target, target.id):
-        x, y = visibility.camera.seen(visibility.trajectories[name].positions)[frame]
+        x, y = visibility.camera.project(visibility.trajectories[name].positions)[frame]
         if not visibility.scenario.camera.geometry.inside(x, y):
             raise InfeasibleError(
                 "at_frame", f"{name} is outside the picture in frame {frame}; allowed: a frame in which it is inside"

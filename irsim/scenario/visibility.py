@@ -80,7 +80,7 @@ class TargetVisibility:
         """Return the pose of the camera in a frame."""
         camera, context = self.camera, self.context
         time_s = frame / context.rate_hz
-        return CameraPose(context, camera.lens(frame), camera.rotation(frame), camera.places[frame], time_s)
+        return CameraPose(context, camera.lens(frame), camera.rotations[frame], camera.places[frame], time_s)
 
     def sprite(self, name: str, frame: int) -> Sprite | None:
         """Return target `name` as drawn in a frame; None where it does not exist or leaves no pixel."""
@@ -95,7 +95,7 @@ class TargetVisibility:
 
     def range_from_origin_m(self, name: str, frame: int, sprite: Sprite) -> float:
         """Return the range of target `name` from the camera's first position, m."""
-        range_m = self.trajectories[name].first_m(frame, self.pose(frame))
+        range_m = self.trajectories[name].range_from_origin_m(frame, self.pose(frame))
         return sprite.range_m if range_m is None else range_m
 
     def occluded(self, occluders: Sequence[Occluder], name: str, frame: int) -> float:

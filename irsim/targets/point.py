@@ -75,7 +75,7 @@ class Point(Shape):
         range_m = float(np.linalg.norm(view.position))
         phi = self.area_m2 * context.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
-        glow = float(context.glow(self.temperature_k, self.emissivity)) * gain
+        glow = float(context.grey_body_radiance(self.temperature_k, self.emissivity)) * gain
         requested = None
         if self.contrast_k is not None or self.scr is not None:
             requested = RequestedContrast(self.contrast_k, self.scr, gain)
@@ -166,7 +166,7 @@ class HotSpot(Shape):
             return None
         range_m = float(np.linalg.norm(view.position))
         halves = np.array(self.size_m) / 2 * context.geometry.scale(view.position)
-        glow = float(context.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
+        glow = float(context.grey_body_radiance(self.temperature_k, self.emissivity)) * self.brightness(view)
         return ellipse(middle, halves, glow, range_m, context)
 
 

@@ -60,7 +60,7 @@ def at_offsets(sharp: Scenario, blurred: Scenario) -> list[Renderer]:
     renderers = []
     for instant in Renderer(blurred).exposure:
         renderer = Renderer(sharp)
-        renderer.now, renderer.exposure, renderer.courses = instant, [instant], instant.courses
+        renderer.now, renderer.exposure, renderer.trajectories = instant, [instant], instant.trajectories
         renderers.append(renderer)
     return renderers
 

@@ -15,7 +15,7 @@ from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.geometry.context import SceneContext
 from irsim.lint import lint
-from irsim.lint.placement import placed_occluder_excessive
+from irsim.lint.occluders import placed_occluder_excessive
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
