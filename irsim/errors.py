@@ -90,7 +90,7 @@ def as_int(given: Any) -> int:
 
 
 def is_number(given: Any) -> bool:
-    """Return whether `given` is a number of Python or numpy; False for bool."""
+    """Return True if `given` is a number of Python or numpy and no bool."""
     import numpy as np  # slow to import, and many commands do without
 
     return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)

@@ -11,13 +11,14 @@ import hashlib
 import math
 import operator
 from functools import cache
+from statistics import NormalDist
 from typing import TypeVar, cast
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 Address = str | int
 Entry = TypeVar("Entry", np.uint8, np.float32)
@@ -27,7 +28,7 @@ CELLS = 65_536
 """Cells of equal probability in the table of normals: one for each 16-bit word."""
 
 REFINED = 16
-"""Cells at each end that are drawn from the true tail: the last one alone runs from 4.17 sigma to infinity."""
+"""Cells at each end that are drawn from the true tail: the outermost one alone spans 4.17 sigma to infinity."""
 
 UNIT_BITS = 13
 """Means of cells are integers of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
@@ -54,8 +55,8 @@ _DEEPEST = 2.0**-82
 _CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
 """OpenCV 4 has 8-bit tables only; numpy takes about twice the time of OpenCV 5 (it widens the indices)."""
 
-# Rational approximations of Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988) 477-484: (numerator,
-# denominator) of each power, highest first: centre |p - 1/2| <= 0.425, tail down to p = exp(-25), far tail.
+# Rational approximation of Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988) 477-484, for |p - 1/2| <=
+# 0.425: (numerator, denominator) of each power, highest first. `statistics.NormalDist` has the same for the tails.
 _CENTRE = np.array(
     [
         [2.5090809287301226727e3, 5.2264952788528545610e3],
@@ -68,30 +69,7 @@ _CENTRE = np.array(
         [3.3871328727963666080e0, 1.0],
     ]
 )
-_TAIL = np.array(
-    [
-        [7.74545014278341407640e-4, 1.05075007164441684324e-9],
-        [2.27238449892691845833e-2, 5.47593808499534494600e-4],
-        [2.41780725177450611770e-1, 1.51986665636164571966e-2],
-        [1.27045825245236838258e0, 1.48103976427480074590e-1],
-        [3.64784832476320460504e0, 6.89767334985100004550e-1],
-        [5.76949722146069140550e0, 1.67638483018380384940e0],
-        [4.63033784615654529590e0, 2.05319162663775882187e0],
-        [1.42343711074968357734e0, 1.0],
-    ]
-)
-_FAR_TAIL = np.array(
-    [
-        [2.01033439929228813265e-7, 2.04426310338993978564e-15],
-        [2.71155556874348757815e-5, 1.42151175831644588870e-7],
-        [1.24266094738807843860e-3, 1.84631831751005468180e-5],
-        [2.65321895265761230930e-2, 7.86869131145613259100e-4],
-        [2.96560571828504891230e-1, 1.48753612908506148525e-2],
-        [1.78482653991729133580e0, 1.36929880922735805310e-1],
-        [5.46378491116411436990e0, 5.99832206555887937690e-1],
-        [6.65790464350110377720e0, 1.0],
-    ]
-)
+_tail_quantile = np.frompyfunc(NormalDist().inv_cdf, 1, 1)
 
 
 def bit_generator(seed: int, *address: Address) -> np.random.SFC64:
@@ -150,8 +128,13 @@ def normal_quantile(p: float | Floats) -> Floats:
     """
     p = np.asarray(p, dtype=np.float64)
     q = p - 0.5
-    centre = q * _ratio(_CENTRE, 0.425**2 - q * q)
-    return np.where(np.abs(q) <= 0.425, centre, np.copysign(_tail_quantile(np.minimum(p, 1 - p)), q))
+    found = np.empty(p.shape)
+    inner = np.abs(q) <= 0.425
+    r = 0.425**2 - q[inner] ** 2
+    numerator, denominator = (np.polyval(each, r) for each in _CENTRE.T)
+    found[inner] = q[inner] * (numerator / denominator)
+    found[~inner] = _tail_quantile(p[~inner])
+    return found
 
 
 def deep_quantile(p: Floats) -> Floats:
@@ -182,9 +165,7 @@ def cell_means() -> Floats:
         lower = (lower.astype(np.float64) * within + each).astype(np.float32)
     outer = np.diff(_density(normal_quantile(np.arange(1, REFINED + 1) / CELLS)), prepend=0.0) * -CELLS
     lower = np.rint(np.concatenate([outer.astype(np.float32), lower]) * np.float32(2**UNIT_BITS))
-    means = np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS)
-    means.flags.writeable = False
-    return means
+    return read_only(np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS))
 
 
 def _digest(seed: int, *address: Address) -> bytes:
@@ -216,9 +197,7 @@ def _cell_words() -> npt.NDArray[np.int16]:
     """
     marks = np.arange(2 * REFINED) - 2**15
     inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS
-    words = np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16)
-    words.flags.writeable = False
-    return words
+    return read_only(np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16))
 
 
 @cache
@@ -239,9 +218,7 @@ def _cell_pieces() -> Floats:
     edge = float(normal_quantile(REFINED / CELLS))
     tail = REFINED / CELLS - edge * float(_density(edge))  # E[x^2; x < edge], by parts
     inner = np.square(_mean_within(np.arange(REFINED, CELLS // 2, dtype=np.float64))).sum() / CELLS
-    pieces = (pieces * math.sqrt((0.5 - tail) / inner)).astype(np.float32)
-    pieces.flags.writeable = False
-    return pieces
+    return read_only((pieces * math.sqrt((0.5 - tail) / inner)).astype(np.float32))
 
 
 @cache
@@ -251,23 +228,8 @@ def _deep_table() -> Floats:
     halvings = round(math.log2(REFINED / CELLS / _DEEPEST))
     within = 1 + np.arange(1 << DEPTH_BITS) / (1 << DEPTH_BITS)
     p = (_DEEPEST * 2.0 ** np.arange(halvings)[:, None] * within).ravel()
-    table = _tail_quantile(np.append(p, 2 * [REFINED / CELLS]))
-    table.flags.writeable = False
-    return table
-
-
-def _tail_quantile(p: Floats) -> Floats:
-    """Return the quantile for p <= 0.075 (any shape)."""
-    r = np.sqrt(-np.log(p))
-    return np.where(r <= 5, -_ratio(_TAIL, r - 1.6), -_ratio(_FAR_TAIL, r - 5))
-
-
-def _ratio(coefficients: Floats, r: Floats) -> Floats:
-    """Return the ratio of two polynomials, coefficients (power, numerator or denominator), at r (any shape)."""
-    value = np.zeros((2, r.size))
-    for pair in coefficients:
-        value = value * r.ravel() + pair[:, None]
-    return np.asarray(value[0] / value[1]).reshape(r.shape)
+    tail = _tail_quantile(np.append(p, 2 * [REFINED / CELLS]))
+    return read_only(np.asarray(tail, np.float64))
 
 
 def _density(x: float | Floats) -> Floats:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, TypeVar, runtime_checkable
+from typing import Any, Literal, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ Indices = npt.NDArray[np.intp]
 Slices = tuple[slice, slice]
 """Rows and columns of a patch of a picture."""
 Held = TypeVar("Held")
+Values = TypeVar("Values", bound=npt.NDArray[Any])
 
 Input = Literal["display", "counts"]
 """Picture of a frame: 8 bits after AGC, or the detector's counts."""
@@ -50,11 +51,17 @@ MEDIAN_TO_SIGMA = 1.4826
 influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69, 383 (1974)."""
 
 
+def read_only(values: Values) -> Values:
+    """Return the same array with its write flag cleared."""
+    values.flags.writeable = False
+    return values
+
+
 def arrays_frozen(held: Held) -> Held:
     """Make the arrays in a value's fields read-only, for sharing by caches, and return the value."""
     for value in held if isinstance(held, tuple) else vars(held).values():
         if isinstance(value, np.ndarray):
-            value.setflags(write=False)
+            read_only(value)
     return held
 
 
@@ -123,13 +130,12 @@ class Box:
     @property
     def edges(self) -> tuple[float, float, float, float]:
         """(left, top, right, bottom): the inverse of `from_edges`."""
-        wide, high = self.w / 2, self.h / 2
-        return self.cx - wide, self.cy - high, self.cx + wide, self.cy + high
+        return self.left, self.top, self.right, self.bottom
 
     def iou(self, other: Box) -> float:
         """Return the intersection over union, 0..1."""
-        w = min(self.cx + self.w / 2, other.cx + other.w / 2) - max(self.cx - self.w / 2, other.cx - other.w / 2)
-        h = min(self.cy + self.h / 2, other.cy + other.h / 2) - max(self.cy - self.h / 2, other.cy - other.h / 2)
+        w = min(self.right, other.right) - max(self.left, other.left)
+        h = min(self.bottom, other.bottom) - max(self.top, other.top)
         if w <= 0 or h <= 0:
             return 0.0
         return w * h / (self.w * self.h + other.w * other.h - w * h)
@@ -172,8 +178,8 @@ class TargetTruth:
     visible       fraction 0..1 of the target's area that is in the frame and not occluded, over the whole exposure
                   where the camera has motion blur
     occluders     names of occluders that each cover at least a hundredth of its area, occluded themselves or not
-    crossing      whether another target's box intersects this one's
-    in_view       whether its centre is inside the frame
+    crossing      True where another target's box intersects this one's
+    in_view       True where its centre is inside the frame
     contrast_k    apparent temperature of the target's mean less that of its background, K
     scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
                   noiseless light of target and background, with the camera's noise counted as clutter

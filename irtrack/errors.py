@@ -14,13 +14,21 @@ from types import TracebackType
 from irsim.errors import InputError, exit_status_text, printable, whole_number
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "exit_status_text", "told", "whole_number"]
+__all__ = [
+    "InputError",
+    "IrtrackError",
+    "TrackerError",
+    "WorkerError",
+    "error_line",
+    "exit_status_text",
+    "whole_number",
+]
 
 _CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
-"""Modules that call a tracker."""
+"""Modules that call a tracker: tracebacks omit them."""
 
 
-def told(error: BaseException) -> str:
+def error_line(error: BaseException) -> str:
     """Return an exception in one line: 'ValueError: text'."""
     try:
         said = " ".join(str(error).split())
@@ -44,7 +52,7 @@ class TrackerError(IrtrackError):
         return printable("".join(traceback.format_tb(self._own())).rstrip())
 
     def trace(self) -> str:
-        """Return the same with the exception; '' where it raised nothing."""
+        """Return that part with the exception; '' where it raised nothing."""
         cause = self.__cause__
         return printable("".join(traceback.format_exception(type(cause), cause, self._own())).rstrip()) if cause else ""
 

@@ -5,7 +5,8 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any, Literal, Protocol, get_args
@@ -112,10 +113,9 @@ def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
 class Tracker(Protocol):
     """Frozen parameters with two pure functions.
 
-    The state is a value too: `step` returns a new one and leaves the old one, the frame and the box unchanged, so
-    that a copied or pickled state resumes exactly. A tracker that promises this has `resumable = True`; no step of
-    another is repeated. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's own
-    name, whatever its label.
+    `step` returns a new state and leaves the old one, the frame and the box unchanged, so that a copied or pickled
+    state resumes exactly. A tracker that promises this has `resumable = True`; no step of another is repeated. The
+    generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not its label.
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
@@ -312,24 +312,17 @@ class Track(Estimates):
             "seed": self.tracker_seed,
             "time": f"{np.median(self.step_ms):.3g} ms a frame (median)",
         }
-        return _card(self.tracker, facts, self.centers, self.statuses)
+        counts = Counter(self.statuses)
+        said = ", ".join(f"{status} in {counts[status]}" for status in get_args(Status) if counts[status])
+        return card(self.tracker, {**facts, "it says": said}, _trajectory(self.centers, self.statuses))
 
 
 COLOURS = {"tracking": "#0072b2", "occluded": "#e69f00", "lost": "#d55e00"}
 """Colour of each status (palette of Okabe and Ito)."""
 
-PLOT_WIDTH, PLOT_HEIGHT = 320, 240
-"""Largest plot of a trajectory in a notebook, px."""
-
-
-def _card(name: str, facts: Mapping[str, object], centers: Floats, statuses: Sequence[str]) -> str:
-    """Return the notebook card of a track: its facts, frames of each status, and trajectory; centers (n, 2) px."""
-    said = ", ".join(f"{status} in {statuses.count(status)}" for status in COLOURS if status in statuses)
-    return card(name, {**facts, "it says": said}, _trajectory(centers, statuses))
-
 
 def _trajectory(centers: Floats, statuses: Sequence[str]) -> str:
-    """Return the trajectory as SVG: lines coloured by status, from a dot at the start."""
+    """Return the trajectory of centres (n, 2) px as SVG: lines coloured by status, from a dot at the start."""
     low, high = centers.min(axis=0), centers.max(axis=0)
     margin = max(0.06 * float((high - low).max()), 4.0)
     (left, top), (width, height) = low - margin, high - low + 2 * margin
@@ -341,11 +334,11 @@ def _trajectory(centers: Floats, statuses: Sequence[str]) -> str:
         lines.append(f'<polyline points="{points}" stroke="{COLOURS[status]}" vector-effect="non-scaling-stroke"/>')
     x, y = centers[0]
     dot = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{margin / 4:.1f}" fill="{COLOURS["tracking"]}"/>'
-    shown = min(PLOT_WIDTH, PLOT_HEIGHT * width / height)
     words = ", ".join(f'<span style="color: {color}">{status}</span>' for status, color in COLOURS.items())
     return (
         f'<figure style="margin: 0"><svg viewBox="{left:.1f} {top:.1f} {width:.1f} {height:.1f}" '
-        f'style="display: block; width: {shown:.0f}px; max-width: 100%; background: rgba(128, 128, 128, .12)">'
+        f'style="display: block; width: {min(320, 240 * width / height):.0f}px; max-width: 100%; '
+        f'background: rgba(128, 128, 128, .12)">'
         f'<g fill="none" stroke-width="2">{"".join(lines)}</g>{dot}</svg>'
         f'<figcaption style="font-size: 85%">its way: {words}</figcaption></figure>'
     )

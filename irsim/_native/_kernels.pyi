@@ -1,4 +1,4 @@
-"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
+"""Kernels in C. Arrays are C-contiguous and of the types given; results are written to arguments."""
 
 from typing import NewType
 
@@ -11,9 +11,9 @@ Int64 = npt.NDArray[np.int64]
 Counts = npt.NDArray[np.uint16]
 Words = npt.NDArray[np.int16]
 Form = NewType("Form", object)
-"""A body at rest, looked through and kept."""
+"""Checked tables of a body at rest."""
 Spread = NewType("Spread", object)
-"""How the cells of a pixel spread over pixels, kept."""
+"""Spread of the cells of a pixel over pixels."""
 
 MOST_ADDED: int
 """Arrays that `counts_of` adds to a signal, at most."""
@@ -30,7 +30,7 @@ def signal_of(
     /,
 ) -> None:
     """out = s + (s - zero) unit gain, at most `most`, where s = linear light + root sqrt(light) + zero; with a root,
-    light below 0 is taken for 0. `out` may be the light itself."""
+    light below 0 counts as 0. `out` may be the light itself."""
 
 def counts_of(
     signal: Float32,
@@ -46,7 +46,7 @@ def counts_of(
 ) -> None:
     """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
     0 .. full. A number is added for each row, `down`, and column, `across`, unless both are None, and up to MOST_ADDED
-    arrays, each followed by its weight. `past` the caches, for whoever reads them much later."""
+    arrays, each followed by its weight. past: write past the caches, for counts that are read much later."""
 
 def mixed(
     shares: tuple[float, ...],
@@ -119,24 +119,16 @@ def veil(
     """light = under passed + emitted, of such fields; what is under may be the light itself. tau, path: what the air
     before them passes, and its own light, both or neither: (under - path) passed + tau emitted + path."""
 
-# What follows draws so, too, and uses each normal at once.
+# Kernels that draw unit normals and use each at once; see `irsim.rng`.
 
 def add_normals(seed: bytes, table: Words, deep: Float64, refined: int, signal: Float32, scale: float, /) -> None:
     """signal += scale normal."""
 
 def add_shot(
-    seed: bytes,
-    table: Words,
-    deep: Float64,
-    refined: int,
-    signal: Float32,
-    variance: float,
-    well: float,
-    few: float,
-    /,
+    seed: bytes, table: Words, deep: Float64, refined: int, signal: Float32, variance: float, well: float, few: float, /
 ) -> bytes:
     """signal += normal sqrt(signal + variance), without the signal where it is `well` or more, or less than `few`;
-    of those: pairs of float64, flat index and signal before."""
+    return those below `few`: pairs of float64, flat index and signal before."""
 
 def bridge(
     seed: bytes,
@@ -154,31 +146,16 @@ def bridge(
     is the least or the greatest that they do."""
 
 def lay(
-    light: Float32,
-    columns: int,
-    alpha: Float64,
-    emission: Float64,
-    wide: int,
-    x: int,
-    y: int,
-    /,
+    light: Float32, columns: int, alpha: Float64, emission: Float64, wide: int, x: int, y: int, /
 ) -> tuple[float, float, float]:
-    """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y). Sums of alpha,
-    emission, and alpha * light as it was, within the picture."""
+    """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y). Return the sums of
+    alpha, emission, and alpha * the light before, within the picture."""
 
 def clutter(
-    picture: Float32,
-    columns: int,
-    cx: float,
-    cy: float,
-    w: float,
-    h: float,
-    ring: float,
-    guard: float,
-    /,
+    picture: Float32, columns: int, cx: float, cy: float, w: float, h: float, ring: float, guard: float, /
 ) -> tuple[float, float, float]:
-    """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; see
-    `irsim.contrast`. nan where one of them lies outside the picture."""
+    """Return the mean of a box less that of its ring, and the ring's mean and standard deviation; nan where one of them
+    lies outside the picture. See `irsim.render.contrast`."""
 
 def form(
     firsts: Int64,
@@ -193,10 +170,10 @@ def form(
     joint: Int64,
     /,
 ) -> Form:
-    """Tables of `Mesh`, and the joint of each part, -1 where it stays. ValueError where they do not agree."""
+    """Return the tables of `Mesh` and the joint of each part, -1 for none; ValueError where they do not agree."""
 
 def spread(weights: Float64, shares: Float64, fine: int, /) -> Spread:
-    """Of several terms: their weights, and the shares (terms, 2, fine, 2 reach + 1) of `PointSpread.spreading`."""
+    """Return the spread by weights (terms,) and shares (terms, 2, fine, 2 reach + 1), see `PSF.separable_kernels`."""
 
 def body_light(
     form: Form,
@@ -227,9 +204,9 @@ def body_light(
     ]
     | None
 ):
-    """A body's light in a frame: x0, y0, shape and float64 values of its cover, alpha and emission, the centroids of
-    its area and of its light, its box, range and area; see `Sprite`. `motions`: the numbers of each joint's. `spreads`:
-    each with the largest side, px, that it is for. None where any of the body is behind the camera."""
+    """Return a body's light in a frame: x0, y0, shape and float64 values of cover, alpha and emission, the centroids of
+    its area and of its light, its box, range and area; see `Sprite`. motions: twelve numbers of each joint; spreads:
+    each with the largest side, px, that it is for. None where a part of the body is behind the camera."""
 
 def sprite_light(
     start: Float64,
@@ -244,9 +221,8 @@ def sprite_light(
     light: Float64,
     /,
 ) -> tuple[float, float, float, float, float, float]:
-    """Convex polygons that hide each other, drawn on pixels from the outer corner (left, top) px on: `light` takes
-    (3, rows, columns) of cover, alpha and emission, as many more as the spread reaches on each side. Area, signal, x
-    and y of the area's centroid, and of the signal's."""
+    """Draw convex polygons that hide each other on pixels from the outer corner (left, top) px on, to light (3, rows +
+    2 reach, columns + 2 reach) of cover, alpha and emission. Return area, signal, and x, y of either's centroid."""
 
 def histogram(counts: Counts, pixels: Int64, /) -> None:
-    """pixels[k] = how many counts are k; those beyond are left out."""
+    """pixels[k] = number of counts k; counts beyond are left out."""

@@ -17,7 +17,7 @@ static int within(int64_t number, Py_ssize_t end)
     return 0 <= number && number < end;
 }
 
-/* Do all numbers in the tables mean something? */
+/* All numbers in the tables refer to something. */
 static int holds_together(const Form *form)
 {
     int holds = rises(form->first_vertex, form->parts, form->vertices_count) &&
@@ -32,7 +32,7 @@ static int holds_together(const Form *form)
     return holds;
 }
 
-/* How many joints its parts name. */
+/* The number of joints that parts name. */
 static Py_ssize_t joints_of(const int64_t *joint, Py_ssize_t parts)
 {
     int64_t most = -1;
@@ -41,38 +41,47 @@ static Py_ssize_t joints_of(const int64_t *joint, Py_ssize_t parts)
     return (Py_ssize_t)most + 1;
 }
 
-#define ARGUMENTS 10
-#define THIN 8 /* the one that is a number */
+#define TABLES 10
+#define THIN 8 /* the argument that is a number */
 
 static void let_go(PyObject *capsule)
 {
     PyMem_Free(PyCapsule_GetPointer(capsule, NAME));
 }
 
-/* A copy of them all, behind the Form that points there. */
-static Form *kept(void *const *data, const Py_ssize_t *bytes, double thin)
+/* The form in one block of memory with copies of the tables, all of 64 bits. */
+KERNEL(form, TABLES)
 {
-    Py_ssize_t room = sizeof(Form);
-    for (int i = 0; i < ARGUMENTS; i++)
-        room += bytes[i];
-    Form *form = PyMem_Malloc((size_t)room);
-    if (form == NULL) {
-        PyErr_NoMemory();
+    static const char *const formats[TABLES] = {"l", "l", "l", "l", "d", "d", "d", "d", NULL, "l"};
+    const void *data[TABLES], *copies[TABLES];
+    Py_ssize_t length[TABLES] = {0}, size = sizeof(Form);
+    const double thin = number(call, THIN);
+    for (int i = 0; i < TABLES; i++) {
+        data[i] = i == THIN ? NULL : input(call, i, formats[i], &length[i]);
+        size += 8 * length[i];
+    }
+    const Py_ssize_t parts = length[9], faces = length[6];
+    const Py_ssize_t wanted[TABLES] = {2 * (parts + 1), faces,  length[2] / 5 * 5, parts, length[4] / 3 * 3,
+                                       3 * faces,       faces, parts * faces,     0,     parts};
+    if (call->failed)
         return NULL;
-    }
-    const void *copies[ARGUMENTS];
+    if (parts == 0 || memcmp(length, wanted, sizeof wanted) != 0)
+        return wrong(call, "form: its arrays do not agree");
+    Form *form = PyMem_Malloc((size_t)size);
+    if (form == NULL)
+        return PyErr_NoMemory();
     char *next = (char *)(form + 1);
-    for (int i = 0; i < ARGUMENTS; i++) {
+    for (int i = 0; i < TABLES; i++) {
         copies[i] = next;
-        memcpy(next, data[i], (size_t)bytes[i]);
-        next += bytes[i];
+        if (length[i] > 0)
+            memcpy(next, data[i], 8 * (size_t)length[i]);
+        next += 8 * length[i];
     }
-    const Py_ssize_t parts = bytes[9] / 8;
     *form = (Form){
         .parts = parts,
-        .faces = bytes[6] / 8,
-        .vertices_count = bytes[4] / 24,
-        .edges_count = bytes[2] / 40,
+        .faces = faces,
+        .vertices_count = length[4] / 3,
+        .edges_count = length[2] / 5,
         .joints = joints_of(copies[9], parts),
         .first_vertex = copies[0],
         .first_face = (const int64_t *)copies[0] + parts + 1,
@@ -86,55 +95,18 @@ static Form *kept(void *const *data, const Py_ssize_t *bytes, double thin)
         .joint = copies[9],
         .thin = thin,
     };
-    return form;
-}
-
-PyObject *form(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    if (count != ARGUMENTS)
-        return PyErr_Format(PyExc_TypeError, "form takes %d arguments, not %zd", ARGUMENTS, count);
-    static const char *const formats[ARGUMENTS] = {"l", "l", "l", "l", "d", "d", "d", "d", NULL, "l"};
-    Arrays arrays = {.count = 0};
-    PyObject *capsule = NULL;
-    double thin = PyFloat_AsDouble(given[THIN]);
-    void *data[ARGUMENTS] = {[THIN] = &thin};
-    Py_ssize_t length[ARGUMENTS] = {0}, bytes[ARGUMENTS];
-    for (int i = 0; i < ARGUMENTS && !PyErr_Occurred(); i++)
-        if (i != THIN)
-            data[i] = array(&arrays, given[i], formats[i], 0, &length[i]);
-    if (PyErr_Occurred())
-        goto done;
-    const Py_ssize_t parts = length[9], faces = length[6];
-    const Py_ssize_t wanted[ARGUMENTS] = {2 * (parts + 1), faces,  length[2] / 5 * 5, parts, length[4] / 3 * 3,
-                                          3 * faces,       faces, parts * faces,     0,     parts};
-    int fits = parts > 0;
-    for (int i = 0; i < ARGUMENTS; i++) {
-        fits &= length[i] == wanted[i];
-        bytes[i] = 8 * length[i]; /* all are of 64 bits */
-    }
-    Form *found = fits ? kept(data, bytes, thin) : NULL;
-    if (found != NULL && holds_together(found))
-        capsule = PyCapsule_New(found, NAME, let_go);
-    else if (!PyErr_Occurred())
-        PyErr_SetString(PyExc_ValueError, "form: its arrays do not agree");
+    PyObject *capsule = holds_together(form) ? PyCapsule_New(form, NAME, let_go)
+                                             : wrong(call, "form: its arrays do not agree");
     if (capsule == NULL)
-        PyMem_Free(found);
-done:
-    release(&arrays);
+        PyMem_Free(form);
     return capsule;
 }
 
-static const Form *form_of(PyObject *given)
-{
-    return PyCapsule_GetPointer(given, NAME);
-}
-
-/* How a part lies to the faces of another. */
+/* Position of a part relative to the faces of another. */
 typedef struct {
-    int before;   /* wholly before one that the eye is before */
-    int beyond;   /* wholly before one that the eye is not before */
-    double least; /* how far it reaches behind the face that it reaches behind least */
+    int before;   /* it is wholly before a face, as the eye is */
+    int beyond;   /* it is wholly before a face, and the eye is not */
+    double least; /* its least reach behind a face */
     int64_t wall; /* that face */
 } Relation;
 
@@ -197,7 +169,7 @@ static void compare(const Form *form, const char *to_eye, Py_ssize_t first, Py_s
         note(hiding, second, first);
 }
 
-/* Who hides those that hide a part hides it, too. */
+/* A part that hides a hider of another hides that one, too. */
 static void close_chains(Hiding *hiding, Py_ssize_t parts)
 {
     for (Py_ssize_t through = 0; through < parts; through++)
@@ -207,7 +179,7 @@ static void close_chains(Hiding *hiding, Py_ssize_t parts)
                     hiding->hiders[hidden * hiding->words + word] |= hiding->hiders[through * hiding->words + word];
 }
 
-/* Those that fewer hide come first, of equals the one with the lower number. */
+/* Ranks parts by the number of their hiders, then by their own number. */
 static void rank_by_hiders(const Hiding *hiding, Py_ssize_t parts, int64_t *counts, int64_t *rank)
 {
     for (Py_ssize_t part = 0; part < parts; part++) {
@@ -222,15 +194,14 @@ static void rank_by_hiders(const Hiding *hiding, Py_ssize_t parts, int64_t *coun
     }
 }
 
-/* rank (parts) of each part seen by an eye that is before the faces `to_eye`; parts fill `boxes` in the image. -1 with
- * an exception without memory. */
+/* Writes rank (parts) for an eye that is before the faces `to_eye`; parts fill `boxes` in the image. -1 without memory. */
 static int hiding_order(const Form *form, const char *to_eye, const Extent *boxes, int64_t *rank)
 {
     Scratch held = {.count = 0};
     Hiding hiding = {.words = (form->parts + 63) / 64};
     hiding.hiders = scratch(&held, form->parts * hiding.words, sizeof(uint64_t));
-    int64_t *counts = hiding.hiders ? scratch_as_is(&held, form->parts, sizeof(int64_t)) : NULL;
-    if (counts) {
+    int64_t *counts = scratch_as_is(&held, form->parts, sizeof(int64_t));
+    if (!held.failed) {
         for (Py_ssize_t first = 0; first < form->parts; first++)
             for (Py_ssize_t second = first + 1; second < form->parts; second++)
                 if (form->heat[first] != form->heat[second] && meet(&boxes[first], &boxes[second]))
@@ -239,7 +210,7 @@ static int hiding_order(const Form *form, const char *to_eye, const Extent *boxe
         rank_by_hiders(&hiding, form->parts, counts, rank);
     }
     discard(&held);
-    return counts ? 0 : -1;
+    return held.failed ? -1 : 0;
 }
 
 static Place turned(const double *turn, Place place)
@@ -255,9 +226,9 @@ static Place turned(const double *turn, Place place)
 static int move_parts(Form *form, const Pose *pose, Scratch *held)
 {
     Place *vertices = scratch_as_is(held, form->vertices_count, sizeof(Place));
-    Place *normals = vertices ? scratch_as_is(held, form->faces, sizeof(Place)) : NULL;
-    double *offsets = normals ? scratch_as_is(held, form->faces, sizeof(double)) : NULL;
-    if (offsets == NULL)
+    Place *normals = scratch_as_is(held, form->faces, sizeof(Place));
+    double *offsets = scratch_as_is(held, form->faces, sizeof(double));
+    if (held->failed)
         return -1;
     memcpy(vertices, form->vertices, (size_t)form->vertices_count * sizeof(Place));
     memcpy(normals, form->normals, (size_t)form->faces * sizeof(Place));
@@ -282,9 +253,8 @@ static int move_parts(Form *form, const Pose *pose, Scratch *held)
     return 0;
 }
 
-/* Where vertices are in the picture, px from the body's middle, and the boxes of parts; 0 where one is behind the
- * camera. As differences, which lose no digits: the edges of a small body, far from the picture's corner, keep
- * theirs. */
+/* Projects vertices, px from the body's middle (so that a small body's edges keep their digits), and the boxes of parts;
+ * 0 where a vertex is behind the camera. */
 static int project(const Form *form, const Pose *pose, Point *pixels, Extent *boxes, Extent *box)
 {
     const Place middle = pose->position;
@@ -348,14 +318,14 @@ static int outline(const Form *form, const Pose *pose, Scratch *held, Rims *rims
 {
     Form posed = *form;
     Point *pixels = scratch_as_is(held, form->vertices_count, sizeof(Point));
-    Extent *boxes = pixels ? scratch_as_is(held, form->parts, sizeof(Extent)) : NULL;
-    char *to_eye = boxes ? scratch_as_is(held, form->faces, 1) : NULL;
-    Py_ssize_t *next = to_eye ? scratch(held, form->parts, sizeof(Py_ssize_t)) : NULL;
-    rims->rank = next ? scratch_as_is(held, form->parts, sizeof(int64_t)) : NULL;
-    rims->start = rims->rank ? scratch_as_is(held, form->edges_count, sizeof(Point)) : NULL;
-    rims->stop = rims->start ? scratch_as_is(held, form->edges_count, sizeof(Point)) : NULL;
-    rims->layer = rims->stop ? scratch_as_is(held, form->edges_count, sizeof(int64_t)) : NULL;
-    if (rims->layer == NULL || (form->joints > 0 && move_parts(&posed, pose, held) < 0))
+    Extent *boxes = scratch_as_is(held, form->parts, sizeof(Extent));
+    char *to_eye = scratch_as_is(held, form->faces, 1);
+    Py_ssize_t *next = scratch(held, form->parts, sizeof(Py_ssize_t));
+    rims->rank = scratch_as_is(held, form->parts, sizeof(int64_t));
+    rims->start = scratch_as_is(held, form->edges_count, sizeof(Point));
+    rims->stop = scratch_as_is(held, form->edges_count, sizeof(Point));
+    rims->layer = scratch_as_is(held, form->edges_count, sizeof(int64_t));
+    if (held->failed || (form->joints > 0 && move_parts(&posed, pose, held) < 0))
         return -1;
     if (!project(&posed, pose, pixels, boxes, &rims->box))
         return 0;
@@ -366,7 +336,7 @@ static int outline(const Form *form, const Pose *pose, Scratch *held, Rims *rims
     return 1;
 }
 
-/* A box by its middle and its sides, as `Box` in irsim/types: its edges are rounded as those of one. */
+/* A box by its middle and its sides, so that its edges are rounded as those of `Box` in irsim/types. */
 typedef struct {
     Point middle;
     double wide, high;
@@ -385,7 +355,7 @@ static Extent edges_of(Box box)
                     {box.middle.x + box.wide / 2, box.middle.y + box.high / 2}};
 }
 
-/* The part of a box whose light can reach a frame of so many columns and rows; a corner of it where none can. */
+/* The part of a box whose light reaches a frame of columns x rows; a corner of it where none does. */
 static Box drawn_part(Box box, double reach, double columns, double rows)
 {
     const double out = -(reach + 0.5), right = columns - 1 + reach + 0.5, bottom = rows - 1 + reach + 0.5;
@@ -405,7 +375,7 @@ typedef struct {
     Py_ssize_t left, top, columns, rows;
 } Pixels;
 
-#define FAR 1e15 /* px: what is farther away has no whole pixels any more */
+#define FAR 1e15 /* px: beyond, doubles do not hold whole pixels */
 #define MOST 1e9 /* more pixels than any picture has */
 
 static int is_number(double value)
@@ -413,7 +383,7 @@ static int is_number(double value)
     return fabs(value) < INFINITY; /* nan is none */
 }
 
-/* 0 where the box that the window is of is nowhere, or the window far away or too large to be drawn. */
+/* 0 where the box has no place, or its window is too far away or too large to be drawn. */
 static int pixels_of(Box box, Box window, Pixels *pixels)
 {
     const Extent edges = edges_of(window);
@@ -427,7 +397,7 @@ static int pixels_of(Box box, Box window, Pixels *pixels)
     return 1;
 }
 
-/* The spread for what is so large, of pairs of the largest side that each is for and itself; the last is for all. */
+/* The spread for a side, px, of pairs (largest side, spread); the last is for all larger sides. */
 static const Spread *spread_for(PyObject *pairs, double side)
 {
     const Py_ssize_t count = PyTuple_Check(pairs) ? PyTuple_Size(pairs) : 0;
@@ -445,40 +415,38 @@ static const Spread *spread_for(PyObject *pairs, double side)
     return NULL;
 }
 
-/* The motions (12 numbers each) of so many joints; NULL with an exception where there are not as many. */
-static double *motions_of(PyObject *given, Py_ssize_t joints, Scratch *held)
+/* Argument i as a tuple of 12 numbers for each joint. */
+static double *motions_of(Call *call, int i, Py_ssize_t joints)
 {
-    if (!PyTuple_Check(given) || PyTuple_Size(given) < joints) {
-        PyErr_SetString(PyExc_ValueError, "body_light: a motion is wanted for each joint");
-        return NULL;
-    }
-    double *motions = scratch(held, 12 * joints, sizeof(double));
+    PyObject *given = call->given[i];
+    if (!PyTuple_Check(given) || PyTuple_Size(given) < joints)
+        return wrong(call, "body_light: a motion is required for each joint");
+    double *motions = room(call, 12 * joints, sizeof(double));
     for (Py_ssize_t joint = 0; joint < joints && motions; joint++) {
         PyObject *numbers = PyTuple_GetItem(given, joint);
-        if (!PyTuple_Check(numbers) || PyTuple_Size(numbers) != 12) {
-            PyErr_SetString(PyExc_ValueError, "body_light: a motion is of twelve numbers");
-            return NULL;
-        }
-        for (int i = 0; i < 12; i++)
-            motions[12 * joint + i] = PyFloat_AsDouble(PyTuple_GetItem(numbers, i));
+        if (!PyTuple_Check(numbers) || PyTuple_Size(numbers) != 12)
+            return wrong(call, "body_light: a motion is of twelve numbers");
+        for (int k = 0; k < 12; k++)
+            motions[12 * joint + k] = PyFloat_AsDouble(PyTuple_GetItem(numbers, k));
     }
-    return PyErr_Occurred() ? NULL : motions;
+    call->failed |= PyErr_Occurred() != NULL;
+    return motions;
 }
 
-/* Where the picture's middle axis and the edges of the frame are. */
+/* Size of the frame, and shift of its middle axis, px. */
 typedef struct {
     double columns, rows, shift_x, shift_y;
 } Frame;
 
-static PyObject *lit(const Form *form, const Pose *pose, const Frame *frame, const double *shine, double brightness,
-                     PyObject *spreads, Scratch *held)
+static PyObject *lit(Call *call, const Form *form, const Pose *pose, const Frame *frame, const double *shine,
+                     double brightness, PyObject *spreads)
 {
-    Rims rims;
-    const int found = outline(form, pose, held, &rims);
+    Rims rims = {.count = 0, .box = NOTHING};
+    const int found = outline(form, pose, &call->held, &rims);
     if (found == 0)
         Py_RETURN_NONE;
-    double *glow = found > 0 ? scratch(held, form->parts, sizeof(double)) : NULL;
-    if (glow == NULL)
+    double *glow = scratch(&call->held, form->parts, sizeof(double));
+    if (found < 0 || glow == NULL)
         return NULL;
     for (Py_ssize_t part = 0; part < form->parts; part++)
         glow[rims.rank[part]] = shine[part] * brightness;
@@ -496,10 +464,8 @@ static PyObject *lit(const Form *form, const Pose *pose, const Frame *frame, con
     Pixels pixels;
     if (by == NULL)
         return NULL;
-    if (!pixels_of(box, window, &pixels)) {
-        PyErr_SetString(PyExc_ValueError, "body_light: a body lies nowhere, or too far away from the picture");
-        return NULL;
-    }
+    if (!pixels_of(box, window, &pixels))
+        return wrong(call, "body_light: a body has no place, or is too far away from the picture");
     const Py_ssize_t high = pixels.rows + 2 * by->reach, wide = pixels.columns + 2 * by->reach;
     PyObject *light = PyByteArray_FromStringAndSize(NULL, 3 * high * wide * (Py_ssize_t)sizeof(double));
     if (light == NULL)
@@ -518,39 +484,20 @@ static PyObject *lit(const Form *form, const Pose *pose, const Frame *frame, con
                          middle.y + signal.y, box.middle.x, box.middle.y, box.wide, box.high, range, of.area);
 }
 
-/* body_light(form, motions, scale, position, attitude, ifov, columns, rows, shift x, shift y, shine, brightness,
- * spreads): x0, y0, shape and bytes of (cover, alpha, emission), the centroids of its area and of its light, its box,
- * range and area; None where it is behind the camera. */
-PyObject *body_light(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(body_light, 13)
 {
-    (void)self;
-    if (count != 13)
-        return PyErr_Format(PyExc_TypeError, "body_light takes 13 arguments, not %zd", count);
-    const Form *form = form_of(given[0]);
+    Py_ssize_t three, nine, parts;
+    const Form *form = PyCapsule_GetPointer(call->given[0], NAME);
     if (form == NULL)
         return NULL;
-    Arrays arrays = {.count = 0};
-    Scratch held = {.count = 0};
-    PyObject *result = NULL;
-    Py_ssize_t three, nine, parts;
-    const Place *position = array(&arrays, given[3], "d", 0, &three);
-    const double *attitude = position ? array(&arrays, given[4], "d", 0, &nine) : NULL;
-    const double *shine = attitude ? array(&arrays, given[10], "d", 0, &parts) : NULL;
-    const double *motions = shine ? motions_of(given[1], form->joints, &held) : NULL;
-    if (motions == NULL)
-        goto done;
-    if (three != 3 || nine != 9 || parts != form->parts) {
-        PyErr_SetString(PyExc_ValueError, "body_light: its arrays do not agree");
-        goto done;
-    }
-    const Pose pose = {motions, PyFloat_AsDouble(given[2]), *position, attitude, PyFloat_AsDouble(given[5])};
-    const Frame frame = {PyFloat_AsDouble(given[6]), PyFloat_AsDouble(given[7]), PyFloat_AsDouble(given[8]),
-                         PyFloat_AsDouble(given[9])};
-    const double brightness = PyFloat_AsDouble(given[11]);
-    if (!PyErr_Occurred())
-        result = lit(form, &pose, &frame, shine, brightness, given[12], &held);
-done:
-    discard(&held);
-    release(&arrays);
-    return result;
+    const Place *position = input(call, 3, "d", &three);
+    const double *attitude = input(call, 4, "d", &nine), *shine = input(call, 10, "d", &parts);
+    if (call->failed)
+        return NULL;
+    if (three != 3 || nine != 9 || parts != form->parts)
+        return wrong(call, "body_light: its arrays do not agree");
+    const Pose pose = {motions_of(call, 1, form->joints), number(call, 2), *position, attitude, number(call, 5)};
+    const Frame frame = {number(call, 6), number(call, 7), number(call, 8), number(call, 9)};
+    const double brightness = number(call, 11);
+    return call->failed ? NULL : lit(call, form, &pose, &frame, shine, brightness, call->given[12]);
 }

@@ -45,26 +45,26 @@ static inline double dot(Place a, Place b)
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/* How an edge hangs together with the rest: see `Parts` in irsim/targets/mesh.py. */
+/* Vertices, faces and part of an edge: see `Parts` in irsim/targets/mesh.py. */
 typedef struct {
     int64_t tail, head, left, right, part;
 } Edge;
 
-/* As `Mesh` in irsim/targets/mesh.py, those of each part side by side: a face's plane is normal . v = offset. */
+/* As `Mesh` in irsim/targets/mesh.py, part after part: a face's plane is normal . v = offset. */
 typedef struct {
     Py_ssize_t parts, faces, vertices_count, edges_count, joints;
     const int64_t *first_vertex, *first_face; /* (parts + 1) */
     const int64_t *corner;                    /* (faces) a vertex of each */
     const Edge *edges;
-    const int64_t *heat;  /* (parts) those of one heat shine alike: which of them hides which does not matter */
+    const int64_t *heat;  /* (parts) parts of one heat shine alike: their order does not matter */
     const Place *vertices, *normals;
     const double *offsets;
-    const double *crossing; /* (parts, faces) how far each part reaches behind each face, as they are at rest */
-    const int64_t *joint;   /* (parts) what it moves with: those of one joint lie to each other as at rest */
-    double thin;            /* a part that reaches no farther behind a face lies wholly before it */
+    const double *crossing; /* (parts, faces) reach of each part behind each face, at rest */
+    const int64_t *joint;   /* (parts) parts of one joint keep their relative position */
+    double thin;            /* largest reach behind a face of a part that counts as before it */
 } Form;
 
-/* How a body is moved and seen. */
+/* Motion and view of a body. */
 typedef struct {
     const double *motions; /* (joints, 12) turn (3, 3) and shift of each */
     double scale;          /* of shifts */
@@ -73,8 +73,7 @@ typedef struct {
     double ifov;
 } Pose;
 
-/* Edges of what is seen of parts, from the body's place in the picture, px; those of each layer together, the nearest
- * first. */
+/* Outline edges of parts, px from the body's place in the picture; layer after layer, the nearest first. */
 typedef struct {
     Point *start, *stop;
     int64_t *layer;
@@ -83,7 +82,7 @@ typedef struct {
     Extent box;    /* around all of it */
 } Rims;
 
-/* A piece of an edge, and what opacity and glow gain across it. */
+/* A piece of an edge, and the change of opacity and glow across it. */
 typedef struct {
     Point start, stop;
     double opacity, glow;
@@ -95,17 +94,16 @@ typedef struct {
     Py_ssize_t count, room;
 } Pieces;
 
-/* Edges start -> stop (count of them), clockwise with y down, one convex polygon a layer; layers rise from 0, which
- * is the nearest, to below `layers`. -1 with an exception where that is not so or memory runs out. The caller frees
- * pieces->of in either case. */
+/* Edges start -> stop, clockwise with y down, one convex polygon a layer; layers rise from 0, the nearest, to below
+ * `layers`. -1 with an exception where they do not, or without memory. The caller frees pieces->of in either case. */
 int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t count, const double *glow,
                    Py_ssize_t layers, Pieces *pieces);
 
 #define MOST_FINE 4
 
-/* How the cells of a pixel, `fine` a side, spread over it and `reach` pixels on either side of it, on each axis, of each
- * of several terms: see `PSF.separable_kernels` in irsim/physics/psf.py. Of each place of a cell, what light that fills
- * it evenly puts there, and what a first moment does; places first .. beyond - 1 are all that it lights. */
+/* Spread of the cells of a pixel, `fine` a side, over it and `reach` pixels on either side, on each axis, by several
+ * terms: see `PSF.separable_kernels` in irsim/physics/psf.py. For each place of a cell, the shares of even light and of a
+ * first moment; it lights places first .. beyond - 1. */
 typedef struct {
     Py_ssize_t terms, fine, reach, stride;
     const double *weights; /* (terms) */
@@ -113,7 +111,7 @@ typedef struct {
     Py_ssize_t first[MOST_FINE], beyond[MOST_FINE];
 } Spread;
 
-/* The Spread that a value is; NULL with an exception where it is none. */
+/* The Spread in a capsule; NULL with an exception. */
 const Spread *spread_of(PyObject *given);
 
 /* Integrals of opacity and glow over a field, and their centroids, by Green's theorem; nan where the integral is 0. */
@@ -122,8 +120,8 @@ typedef struct {
     Point center, signal_center;
 } Middle;
 
-/* The polygons' light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission, on a grid of so many pixels
- * whose outer corner is given. -1 with an exception where layers do not rise or memory runs out. */
+/* The polygons' light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission, on rows x columns pixels from
+ * an outer corner. -1 with an exception as `visible_pieces`. */
 int draw_polygons(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t edges, const double *glow,
                   Py_ssize_t layers, Point corner, Py_ssize_t rows, Py_ssize_t columns, const Spread *by, double *light,
                   Middle *middle);

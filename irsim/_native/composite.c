@@ -1,7 +1,7 @@
 /* A sprite drawn over an image (see irsim/render/composite.py), and the clutter around a box (contrast.py). */
 #include "kernels.h"
 
-/* The part of 0 .. length - 1 that lies overlap 0 .. end - 1 when shifted by `origin`. */
+/* The part of 0 .. length - 1 that lies within 0 .. end - 1 when shifted by `origin`. */
 typedef struct {
     Py_ssize_t first, stop;
 } Overlap;
@@ -12,7 +12,7 @@ static Overlap overlap(Py_ssize_t origin, Py_ssize_t length, Py_ssize_t end)
     return found.first < found.stop ? found : (Overlap){0, 0};
 }
 
-/* What the light of a patch and that of the picture behind it sum up to, where both are. */
+/* Sums over the pixels of a patch that are in the picture. */
 typedef struct {
     double alpha, emission, behind;
 } Totals;
@@ -28,32 +28,18 @@ static void lay_row(float *light, const double *alpha, const double *emission, P
     }
 }
 
-/* lay(light, columns, alpha, emission, wide, x, y): light (float32, of so many columns) <- light (1 - alpha) + emission,
- * a patch of `wide` columns whose top left is (x, y). Returned are the sums of alpha, emission, and alpha * light as it
- * was, overlap the picture. */
-PyObject *lay(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(lay, 7)
 {
-    (void)self;
-    if (count != 7) {
-        PyErr_SetString(PyExc_TypeError, "lay takes 7 arguments");
-        return NULL;
-    }
-    Arrays arrays = {.count = 0};
-    PyObject *result = NULL;
     Py_ssize_t pixels, size, lit;
-    float *light = array(&arrays, given[0], "f", 1, &pixels);
-    const double *alpha = light ? array(&arrays, given[2], "d", 0, &size) : NULL;
-    const double *emission = alpha ? array(&arrays, given[3], "d", 0, &lit) : NULL;
-    Py_ssize_t columns = emission ? PyLong_AsSsize_t(given[1]) : 0, wide = emission ? PyLong_AsSsize_t(given[4]) : 0;
-    Py_ssize_t x = emission ? PyLong_AsSsize_t(given[5]) : 0, y = emission ? PyLong_AsSsize_t(given[6]) : 0;
-    if (emission == NULL || PyErr_Occurred())
-        goto done;
+    float *light = output(call, 0, "f", &pixels);
+    const double *alpha = input(call, 2, "d", &size), *emission = input(call, 3, "d", &lit);
+    const Py_ssize_t columns = whole(call, 1), wide = whole(call, 4), x = whole(call, 5), y = whole(call, 6);
     const Py_ssize_t far = PY_SSIZE_T_MAX / 4;
+    if (call->failed)
+        return NULL;
     if (columns < 1 || wide < 1 || pixels % columns || size % wide || lit != size || x < -far || x > far || y < -far ||
-        y > far) {
-        PyErr_SetString(PyExc_ValueError, "lay: its arrays do not agree");
-        goto done;
-    }
+        y > far)
+        return wrong(call, "lay: its arrays do not agree");
     Overlap across = overlap(x, wide, columns), down = overlap(y, size / wide, pixels / columns);
     if (across.first == across.stop)
         down = (Overlap){0, 0};
@@ -62,17 +48,14 @@ PyObject *lay(PyObject *self, PyObject *const *given, Py_ssize_t count)
         Py_ssize_t place = row * wide + across.first, length = across.stop - across.first;
         lay_row(light + (y + row) * columns + x + across.first, alpha + place, emission + place, length, &sums);
     }
-    result = Py_BuildValue("(ddd)", sums.alpha, sums.emission, sums.behind);
-done:
-    release(&arrays);
-    return result;
+    return Py_BuildValue("(ddd)", sums.alpha, sums.emission, sums.behind);
 }
 
 typedef struct {
     int64_t first, stop;
 } Range;
 
-/* Of the pixels along one axis: those that the box holds, the ring's, and the guard's. */
+/* Pixels along one axis in the box, in the ring and in the guard. */
 typedef struct {
     Range held, ring, guard;
     double low, high; /* the sides of the box */
@@ -98,7 +81,7 @@ static Line line_of(int64_t count, double middle, double side, double ring, doub
     return line;
 }
 
-/* How much of a pixel the box holds. */
+/* Share of a pixel that is in the box. */
 static double share(const Line *line, int64_t place)
 {
     double low = (double)place - 0.5, high = (double)place + 0.5;
@@ -178,33 +161,18 @@ static Clutter around(const float *picture, int64_t columns, const Line *down, c
     return (Clutter){held / weight - reference - level, reference + level, sqrt(variance > 0 ? variance : 0.0)};
 }
 
-/* clutter(picture, columns, cx, cy, w, h, ring, guard): picture float32, of so many columns. */
-PyObject *clutter(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(clutter, 8)
 {
-    (void)self;
-    if (count != 8) {
-        PyErr_SetString(PyExc_TypeError, "clutter takes 8 arguments");
-        return NULL;
-    }
-    Arrays arrays = {.count = 0};
-    PyObject *result = NULL;
     Py_ssize_t pixels;
-    double number[8];
-    const float *picture = array(&arrays, given[0], "f", 0, &pixels);
-    int64_t columns = picture ? PyLong_AsSsize_t(given[1]) : 0;
-    for (int i = 2; i < 8 && picture && !PyErr_Occurred(); i++)
-        number[i] = PyFloat_AsDouble(given[i]);
-    if (picture == NULL || PyErr_Occurred())
-        goto done;
-    if (columns < 1 || pixels % columns || !(number[7] <= number[6])) {
-        PyErr_SetString(PyExc_ValueError, "clutter: a picture of whole rows is wanted, and a guard within the ring");
-        goto done;
-    }
-    Line across = line_of(columns, number[2], number[4], number[6], number[7]);
-    Line down = line_of(pixels / columns, number[3], number[5], number[6], number[7]);
-    Clutter found = around(picture, columns, &down, &across);
-    result = Py_BuildValue("(ddd)", found.signal, found.level, found.spread);
-done:
-    release(&arrays);
-    return result;
+    const float *picture = input(call, 0, "f", &pixels);
+    const int64_t columns = whole(call, 1);
+    const double ring = number(call, 6), guard = number(call, 7);
+    const double cx = number(call, 2), cy = number(call, 3), w = number(call, 4), h = number(call, 5);
+    if (call->failed)
+        return NULL;
+    if (columns < 1 || pixels % columns || !(guard <= ring))
+        return wrong(call, "clutter: a picture of whole rows is required, and a guard within the ring");
+    const Line across = line_of(columns, cx, w, ring, guard), down = line_of(pixels / columns, cy, h, ring, guard);
+    const Clutter found = around(picture, columns, &down, &across);
+    return Py_BuildValue("(ddd)", found.signal, found.level, found.spread);
 }

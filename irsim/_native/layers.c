@@ -2,16 +2,16 @@
  * (cloud_evolution.py), and their shading (clouds.py). States are 16-bit words: half as much memory is read. */
 #include "kernels.h"
 
-#define WHOLE 32768  /* what the shares of words sum to */
-#define LEAST -32768 /* the word that stands for 0 */
+#define WHOLE 32768  /* sum of the shares of words */
+#define LEAST -32768 /* the word for the value 0 */
 
-/* What counts of a word and of the one right of it, in either state: below 0, so that a word holds all of one, too.
- * Sums of words so weighted fit 32 bits, and are exact. */
+/* Shares of a word and of the one right of it, in either state, times -1: int16 holds -WHOLE. Weighted sums of words fit
+ * 32 bits, and are exact. */
 typedef struct {
     int16_t of_early, right_of_early, of_late, right_of_late;
 } Shares;
 
-/* Two states, a row and a column larger than the picture; the value of a sum of weighted words is it * unit + zero. */
+/* Two states, a row and a column larger than the picture; the value of a weighted sum is sum * unit + zero. */
 typedef struct {
     Words early, late;
     Shares shares;
@@ -19,7 +19,7 @@ typedef struct {
     float *above; /* room for a row between its pixels: sums */
 } Field;
 
-/* The sum at a place between two columns, of both states. */
+/* The sum between two columns, of both states. */
 INLINED float beside(const Shares *of, const int16_t *early, const int16_t *late, Py_ssize_t i)
 {
     return (float)(early[i] * of->of_early + early[i + 1] * of->right_of_early + late[i] * of->of_late +
@@ -34,7 +34,7 @@ INLINED void begin_rows(const Field *field, Py_ssize_t columns)
         above[i] = beside(&own.shares, own.early.data, own.late.data, i);
 }
 
-/* The value of a pixel whose upper edge is kept, and its lower edge, which is kept as the next row's upper one. */
+/* The value of a pixel by the sums at its upper edge, which is kept, and its lower edge, kept for the next row. */
 INLINED float between(const Field *field, float *kept, float below, float down, int fused)
 {
     const float above = *kept;
@@ -42,12 +42,12 @@ INLINED float between(const Field *field, float *kept, float below, float down, 
     return plus(field->zero, plus(above, below - above, down, fused), field->unit, fused);
 }
 
-/* What the air before it lets through, and its own light: each as large as the picture. */
+/* Transmittance of the air before a layer, and its own light: each as large as the picture. */
 typedef struct {
     Plane passed, lit;
 } Air;
 
-/* What a row of the picture is made from: the words of both states of both fields, what is seen, and the air. */
+/* Sources of a row of the picture: words of both states of both fields, the light behind, and the air. */
 typedef struct {
     const int16_t *early, *late, *own_early, *own_late;
     const float *seen, *tau, *lit;
@@ -68,9 +68,8 @@ INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under
 }
 
 #ifdef SIXTEENS
-/* By sixteens of words, products of neighbours summed in one step: 0.32 ns a pixel alone, 0.45 where each word is
- * made a float, 0.66 as the compiler does that (Zen 3). What counts of a word and of the one right of it, eight times
- * each. */
+/* Products of neighbouring words summed in one step: 0.32 ns a pixel, 0.45 with words as floats, 0.66 as the compiler
+ * does that (Zen 3). Shares of a word and of the one right of it, eight times each. */
 typedef struct {
     __m256i early, late;
     __m256 unit, zero;
@@ -116,7 +115,7 @@ FUSING INLINED __m256 eight_between(const Pairs *of, float *kept, __m256 below, 
     return _mm256_fmadd_ps(_mm256_fmadd_ps(_mm256_sub_ps(below, above), down, above), of->unit, of->zero);
 }
 
-/* Eight pixels of a row from the i-th on, of what they pass and emit. */
+/* Eight pixels of a row from the i-th on, by transmittance and emission. */
 FUSING INLINED void lay_eight(const Row *row, Py_ssize_t i, __m256 left, __m256 added, int airy)
 {
     __m256 seen = _mm256_loadu_ps(row->seen + i);
@@ -128,7 +127,7 @@ FUSING INLINED void lay_eight(const Row *row, Py_ssize_t i, __m256 left, __m256 
     _mm256_storeu_ps(row->values + i, _mm256_fmadd_ps(seen, left, added));
 }
 
-/* As many pixels of a row as there are by sixteens, as `lay` has them; how many they are. */
+/* As many pixels of a row as there are by sixteens, as in `lay_rows`; returns their number. */
 FUSING static Py_ssize_t lay_sixteens(const Field *passed, const Field *emitted, float down, const Row *at,
                                       Py_ssize_t columns)
 {
@@ -165,17 +164,19 @@ INLINED void see(const Field *field, float down, const Plane *out, int fused)
     }
 }
 
-/* `under` may be the light itself; air may be NULL. Behind air that passes tau and shines by p a field of transmittance
+BOTH(void, see, (const Field *field, float down, const Plane *out), field, down, out)
+
+/* `under` may be the light itself; air may be NULL. Behind air of transmittance tau and light p, a layer of transmittance
  * t and emission e leaves of u: u t + tau e + p (1 - t) = (u - p) t + tau e + p. */
 INLINED void lay_rows(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
-                 const Air *air, int fused, int by_sixteens)
+                      const Air *air, int fused)
 {
     const Field through = *passed, own = *emitted;
     begin_rows(passed, light->columns);
     begin_rows(emitted, light->columns);
     for (Py_ssize_t row = 0; row < light->rows; row++) {
         const Row at = row_of(&through, &own, under, light, air, row);
-        const Py_ssize_t done = by_sixteens ? lay_sixteens(&through, &own, down, &at, light->columns) : 0;
+        const Py_ssize_t done = fused ? lay_sixteens(&through, &own, down, &at, light->columns) : 0;
         float *restrict through_above = through.above, *restrict own_above = own.above;
         EACH_ALONE
         for (Py_ssize_t i = done; i < light->columns; i++) {
@@ -190,133 +191,34 @@ INLINED void lay_rows(const Field *passed, const Field *emitted, float down, con
     }
 }
 
-FUSING static void see_fused(const Field *field, float down, const Plane *out)
-{
-    see(field, down, out, 1);
-}
-
-static void see_twice(const Field *field, float down, const Plane *out)
-{
-    see(field, down, out, 0);
-}
-
-/* Both ways are compiled apart: without air nothing of it is read. */
+/* Compiled apart: without air none is read. */
 INLINED void lay_in(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
-                    const Air *air, int fused, int by_sixteens)
+                    const Air *air, int fused)
 {
     if (air == NULL)
-        lay_rows(passed, emitted, down, under, light, NULL, fused, by_sixteens);
+        lay_rows(passed, emitted, down, under, light, NULL, fused);
     else
-        lay_rows(passed, emitted, down, under, light, air, fused, by_sixteens);
+        lay_rows(passed, emitted, down, under, light, air, fused);
 }
-
-FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *under,
-                             const Plane *light, const Air *air)
-{
-    lay_in(passed, emitted, down, under, light, air, 1, 1);
-}
-
-static void lay_twice(const Field *passed, const Field *emitted, float down, const Plane *under,
-                      const Plane *light, const Air *air)
-{
-    lay_in(passed, emitted, down, under, light, air, 0, 0);
-}
-
-static int larger(const Words *state, const Plane *picture)
-{
-    return state->rows == picture->rows + 1 && state->columns == picture->columns + 1;
-}
-
-/* A share of WHOLE among the arguments, as it counts: 0, or -1 with an exception. */
-static int share_of(PyObject *given, int16_t *out)
-{
-    const long share = PyLong_AsLong(given);
-    if (PyErr_Occurred())
-        return -1;
-    if (share < 0 || share > WHOLE) {
-        PyErr_Format(PyExc_ValueError, "shares of 0 to %d are wanted", WHOLE);
-        return -1;
-    }
-    *out = (int16_t)-share;
-    return 0;
-}
+BOTH(void, lay_in, (const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
+                    const Air *air), passed, emitted, down, under, light, air)
 
 #define SHARES 4
 
-/* Reads what counts of a word and of the one right of it, of the early state and of the late one. */
-static int shares_of(PyObject *const *given, Shares *out)
+static Shares shares_of(Call *call, int first)
 {
-    int16_t *const each[SHARES] = {&out->of_early, &out->right_of_early, &out->of_late, &out->right_of_late};
-    int sum = 0;
+    int16_t found[SHARES];
+    Py_ssize_t sum = 0;
+    int right = 1;
     for (int i = 0; i < SHARES; i++) {
-        if (share_of(given[i], each[i]) < 0)
-            return -1;
-        sum -= *each[i];
+        const Py_ssize_t share = whole(call, first + i);
+        right &= 0 <= share && share <= WHOLE;
+        found[i] = (int16_t)-share;
+        sum += share;
     }
-    if (sum == WHOLE)
-        return 0;
-    PyErr_Format(PyExc_ValueError, "shares that sum to %d are wanted", WHOLE);
-    return -1;
-}
-
-/* Reads (four shares, down, unit of each field, picture, early and late of each field); the room for their rows, for
- * the caller to free, or NULL with an exception. */
-static float *looked_at(Arrays *arrays, PyObject *const *given, float *down, Plane *picture, Field *fields, int count)
-{
-    Shares shares;
-    double numbers[3];
-    if (shares_of(given, &shares) < 0)
-        return NULL;
-    for (int i = 0; i < 1 + count; i++) {
-        numbers[i] = PyFloat_AsDouble(given[SHARES + i]);
-        if (PyErr_Occurred())
-            return NULL;
-    }
-    *down = (float)numbers[0];
-    PyObject *const *states = given + SHARES + 1 + count;
-    if (plane(arrays, *states++, 1, picture) < 0)
-        return NULL;
-    for (int i = 0; i < count; i++) {
-        Field *field = &fields[i];
-        if (words(arrays, *states++, &field->early) < 0 || words(arrays, *states++, &field->late) < 0)
-            return NULL;
-        if (!larger(&field->early, picture) || !larger(&field->late, picture)) {
-            PyErr_SetString(PyExc_ValueError, "states a row and a column larger than the picture are wanted");
-            return NULL;
-        }
-        const float unit = (float)numbers[1 + i];
-        field->shares = shares;
-        field->unit = unit / -WHOLE;
-        field->zero = unit * -LEAST;
-    }
-    float *room = PyMem_Calloc((size_t)count, ((size_t)picture->columns + 1) * sizeof *room);
-    if (room == NULL) {
-        PyErr_NoMemory();
-        return NULL;
-    }
-    for (int i = 0; i < count; i++)
-        fields[i].above = room + i * picture->columns;
-    return room;
-}
-
-/* moved(four shares, down, unit, out, early, late) */
-PyObject *moved(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    float down;
-    Plane out;
-    Field field;
-    if (count != 9)
-        return PyErr_Format(PyExc_TypeError, "moved takes 9 arguments, not %zd", count);
-    float *room = looked_at(&arrays, given, &down, &out, &field, 1);
-    if (room != NULL)
-        (fuses() ? see_fused : see_twice)(&field, down, &out);
-    PyMem_Free(room);
-    release(&arrays);
-    if (room == NULL)
-        return NULL;
-    Py_RETURN_NONE;
+    if (!call->failed && (!right || sum != WHOLE))
+        wrong(call, "shares of 0 to 32768 that sum to 32768 are required");
+    return (Shares){found[0], found[1], found[2], found[3]};
 }
 
 static int as_large(const Plane *one, const Plane *other)
@@ -324,39 +226,57 @@ static int as_large(const Plane *one, const Plane *other)
     return one->rows == other->rows && one->columns == other->columns;
 }
 
-/* veil(under, four shares, down, unit passed, unit emitted, light, early passed, late passed, early emitted, late
- * emitted[, what the air passes, its light]) */
-PyObject *veil(PyObject *self, PyObject *const *given, Py_ssize_t count)
+/* Reads, from argument `first` on: four shares, down, the unit of each field, the picture, early and late of each field. */
+static void fields_of(Call *call, int first, float *down, Plane *picture, Field *fields, int count)
 {
-    (void)self;
-    Arrays arrays = {.count = 0};
-    float down;
-    Plane light, under;
-    Air before;
-    Field fields[2];
-    if (count != 13 && count != 15)
-        return PyErr_Format(PyExc_TypeError, "veil takes 13 or 15 arguments, not %zd", count);
-    const Air *air = count == 15 ? &before : NULL;
-    float *room = looked_at(&arrays, given + 1, &down, &light, fields, 2);
-    int done = room != NULL && plane(&arrays, given[0], 0, &under) == 0;
-    if (done && air != NULL)
-        done = plane(&arrays, given[13], 0, &before.passed) == 0 && plane(&arrays, given[14], 0, &before.lit) == 0;
-    if (done && (!as_large(&under, &light) ||
-                 (air != NULL && !(as_large(&before.passed, &light) && as_large(&before.lit, &light))))) {
-        PyErr_SetString(PyExc_ValueError, "what is under a veil, and the air before it, is to be as large as the picture");
-        done = 0;
+    const Shares shares = shares_of(call, first);
+    const int states = first + SHARES + 2 + count;
+    *down = (float)number(call, first + SHARES);
+    *picture = plane(call, states - 1, PyBUF_WRITABLE);
+    for (int i = 0; i < count; i++) {
+        const float unit = (float)number(call, first + SHARES + 1 + i);
+        const Words early = words(call, states + 2 * i), late = words(call, states + 2 * i + 1);
+        fields[i] = (Field){early, late, shares, unit / -WHOLE, unit * -LEAST, room(call, picture->columns, sizeof(float))};
+        if (!call->failed && (early.rows != picture->rows + 1 || early.columns != picture->columns + 1 ||
+                              late.rows != early.rows || late.columns != early.columns))
+            wrong(call, "states a row and a column larger than the picture are required");
     }
-    if (done)
-        (fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &under, &light, air);
-    PyMem_Free(room);
-    release(&arrays);
-    if (!done)
+}
+
+KERNEL(moved, 9)
+{
+    float down;
+    Plane out;
+    Field field;
+    fields_of(call, 0, &down, &out, &field, 1);
+    if (!call->failed)
+        CHOSEN(see)(&field, down, &out);
+    return done(call);
+}
+
+KERNEL_OF(veil, 13, 15)
+{
+    if (call->count == 14)
+        return PyErr_Format(PyExc_TypeError, "veil takes both tau and path, or neither");
+    float down;
+    Plane light;
+    Field fields[2];
+    Air air;
+    const int airy = call->count == 15;
+    fields_of(call, 1, &down, &light, fields, 2);
+    const Plane under = plane(call, 0, 0);
+    if (airy)
+        air = (Air){plane(call, 13, 0), plane(call, 14, 0)};
+    if (call->failed)
         return NULL;
-    Py_RETURN_NONE;
+    if (!as_large(&under, &light) || (airy && !(as_large(&air.passed, &light) && as_large(&air.lit, &light))))
+        return wrong(call, "the light under a veil, and the air before it, must be as large as the picture");
+    CHOSEN(lay_in)(&fields[0], &fields[1], down, &under, &light, airy ? &air : NULL);
+    return done(call);
 }
 
 #define FIELDS 4
-#define MIX_BLOCK 256 /* pixels at a time: what is summed of them stays in the nearest cache */
+#define MIX_BLOCK 256 /* pixels at a time: their sums stay in the first-level cache */
 
 /* Four times two fields side by side, of side x side each. */
 typedef struct {
@@ -365,8 +285,7 @@ typedef struct {
     Py_ssize_t side;
 } Mixture;
 
-/* A stretch of a row within the fields, whose first pixel is their number `place`. They are summed side by side, and
- * only then taken apart. */
+/* A stretch of a row within the fields from their pixel `place` on. They are summed side by side, then taken apart. */
 INLINED void mix_stretch(const Mixture *of, Py_ssize_t place, Py_ssize_t count, float *restrict ones,
                          float *restrict others, int fused)
 {
@@ -404,74 +323,52 @@ INLINED void mix(const Mixture *of, Py_ssize_t row, Py_ssize_t column, const Pla
     }
 }
 
-FUSING static void mix_fused(const Mixture *of, Py_ssize_t row, Py_ssize_t column, const Plane *first,
-                             const Plane *second)
-{
-    mix(of, row, column, first, second, 1);
-}
+BOTH(void, mix, (const Mixture *of, Py_ssize_t row, Py_ssize_t column, const Plane *first, const Plane *second), of, row,
+     column, first, second)
 
-static void mix_twice(const Mixture *of, Py_ssize_t row, Py_ssize_t column, const Plane *first, const Plane *second)
+/* Argument i as a tuple of `count` numbers. */
+static void numbers_of(Call *call, int i, float *out, Py_ssize_t count)
 {
-    mix(of, row, column, first, second, 0);
-}
-
-/* As many numbers as there are in a tuple; -1 with an exception where it holds something else. */
-static int numbers(PyObject *given, float *out, Py_ssize_t count)
-{
-    if (!PyTuple_Check(given) || PyTuple_Size(given) != count) {
-        PyErr_Format(PyExc_TypeError, "a tuple of %zd is wanted", count);
-        return -1;
+    PyObject *given = call->given[i];
+    if (!call->failed && (!PyTuple_Check(given) || PyTuple_Size(given) != count)) {
+        PyErr_Format(PyExc_TypeError, "a tuple of %zd is required", count);
+        call->failed = 1;
     }
-    for (Py_ssize_t i = 0; i < count; i++) {
-        out[i] = (float)PyFloat_AsDouble(PyTuple_GetItem(given, i));
-        if (PyErr_Occurred())
-            return -1;
+    for (Py_ssize_t j = 0; j < count && !call->failed; j++) {
+        out[j] = (float)PyFloat_AsDouble(PyTuple_GetItem(given, j));
+        call->failed = PyErr_Occurred() != NULL;
     }
-    return 0;
 }
 
-/* mixed(shares, scales, side, row, column, first, second, four fields two by two) */
-PyObject *mixed(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(mixed, 7 + FIELDS)
 {
-    (void)self;
-    if (count != 7 + FIELDS)
-        return PyErr_Format(PyExc_TypeError, "mixed takes %d arguments, not %zd", 7 + FIELDS, count);
     Mixture of;
-    if (numbers(given[0], of.shares, FIELDS) < 0 || numbers(given[1], of.scales, 2) < 0)
-        return NULL;
-    of.side = PyLong_AsSsize_t(given[2]);
-    const Py_ssize_t row = PyLong_AsSsize_t(given[3]), column = PyLong_AsSsize_t(given[4]);
-    if (PyErr_Occurred())
-        return NULL;
-    Arrays arrays = {.count = 0};
-    Plane first, second;
-    int done = plane(&arrays, given[5], 1, &first) == 0 && plane(&arrays, given[6], 1, &second) == 0;
-    for (int j = 0; done && j < FIELDS; j++) {
+    numbers_of(call, 0, of.shares, FIELDS);
+    numbers_of(call, 1, of.scales, 2);
+    of.side = whole(call, 2);
+    const Py_ssize_t row = whole(call, 3), column = whole(call, 4);
+    const Plane first = plane(call, 5, PyBUF_WRITABLE), second = plane(call, 6, PyBUF_WRITABLE);
+    int right = 0 < of.side && of.side <= INT32_MAX;
+    for (int j = 0; j < FIELDS; j++) {
         Py_ssize_t length;
-        of.fields[j] = array(&arrays, given[7 + j], "f", 0, &length);
-        done = of.fields[j] != NULL;
-        if (done && (of.side < 1 || length != 2 * of.side * of.side)) {
-            PyErr_SetString(PyExc_ValueError, "two fields of side x side, side by side, are wanted");
-            done = 0;
-        }
+        of.fields[j] = input(call, 7 + j, "f", &length);
+        right = right && length == 2 * of.side * of.side;
     }
-    if (done && (row < 0 || column < 0 || second.rows != first.rows || second.columns != first.columns)) {
-        PyErr_SetString(PyExc_ValueError, "two pictures of one size from a row and a column on are wanted");
-        done = 0;
-    }
-    if (done)
-        (fuses() ? mix_fused : mix_twice)(&of, row, column % of.side, &first, &second);
-    release(&arrays);
-    if (!done)
+    if (call->failed)
         return NULL;
-    Py_RETURN_NONE;
+    if (!right)
+        return wrong(call, "two fields of side x side, side by side, are required");
+    if (row < 0 || column < 0 || !as_large(&first, &second))
+        return wrong(call, "two pictures of one size from a row and a column on are required");
+    CHOSEN(mix)(&of, row, column % of.side, &first, &second);
+    return done(call);
 }
 
 #define ENTRIES (UINT16_MAX + 1)
-#define CLOUD_BLOCK 512 /* pixels between passes: what they leave for each other stays in the nearest cache */
+#define CLOUD_BLOCK 512 /* pixels at a time: the passes over them stay in the first-level cache */
 
-/* Thickness above which there is cloud, depth for each unit above it, what full sunlight adds; places of warmth in the
- * table of its glow: warmth times `step`, from `middle` on. */
+/* Thickness at which cloud begins, depth for each unit above it, light added by full sun; the place of warmth in the
+ * table of its glow is warmth * step + middle. */
 typedef struct {
     float edge, depth, sunlit, step, middle;
     const float *glow;
@@ -479,7 +376,7 @@ typedef struct {
 
 #define FAINTEST 88.0F /* from here on the power of two is 2^-127, whose bits are those of 0 */
 
-/* e^-x of x from 0 to FAINTEST, where it is 0: within 2e-7 of it, a power of two, and the rest by its series. */
+/* e^-x for x from 0 to FAINTEST, where it is 0: a power of two times a series, within 2e-7. */
 INLINED float faded(float x)
 {
     const float power = x * 1.44269504F; /* log2 e */
@@ -506,7 +403,7 @@ INLINED void paint(const Look *look, const float *restrict thickness, const floa
 {
     const Look own = *look;
     int32_t places[CLOUD_BLOCK];
-    float thick[CLOUD_BLOCK], deep[CLOUD_BLOCK], lit_by[CLOUD_BLOCK]; /* written and read again: else the compiler branches where they are 0 */
+    float thick[CLOUD_BLOCK], deep[CLOUD_BLOCK], lit_by[CLOUD_BLOCK]; /* kept: else the compiler branches at 0 */
     for (Py_ssize_t from = 0; from < count; from += CLOUD_BLOCK) {
         const Py_ssize_t length = count - from < CLOUD_BLOCK ? count - from : CLOUD_BLOCK;
         const float *restrict above = thickness + from, *restrict warm = warmth + from;
@@ -528,61 +425,29 @@ INLINED void paint(const Look *look, const float *restrict thickness, const floa
     }
 }
 
-/* Both ways are compiled apart: without sun nothing of it is read. */
-INLINED void paint_in(const Look *look, const float *thickness, const float *warmth, const float *lit, float *passed,
-                      float *emitted, Py_ssize_t count)
+WIDE static void paint_any(const Look *look, const float *thickness, const float *warmth, const float *lit,
+                           float *passed, float *emitted, Py_ssize_t count)
 {
-    if (lit == NULL)
+    if (lit == NULL) /* compiled apart: no sunlight is read */
         paint(look, thickness, warmth, NULL, passed, emitted, count, 0);
     else
         paint(look, thickness, warmth, lit, passed, emitted, count, 1);
 }
 
-FUSING static void paint_fused(const Look *look, const float *thickness, const float *warmth, const float *lit,
-                               float *passed, float *emitted, Py_ssize_t count)
+KERNEL(cloud, 11)
 {
-    paint_in(look, thickness, warmth, lit, passed, emitted, count);
-}
-
-static void paint_twice(const Look *look, const float *thickness, const float *warmth, const float *lit,
-                        float *passed, float *emitted, Py_ssize_t count)
-{
-    paint_in(look, thickness, warmth, lit, passed, emitted, count);
-}
-
-/* cloud(thickness, warmth, lit, edge, depth, sunlit, glow, step, middle, passed, emitted): all float32 of one length
- * but the table; lit may be None */
-PyObject *cloud(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    if (count != 11)
-        return PyErr_Format(PyExc_TypeError, "cloud takes 11 arguments, not %zd", count);
-    Look look;
-    float *const numbers[] = {&look.edge, &look.depth, &look.sunlit, &look.step, &look.middle};
-    const int places[] = {3, 4, 5, 7, 8};
-    for (int i = 0; i < 5; i++) {
-        *numbers[i] = (float)PyFloat_AsDouble(given[places[i]]);
-        if (PyErr_Occurred())
-            return NULL;
-    }
-    Arrays arrays = {.count = 0};
     Py_ssize_t length, warm, sunny, entries, left, light;
-    const float *thickness = array(&arrays, given[0], "f", 0, &length);
-    const float *warmth = thickness ? array(&arrays, given[1], "f", 0, &warm) : NULL;
-    look.glow = warmth ? array(&arrays, given[6], "f", 0, &entries) : NULL;
-    float *passed = look.glow ? array(&arrays, given[9], "f", 1, &left) : NULL;
-    float *emitted = passed ? array(&arrays, given[10], "f", 1, &light) : NULL;
-    const float *lit = emitted && given[2] != Py_None ? array(&arrays, given[2], "f", 0, &sunny) : NULL;
-    int done = emitted != NULL && (lit != NULL || given[2] == Py_None);
-    if (done && (warm != length || left != length || light != length || (lit != NULL && sunny != length) ||
-                 entries != ENTRIES)) {
-        PyErr_Format(PyExc_ValueError, "pictures of one size are wanted, and a table of %d", ENTRIES);
-        done = 0;
-    }
-    if (done)
-        (fuses() ? paint_fused : paint_twice)(&look, thickness, warmth, lit, passed, emitted, length);
-    release(&arrays);
-    if (!done)
+    const float *thickness = input(call, 0, "f", &length), *warmth = input(call, 1, "f", &warm), *lit = NULL;
+    sunny = length;
+    if (call->given[2] != Py_None)
+        lit = input(call, 2, "f", &sunny);
+    const Look look = {(float)number(call, 3), (float)number(call, 4), (float)number(call, 5), (float)number(call, 7),
+                       (float)number(call, 8), input(call, 6, "f", &entries)};
+    float *passed = output(call, 9, "f", &left), *emitted = output(call, 10, "f", &light);
+    if (call->failed)
         return NULL;
-    Py_RETURN_NONE;
+    if (warm != length || left != length || light != length || sunny != length || entries != ENTRIES)
+        return wrong(call, "pictures of one size are required, and a table of 65536");
+    paint_any(&look, thickness, warmth, lit, passed, emitted, length);
+    return done(call);
 }

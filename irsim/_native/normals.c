@@ -2,8 +2,7 @@
  * irsim/camera/ar1.py. Rounded as OpenCV rounds. */
 #include "kernels.h"
 
-/* The generator SFC64 (C. Doty-Humphrey, PractRand): the raw words of numpy.random.SFC64. */
-/* As numpy keeps it: three words of state and a counter. */
+/* The generator SFC64 (C. Doty-Humphrey, PractRand), as numpy.random.SFC64: three words of state and a counter. */
 typedef struct {
     uint64_t a, b, c, counter;
 } Sfc64;
@@ -17,8 +16,7 @@ static inline uint64_t next_word(Sfc64 *source)
     return word;
 }
 
-/* The state that numpy.random.SFC64 begins with, given 256 bits: those of numpy.random.SeedSequence, which is after
- * M. E. O'Neill's seed_seq_fe and as stable as the generator. */
+/* First state of numpy.random.SFC64 by 256 bits of numpy.random.SeedSequence (after M. E. O'Neill's seed_seq_fe). */
 enum { ENTROPY_WORDS = 8, POOL_WORDS = 4, STATE_HALVES = 6, FIRST_ROUNDS = 12 };
 
 static inline uint32_t hashed(uint32_t value, uint32_t *constant, uint32_t multiplier)
@@ -62,7 +60,7 @@ static inline Sfc64 seeded(const uint32_t *entropy)
     return source;
 }
 
-/* What every function that draws takes first: (seed, table, deep, refined). */
+/* The first arguments of each kernel that draws: (seed, table, deep, refined). */
 typedef struct {
     Sfc64 source;
     const int16_t *table;
@@ -70,11 +68,9 @@ typedef struct {
     uint16_t refined;
 } Drawing;
 
-#define DRAWING_ARGUMENTS 4
+#define NORMAL_UNIT 0x1p-13f /* of the table's words; see irsim/rng.py */
 
-#define NORMAL_UNIT 0x1p-13f /* of the table's words; see irsim/normal.py */
-
-/* Uses `count` normals, words that count NORMAL_UNIT, those of the elements `from` on; `with` is what draw() was given. */
+/* Uses `count` normals, in NORMAL_UNIT, of the elements `from` on; `with` is the last argument of draw(). */
 typedef void (*Use)(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
 
 /* Uses the normal of one element. */
@@ -82,10 +78,9 @@ typedef void (*Mend)(float drawn, Py_ssize_t place, void *with);
 
 #define CELLS 65536
 #define BLOCK 1024 /* normals at a time: they stay in the first-level cache */
-#define AT_ONCE 64 /* words of a block of which it is asked together whether any is of an outer cell */
+#define AT_ONCE 64 /* words of a block that are searched together for one of an outer cell */
 
-/* The table of the tails goes from the quantile of 2^-82 to that of 2^-12, by 2^DEPTH_BITS steps to a doubling; see
- * irsim/normal.py. */
+/* Table of the tails: from the quantile of 2^-82 to that of 2^-12, 2^DEPTH_BITS steps to a doubling; see irsim/rng.py. */
 #define DEEPEST ((uint64_t)(1023 - 82))
 #define DEPTH_BITS 8
 #define DEEP_LENGTH ((82 - 12) * (1 << DEPTH_BITS) + 2)
@@ -100,16 +95,14 @@ typedef struct {
     Py_ssize_t count, room;
 } Outer;
 
-/* One word of two thousand comes here. */
+/* Called for one word of two thousand. */
 static int note(Outer *outer, Py_ssize_t place, uint16_t word)
 {
     if (outer->count == outer->room) {
-        Py_ssize_t room = 2 * outer->room + 64;
-        Record *records = PyMem_Realloc(outer->records, (size_t)room * sizeof *records);
+        Record *records = grown(outer->records, &outer->room, sizeof *records);
         if (records == NULL)
             return -1;
         outer->records = records;
-        outer->room = room;
     }
     outer->records[outer->count++] = (Record){place, word};
     return 0;
@@ -131,39 +124,23 @@ static float tail(const double *deep, uint16_t refined, uint16_t word, uint64_t 
     return (float)(upper ? -value : value);
 }
 
-/* The generator of a seed of 32 bytes: 0, or -1 with an exception. */
-static int begin(Arrays *arrays, PyObject *given, Sfc64 *source)
+static Drawing drawing(Call *call)
 {
-    Py_ssize_t bytes;
+    Py_ssize_t bytes, cells, depths;
     uint32_t entropy[ENTROPY_WORDS];
-    const char *seed = array(arrays, given, "B", 0, &bytes);
-    if (seed == NULL)
-        return -1;
-    if (bytes != sizeof entropy) {
-        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes is wanted");
-        return -1;
+    const char *seed = input(call, 0, "B", &bytes);
+    Drawing drawn = {.table = input(call, 1, "h", &cells), .deep = input(call, 2, "d", &depths)};
+    const Py_ssize_t refined = whole(call, 3);
+    if (call->failed)
+        return drawn;
+    if (bytes != sizeof entropy || cells != CELLS || depths != DEEP_LENGTH || refined < 0 || refined > CELLS >> 12) {
+        wrong(call, "a seed of 32 bytes, a table of 65536, one of tails and the number of its cells are required");
+        return drawn;
     }
     memcpy(entropy, seed, sizeof entropy);
-    *source = seeded(entropy);
-    return 0;
-}
-
-/* Reads the first DRAWING_ARGUMENTS arguments: 0, or -1 with an exception. */
-static int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
-{
-    Py_ssize_t cells = 0, depths = 0;
-    int begun = begin(arrays, given[0], &drawn->source) == 0;
-    drawn->table = begun ? array(arrays, given[1], "h", 0, &cells) : NULL;
-    drawn->deep = drawn->table ? array(arrays, given[2], "d", 0, &depths) : NULL;
-    long refined = drawn->deep ? PyLong_AsLong(given[3]) : -1;
-    if (PyErr_Occurred())
-        return -1;
-    if (cells != CELLS || depths != DEEP_LENGTH || refined < 0 || refined > CELLS >> 12) {
-        PyErr_SetString(PyExc_ValueError, "a table of 65536, one of tails and the cells that it stands for are wanted");
-        return -1;
-    }
-    drawn->refined = (uint16_t)refined;
-    return 0;
+    drawn.source = seeded(entropy);
+    drawn.refined = (uint16_t)refined;
+    return drawn;
 }
 
 /* The least of AT_ONCE words. */
@@ -175,8 +152,8 @@ INLINED int16_t least_of(const int16_t *words)
     return least;
 }
 
-/* Outer cells' marks (see `cell_words` in irsim/normal.py) among AT_ONCE words, those of the elements from `from` on, are noted and become 0: 0, or -1
- * without memory. Kept out of the loop that it would slow down. */
+/* Notes the outer cells' marks (see `cell_words` in irsim/rng.py) among AT_ONCE words of the elements `from` on, and
+ * sets them to 0; -1 without memory. */
 static RARE int note_all(const Drawing *drawn, int16_t *words, Py_ssize_t from, Outer *outer)
 {
     for (int i = 0; i < AT_ONCE; i++) {
@@ -190,7 +167,7 @@ static RARE int note_all(const Drawing *drawn, int16_t *words, Py_ssize_t from, 
     return 0;
 }
 
-/* The normals of `count` elements from `from` on, by the table: 0, or -1 without memory. */
+/* The normals of `count` elements `from` on, by the table; -1 without memory. */
 INLINED int by_table(const Drawing *drawn, Sfc64 *source, int16_t *block, Py_ssize_t from, Py_ssize_t count,
                      Outer *outer)
 {
@@ -212,73 +189,52 @@ INLINED int by_table(const Drawing *drawn, Sfc64 *source, int16_t *block, Py_ssi
     return 0;
 }
 
-INLINED PyObject *draw_by(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
+INLINED int draw_by(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with, int fused)
 {
+    (void)fused; /* `use` and `mend` are */
     int16_t block[BLOCK];
     Outer outer = {NULL, 0, 0};
     Sfc64 source = drawn->source;
-    Py_ssize_t from = 0;
-    for (; from < length; from += BLOCK) {
+    int failed = 0;
+    for (Py_ssize_t from = 0; from < length && !failed; from += BLOCK) {
         const Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
-        if (by_table(drawn, &source, block, from, count, &outer) < 0)
-            goto failed;
-        use(block, from, count, with);
+        failed = by_table(drawn, &source, block, from, count, &outer) < 0;
+        if (!failed)
+            use(block, from, count, with);
     }
-    while (outer.count > 0 && outer.records[outer.count - 1].place >= length)
-        outer.count--; /* the last word has parts that no one asked for */
-    for (Py_ssize_t i = 0; i < outer.count; i++)
-        mend(tail(drawn->deep, drawn->refined, outer.records[i].word, next_word(&source)), outer.records[i].place,
-             with);
+    for (Py_ssize_t i = 0; i < outer.count && !failed; i++) {
+        const Record record = outer.records[i];
+        if (record.place < length) /* the last word may have parts beyond */
+            mend(tail(drawn->deep, drawn->refined, record.word, next_word(&source)), record.place, with);
+    }
     PyMem_Free(outer.records);
-    Py_RETURN_NONE;
-failed:
-    PyMem_Free(outer.records);
-    return PyErr_NoMemory();
+    return failed;
 }
+BOTH(int, draw_by, (const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with), drawn, length, use, mend,
+     with)
 
-FUSING static PyObject *draw_fused(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
+/* Draws `length` normals. `use` gets 0 for those of outer cells; `mend` adds them one by one afterwards. */
+static void draw(Call *call, const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
 {
-    return draw_by(drawn, length, use, mend, with);
+    if (!call->failed && CHOSEN(draw_by)(drawn, length, use, mend, with)) {
+        call->failed = 1;
+        PyErr_NoMemory();
+    }
 }
 
-/* Draws `length` normals: None, or NULL with an exception. `use` sees 0 for those of outer cells; `mend` adds them
- * one by one afterwards. */
-static PyObject *draw(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
-{
-    return fuses() ? draw_fused(drawn, length, use, mend, with) : draw_by(drawn, length, use, mend, with);
-}
-
-/* What NAME(with, place, drawn, fused) does of a pixel with its normal, of a block of pixels. */
+/* NAME(with, place, drawn, fused), which uses the normal of one pixel, as a Mend, and over a block of pixels. */
+#define MEND(name) BOTH(void, name, (float drawn, Py_ssize_t place, void *with), with, place, drawn)
+#define USE(name)                                                                                                      \
+    BOTH(void, name##_block, (const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with), drawn, from,       \
+         count, with)
 #define BLOCK_OF(name, type)                                                                                           \
     INLINED void name##_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const type *with, int fused)    \
     {                                                                                                                  \
         const type own = *with;                                                                                        \
         EACH_ALONE                                                                                                     \
         for (Py_ssize_t i = 0; i < count; i++)                                                                         \
-            name(&own, from + i, drawn[i] * NORMAL_UNIT, fused);                                                              \
+            name(&own, from + i, drawn[i] * NORMAL_UNIT, fused);                                                       \
     }
-
-/* The same as a Use, and of one pixel as a Mend, each as the two that `plus` asks for; CHOSEN is the one for this
- * processor. */
-#define USE(name)                                                                                                      \
-    FUSING static void name##_fused(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)               \
-    {                                                                                                                  \
-        name##_block(drawn, from, count, with, 1);                                                                     \
-    }                                                                                                                  \
-    static void name##_twice(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                      \
-    {                                                                                                                  \
-        name##_block(drawn, from, count, with, 0);                                                                     \
-    }
-#define MEND(name)                                                                                                     \
-    FUSING static void name##_one_fused(float drawn, Py_ssize_t place, void *with)                                     \
-    {                                                                                                                  \
-        name(with, place, drawn, 1);                                                                                   \
-    }                                                                                                                  \
-    static void name##_one_twice(float drawn, Py_ssize_t place, void *with)                                            \
-    {                                                                                                                  \
-        name(with, place, drawn, 0);                                                                                   \
-    }
-#define CHOSEN(name) (fuses() ? name##_fused : name##_twice)
 
 typedef struct {
     float *signal;
@@ -293,7 +249,16 @@ BLOCK_OF(scaled, Scaled)
 USE(scaled)
 MEND(scaled)
 
-/* A pixel, and what it held. Both as numbers that Python reads without more ado. */
+KERNEL(add_normals, 6)
+{
+    Py_ssize_t length;
+    const Drawing drawn = drawing(call);
+    Scaled to = {output(call, 4, "f", &length), (float)number(call, 5)};
+    draw(call, &drawn, length, CHOSEN(scaled_block), CHOSEN(scaled), &to);
+    return done(call);
+}
+
+/* A pixel's flat index and its signal, as numbers that Python reads directly. */
 typedef struct {
     double place, held;
 } Dark;
@@ -301,7 +266,7 @@ typedef struct {
 typedef struct {
     float *signal;
     float variance, well, few;
-    Dark *dark; /* pixels that held few, from the first on */
+    Dark *dark; /* pixels that held less than few, from the first on */
     Py_ssize_t count, room;
     int failed;
 } Shot;
@@ -309,14 +274,9 @@ typedef struct {
 static RARE void note_dark(Shot *to, Py_ssize_t place)
 {
     if (to->count == to->room && !to->failed) {
-        const Py_ssize_t room = 2 * to->room + 64;
-        Dark *dark = PyMem_Realloc(to->dark, (size_t)room * sizeof *dark);
-        if (dark == NULL) {
-            to->failed = 1;
-            return;
-        }
-        to->dark = dark;
-        to->room = room;
+        Dark *dark = grown(to->dark, &to->room, sizeof *dark);
+        to->failed = dark == NULL;
+        to->dark = dark ? dark : to->dark;
     }
     if (!to->failed)
         to->dark[to->count++] = (Dark){(double)place, to->signal[place]};
@@ -330,21 +290,36 @@ INLINED void shot(const Shot *with, Py_ssize_t place, float drawn, int fused)
 BLOCK_OF(shot, Shot)
 MEND(shot)
 
-/* What pixels that hold few do hold is noted before they are shaken. */
+/* Dark pixels are noted before noise is added. */
 INLINED void noted_shot_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, Shot *with, int fused)
 {
     int dark = 0;
     for (Py_ssize_t i = 0; i < count; i++)
         dark |= with->signal[from + i] < with->few;
-    if (dark)
-        for (Py_ssize_t place = from; place < from + count; place++)
-            if (with->signal[place] < with->few)
-                note_dark(with, place);
+    for (Py_ssize_t place = from; dark && place < from + count; place++)
+        if (with->signal[place] < with->few)
+            note_dark(with, place);
     shot_block(drawn, from, count, with, fused);
 }
 USE(noted_shot)
 
-/* States are words of one unit, in which the spread is, too. */
+KERNEL(add_shot, 8)
+{
+    Py_ssize_t length;
+    const Drawing drawn = drawing(call);
+    Shot to = {.signal = output(call, 4, "f", &length),
+               .variance = (float)number(call, 5),
+               .well = (float)number(call, 6),
+               .few = (float)number(call, 7)};
+    draw(call, &drawn, length, CHOSEN(noted_shot_block), CHOSEN(shot), &to);
+    PyObject *dark = call->failed ? NULL
+                     : to.failed  ? PyErr_NoMemory()
+                                  : PyBytes_FromStringAndSize((const char *)to.dark, to.count * (Py_ssize_t)sizeof *to.dark);
+    PyMem_Free(to.dark);
+    return dark;
+}
+
+/* States and spread are in words of one unit. */
 typedef struct {
     const int16_t *before, *after;
     int16_t *out;
@@ -362,20 +337,24 @@ INLINED void bridged(const Bridge *with, Py_ssize_t place, float drawn, int fuse
 MEND(bridged)
 
 #ifdef SIXTEENS
-FUSING INLINED __m256 eight_bridged(const Bridge *with, const int16_t *drawn, Py_ssize_t place)
+FUSING INLINED __m256i eight_bridged(const Bridge *with, const int16_t *drawn, Py_ssize_t place)
 {
     const __m256i both = _mm256_add_epi32(eight_whole(with->before + place), eight_whole(with->after + place));
     const __m256 mean = _mm256_mul_ps(_mm256_cvtepi32_ps(both), _mm256_set1_ps(with->weight));
-    return _mm256_fmadd_ps(_mm256_mul_ps(eight(drawn), _mm256_set1_ps(NORMAL_UNIT)), _mm256_set1_ps(with->spread), mean);
+    const __m256 normal = _mm256_mul_ps(eight(drawn), _mm256_set1_ps(NORMAL_UNIT));
+    return _mm256_cvtps_epi32(_mm256_fmadd_ps(normal, _mm256_set1_ps(with->spread), mean));
 }
 
+/* Rounded to the nearest, halves to even, and clipped to 16 bits. */
 FUSING static Py_ssize_t bridged_sixteens(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const Bridge *with)
 {
     const Bridge own = *with;
     Py_ssize_t i = 0;
-    for (; i + 16 <= count; i += 16)
-        store_words(own.out + from + i, eight_bridged(&own, drawn + i, from + i),
-                    eight_bridged(&own, drawn + i + 8, from + i + 8));
+    for (; i + 16 <= count; i += 16) {
+        const __m256i both = _mm256_packs_epi32(eight_bridged(&own, drawn + i, from + i),
+                                                eight_bridged(&own, drawn + i + 8, from + i + 8));
+        _mm256_storeu_si256((__m256i *)(own.out + from + i), _mm256_permute4x64_epi64(both, 0xd8));
+    }
     return i;
 }
 #else
@@ -389,89 +368,14 @@ INLINED void bridged_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t cou
 }
 USE(bridged)
 
-/* The numbers among the arguments from `first` on: 0, or -1 with an exception. */
-static int numbers(PyObject *const *given, int first, int count, float *out)
+KERNEL(bridge, 9)
 {
-    for (int i = 0; i < count; i++) {
-        out[i] = (float)PyFloat_AsDouble(given[first + i]);
-        if (PyErr_Occurred())
-            return -1;
-    }
-    return 0;
-}
-
-static int so_many(const char *name, Py_ssize_t given, Py_ssize_t wanted)
-{
-    if (given == wanted)
-        return 1;
-    PyErr_Format(PyExc_TypeError, "%s takes %zd arguments, not %zd", name, wanted, given);
-    return 0;
-}
-
-/* add_normals(seed, table, deep, refined, signal, scale) */
-PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    Drawing drawn;
-    Scaled to;
-    Py_ssize_t length;
-    PyObject *done = NULL;
-    if (so_many("add_normals", count, 6) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 1, &to.scale) == 0)
-        done = draw(&drawn, length, CHOSEN(scaled), CHOSEN(scaled_one), &to);
-    release(&arrays);
-    return done;
-}
-
-/* add_shot(seed, table, deep, refined, signal, variance, well, few) */
-PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    Drawing drawn;
-    Shot to = {.dark = NULL};
-    Py_ssize_t length;
-    float limits[3];
-    PyObject *done = NULL;
-    if (so_many("add_shot", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 3, limits) == 0) {
-        to.variance = limits[0];
-        to.well = limits[1];
-        to.few = limits[2];
-        done = draw(&drawn, length, CHOSEN(noted_shot), CHOSEN(shot_one), &to);
-        if (done != NULL) {
-            Py_DECREF(done);
-            done = to.failed ? PyErr_NoMemory()
-                             : PyBytes_FromStringAndSize((const char *)to.dark, to.count * (Py_ssize_t)sizeof *to.dark);
-        }
-    }
-    PyMem_Free(to.dark);
-    release(&arrays);
-    return done;
-}
-
-/* bridge(seed, table, deep, refined, before, after, weight, spread, out) */
-PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    Drawing drawn;
-    Bridge to;
     Py_ssize_t length, before, after;
-    float scales[2];
-    PyObject *done = NULL;
-    if (so_many("bridge", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.before = array(&arrays, given[4], "h", 0, &before)) != NULL &&
-        (to.after = array(&arrays, given[5], "h", 0, &after)) != NULL &&
-        (to.out = array(&arrays, given[8], "h", 1, &length)) != NULL && numbers(given, 6, 2, scales) == 0) {
-        to.weight = scales[0];
-        to.spread = scales[1];
-        if (before == length && after == length)
-            done = draw(&drawn, length, CHOSEN(bridged), CHOSEN(bridged_one), &to);
-        else
-            PyErr_SetString(PyExc_ValueError, "states of one length are wanted");
-    }
-    release(&arrays);
-    return done;
+    const Drawing drawn = drawing(call);
+    Bridge to = {input(call, 4, "h", &before), input(call, 5, "h", &after), output(call, 8, "h", &length),
+                 (float)number(call, 6), (float)number(call, 7)};
+    if (!call->failed && (before != length || after != length))
+        return wrong(call, "states of one length are required");
+    draw(call, &drawn, length, CHOSEN(bridged_block), CHOSEN(bridged), &to);
+    return done(call);
 }

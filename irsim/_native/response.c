@@ -5,13 +5,13 @@
 typedef struct {
     float linear, root, zero, most;
     float unit; /* of the words of gains */
-} Answer;
+} Response;
 
 /* `out` may be the light itself. */
-INLINED void answer(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Answer *by,
-                    int rooted, int gaining, int fused)
+INLINED void respond(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Response *by,
+                     int rooted, int gaining, int fused)
 {
-    const Answer own = *by;
+    const Response own = *by;
     EACH_ALONE
     for (Py_ssize_t i = 0; i < length; i++) {
         float lit = light[i], signal = own.zero;
@@ -26,29 +26,21 @@ INLINED void answer(const float *light, const int16_t *gain, float *out, Py_ssiz
     }
 }
 
-INLINED void answer_each(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Answer *by,
-                         int fused)
+/* Each case is compiled by itself: without a root or a gain, none is read. */
+INLINED void respond_to(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Response *by,
+                        int fused)
 {
     if (by->root != 0.0f && gain != NULL)
-        answer(light, gain, out, length, by, 1, 1, fused);
+        respond(light, gain, out, length, by, 1, 1, fused);
     else if (by->root != 0.0f)
-        answer(light, gain, out, length, by, 1, 0, fused);
+        respond(light, gain, out, length, by, 1, 0, fused);
     else if (gain != NULL)
-        answer(light, gain, out, length, by, 0, 1, fused);
+        respond(light, gain, out, length, by, 0, 1, fused);
     else
-        answer(light, gain, out, length, by, 0, 0, fused);
+        respond(light, gain, out, length, by, 0, 0, fused);
 }
-
-FUSING static void answer_fused(const float *light, const int16_t *gain, float *out, Py_ssize_t length,
-                                const Answer *by)
-{
-    answer_each(light, gain, out, length, by, 1);
-}
-
-static void answer_twice(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Answer *by)
-{
-    answer_each(light, gain, out, length, by, 0);
-}
+BOTH(void, respond_to, (const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Response *by),
+     light, gain, out, length, by)
 
 #define BLOCK 1024 /* pixels at a time: they stay in the first-level cache */
 
@@ -60,7 +52,7 @@ typedef struct {
     const float *down, *across; /* of each row and column; NULL where there are none */
     Py_ssize_t columns;
     float scale, offset, full;
-    int past; /* whether they go past the caches, see store_counts */
+    int past; /* write past the caches: the counts are read much later, and would displace data in use */
 } Digits;
 
 INLINED uint16_t digit(float signal, const Digits *by, int fused)
@@ -84,7 +76,7 @@ FUSING INLINED __m256 eight_levels(const float *signal, __m256 down, const float
     return _mm256_min_ps(_mm256_max_ps(level, _mm256_setzero_ps()), _mm256_set1_ps(by->full)); /* nan is 0 */
 }
 
-/* As many pixels of a row as there are by sixteens: how many they are. */
+/* As many pixels of a row as there are by sixteens; returns their number. */
 FUSING static Py_ssize_t digitise_sixteens(const float *signal, uint16_t *out, Py_ssize_t from, Py_ssize_t count,
                                            float down, const float *across, const Digits *by)
 {
@@ -93,14 +85,22 @@ FUSING static Py_ssize_t digitise_sixteens(const float *signal, uint16_t *out, P
     const int past = own.past && (uintptr_t)(out + from) % sizeof(__m128i) == 0;
     Py_ssize_t i = 0;
     for (; i + 16 <= count; i += 16) {
-        const float *beyond = across == NULL ? NULL : across + i + 8;
-        store_counts(out + from + i, eight_levels(signal, row, across == NULL ? NULL : across + i, &own, from + i),
-                     eight_levels(signal, row, beyond, &own, from + i + 8), past);
+        const __m256 first = eight_levels(signal, row, across ? across + i : NULL, &own, from + i);
+        const __m256 second = eight_levels(signal, row, across ? across + i + 8 : NULL, &own, from + i + 8);
+        const __m256i both = _mm256_packus_epi32(_mm256_cvtps_epi32(first), _mm256_cvtps_epi32(second));
+        const __m256i counts = _mm256_permute4x64_epi64(both, 0xd8);
+        if (past) {
+            _mm_stream_si128((__m128i *)(out + from + i), _mm256_castsi256_si128(counts));
+            _mm_stream_si128((__m128i *)(out + from + i + 8), _mm256_extracti128_si256(counts, 1));
+        } else {
+            _mm256_storeu_si256((__m256i *)(out + from + i), counts);
+        }
     }
     return i;
 }
 #else
 #define digitise_sixteens(signal, out, from, count, down, across, by) 0
+#define _mm_sfence() (void)0
 #endif
 
 /* Pixels of one row, to which `down` is added, and `across` where that is not NULL. */
@@ -131,160 +131,84 @@ INLINED void digitise(const float *signal, uint16_t *out, Py_ssize_t length, con
     else
         for (Py_ssize_t row = 0; row * by->columns < length; row++)
             digitise_row(signal, out, row * by->columns, by->columns, by->down[row], by->across, by, fused);
+    if (fused && by->past)
+        _mm_sfence(); /* so that another process sees them */
 }
+BOTH(void, digitise, (const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by), signal, out, length, by)
 
-FUSING static void digitise_fused(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by)
-{
-    digitise(signal, out, length, by, 1);
-#ifdef SIXTEENS
-    if (by->past)
-        _mm_sfence(); /* or another process might not see them when it is told of them */
-#endif
-}
-
-static void digitise_twice(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by)
-{
-    digitise(signal, out, length, by, 0);
-}
-
-static int number(PyObject *given, float *out)
-{
-    *out = (float)PyFloat_AsDouble(given);
-    return PyErr_Occurred() ? -1 : 0;
-}
-
-/* An array of as many elements as another has; NULL with an exception where it is none. */
-static void *as_long(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t wanted)
+/* Argument i as an array of as many elements as another has. */
+static const void *as_long(Call *call, int i, const char *format, int flags, Py_ssize_t wanted)
 {
     Py_ssize_t length;
-    void *found = array(arrays, given, format, writable, &length);
-    if (found != NULL && length != wanted) {
-        PyErr_SetString(PyExc_ValueError, "arrays of one length are wanted");
-        return NULL;
-    }
-    return found;
+    const void *found = array(call, i, format, flags, &length);
+    return found == NULL || length == wanted ? found : wrong(call, "arrays of one length are required");
 }
 
-/* signal_of(light, out, linear, root, zero, most, gain or None, unit) */
-PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(signal_of, 8)
 {
-    (void)self;
-    if (count != 8)
-        return PyErr_Format(PyExc_TypeError, "signal_of takes 8 arguments, not %zd", count);
-    Answer by;
-    if (number(given[2], &by.linear) < 0 || number(given[3], &by.root) < 0 || number(given[4], &by.zero) < 0 ||
-        number(given[5], &by.most) < 0 || number(given[7], &by.unit) < 0)
-        return NULL;
-    Arrays arrays = {.count = 0};
     Py_ssize_t length;
-    const int16_t *gain = NULL;
-    const float *light = array(&arrays, given[0], "f", 0, &length);
-    float *out = light ? as_long(&arrays, given[1], "f", 1, length) : NULL;
-    int done = out != NULL;
-    if (done && given[6] != Py_None)
-        done = (gain = as_long(&arrays, given[6], "h", 0, length)) != NULL;
-    if (done)
-        (fuses() ? answer_fused : answer_twice)(light, gain, out, length, &by);
-    release(&arrays);
-    if (!done)
-        return NULL;
-    Py_RETURN_NONE;
-}
-
-/* Reads a number for each row and each column of a picture, where there are any: 0, or -1 with an exception. */
-static int lines_of(Arrays *arrays, PyObject *const *given, Py_ssize_t length, Digits *by)
-{
-    Py_ssize_t rows;
-    if (given[0] == Py_None && given[1] == Py_None)
-        return 0;
-    if ((by->down = array(arrays, given[0], "f", 0, &rows)) == NULL ||
-        (by->across = array(arrays, given[1], "f", 0, &by->columns)) == NULL)
-        return -1;
-    if (rows * by->columns == length)
-        return 0;
-    PyErr_SetString(PyExc_ValueError, "a number for each row and column of the signal is wanted");
-    return -1;
+    const float *light = input(call, 0, "f", &length);
+    float *out = (float *)as_long(call, 1, "f", PyBUF_WRITABLE, length);
+    const int16_t *gain = call->given[6] == Py_None ? NULL : as_long(call, 6, "h", 0, length);
+    const Response by = {(float)number(call, 2), (float)number(call, 3), (float)number(call, 4), (float)number(call, 5),
+                         (float)number(call, 7)};
+    if (!call->failed)
+        CHOSEN(respond_to)(light, gain, out, length, &by);
+    return done(call);
 }
 
 #define FIRST_ADDED 8
 
-/* counts_of(signal, out, scale, offset, full, past, down or None, across or None, then each that is added, and its
- * weight) */
-PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL_OF(counts_of, FIRST_ADDED, FIRST_ADDED + 2 * MOST_ADDED)
 {
-    (void)self;
-    Digits by = {.count = (int)((count - FIRST_ADDED) / 2)};
-    if (count < FIRST_ADDED || (count - FIRST_ADDED) % 2 != 0 || count > FIRST_ADDED + 2 * MOST_ADDED)
-        return PyErr_Format(PyExc_TypeError, "counts_of takes %d arguments and up to %d pairs, not %zd arguments",
-                            FIRST_ADDED, MOST_ADDED, count);
-    if (number(given[2], &by.scale) < 0 || number(given[3], &by.offset) < 0 || number(given[4], &by.full) < 0)
-        return NULL;
-    by.past = PyObject_IsTrue(given[5]);
-    if (by.past < 0)
-        return NULL;
-    if (!(by.full >= 0.0f && by.full <= UINT16_MAX)) {
-        PyErr_SetString(PyExc_ValueError, "counts of 16 bits are made");
-        return NULL;
+    if (call->count % 2 != 0)
+        return PyErr_Format(PyExc_TypeError, "counts_of takes pairs of an array and a weight");
+    Py_ssize_t length, rows = 0;
+    const float *signal = input(call, 0, "f", &length);
+    uint16_t *out = (uint16_t *)as_long(call, 1, "H", PyBUF_WRITABLE, length);
+    Digits by = {.count = (int)(call->count - FIRST_ADDED) / 2,
+                 .scale = (float)number(call, 2),
+                 .offset = (float)number(call, 3),
+                 .full = (float)number(call, 4),
+                 .past = truth(call, 5)};
+    if (call->given[6] != Py_None || call->given[7] != Py_None) {
+        by.down = input(call, 6, "f", &rows);
+        by.across = input(call, 7, "f", &by.columns);
     }
-    Arrays arrays = {.count = 0};
-    Py_ssize_t length;
-    const float *signal = array(&arrays, given[0], "f", 0, &length);
-    uint16_t *out = signal ? as_long(&arrays, given[1], "H", 1, length) : NULL;
-    int done = out != NULL && lines_of(&arrays, given + 6, length, &by) == 0;
-    for (int k = 0; done && k < by.count; k++)
-        done = (by.added[k] = as_long(&arrays, given[FIRST_ADDED + 2 * k], "h", 0, length)) != NULL &&
-               number(given[FIRST_ADDED + 1 + 2 * k], &by.weights[k]) == 0;
-    if (done)
-        (fuses() ? digitise_fused : digitise_twice)(signal, out, length, &by);
-    release(&arrays);
-    if (!done)
+    for (int k = 0; k < by.count; k++) {
+        by.added[k] = as_long(call, FIRST_ADDED + 2 * k, "h", 0, length);
+        by.weights[k] = (float)number(call, FIRST_ADDED + 2 * k + 1);
+    }
+    if (call->failed)
         return NULL;
-    Py_RETURN_NONE;
+    if (!(by.full >= 0.0f && by.full <= UINT16_MAX))
+        return wrong(call, "counts of 16 bits are made");
+    if (by.down != NULL && rows * by.columns != length)
+        return wrong(call, "a number for each row and column of the signal is required");
+    CHOSEN(digitise)(signal, out, length, &by);
+    return done(call);
 }
 
 #define ENTRIES (UINT16_MAX + 1)
 
-/* `tables` are two, of a place for each 16-bit word, of zeros: neighbours are often alike, and a pixel need not wait
-   until the one before it is counted. */
-static void count_pixels(const uint16_t *counts, Py_ssize_t length, int64_t *pixels, Py_ssize_t levels,
-                         uint32_t *tables)
+/* Two tables, of even and of odd pixels: neighbours are often alike, and their additions need not wait for each other. */
+KERNEL(histogram, 2)
 {
-    uint32_t *const even = tables, *const odd = tables + ENTRIES;
-    Py_ssize_t i = 0;
-    for (; i + 4 <= length; i += 4) {
+    Py_ssize_t length, levels, i = 0;
+    const uint16_t *counts = input(call, 0, "H", &length);
+    int64_t *pixels = output(call, 1, "l", &levels);
+    if (!call->failed && (levels > ENTRIES || length > UINT32_MAX))
+        return wrong(call, "levels of 16 bits are required, and a number of pixels of 32 bits");
+    uint32_t *even = room(call, 2 * ENTRIES, sizeof *even), *odd = even + ENTRIES;
+    if (call->failed)
+        return NULL;
+    for (; i + 2 <= length; i += 2) {
         even[counts[i]]++;
         odd[counts[i + 1]]++;
-        even[counts[i + 2]]++;
-        odd[counts[i + 3]]++;
     }
-    for (; i < length; i++)
+    if (i < length)
         even[counts[i]]++;
     for (Py_ssize_t level = 0; level < levels; level++)
         pixels[level] = (int64_t)even[level] + odd[level];
-}
-
-/* histogram(counts, pixels) */
-PyObject *histogram(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    if (count != 2)
-        return PyErr_Format(PyExc_TypeError, "histogram takes 2 arguments, not %zd", count);
-    Arrays arrays = {.count = 0};
-    Scratch held = {.count = 0};
-    Py_ssize_t length, levels;
-    const uint16_t *counts = array(&arrays, given[0], "H", 0, &length);
-    int64_t *pixels = counts ? array(&arrays, given[1], "l", 1, &levels) : NULL;
-    int done = 0;
-    if (pixels != NULL && (levels > ENTRIES || length > UINT32_MAX)) {
-        PyErr_SetString(PyExc_ValueError, "levels of 16 bits are wanted, and pixels whose number has 32");
-    } else if (pixels != NULL) {
-        uint32_t *tables = scratch(&held, 2 * ENTRIES, sizeof *tables);
-        if ((done = tables != NULL))
-            count_pixels(counts, length, pixels, levels, tables);
-    }
-    discard(&held);
-    release(&arrays);
-    if (!done)
-        return NULL;
-    Py_RETURN_NONE;
+    return done(call);
 }

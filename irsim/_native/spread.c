@@ -13,8 +13,8 @@ typedef struct {
     int64_t rows, columns;
 } Grid;
 
-/* A cell that a piece runs through: what its area and y moment, and those of its right neighbour, change by from the
- * cell before, and its own x moment; for one unit of what the piece's weights say. */
+/* A cell that a piece runs through: the changes of its area and y moment, and of its right neighbour's, from the cell
+ * before, and its own x moment; for a weight of one. */
 typedef struct {
     int32_t row, next; /* next: the number of another touch in its column, -1 where there is none */
     double area, area_beyond, y, y_beyond, x;
@@ -27,7 +27,7 @@ typedef struct {
     int32_t *last; /* (columns) the last touch in each column, -1 where there is none */
 } Touches;
 
-/* The lines of the grid that an edge still crosses on one axis, in the order in which it does. */
+/* The grid lines of one axis that an edge has yet to cross, in their order. */
 typedef struct {
     double start, extent; /* of the edge */
     double line, step;
@@ -75,17 +75,15 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
         wide = middle.x = 0.0;
     int64_t column = (int64_t)middle.x, row = (int64_t)middle.y;
     if (touches->count == touches->room) {
-        Py_ssize_t room = 2 * touches->room + 1024;
-        Touch *grown = room > INT32_MAX ? NULL : PyMem_Realloc(touches->of, (size_t)room * sizeof(Touch));
-        if (grown == NULL) {
+        Touch *larger = touches->room > INT32_MAX / 4 ? NULL : grown(touches->of, &touches->room, sizeof(Touch));
+        if (larger == NULL) {
             PyErr_NoMemory();
             return -1;
         }
-        touches->of = grown;
-        touches->room = room;
+        touches->of = larger;
     }
     double x = middle.x - (double)column, y = middle.y - ((double)row + 0.5);
-    /* Of the cell: what is right of the piece. Of its neighbour: what the cell lacks to a whole one. */
+    /* The cell's area right of the piece; the neighbour gains the rest. */
     double area = -high * (1 - x);
     double y_moment = area * y + high * wide * high / 12;
     touches->of[touches->count] = (Touch){
@@ -103,7 +101,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
     return 0;
 }
 
-/* -1 with an exception without memory. The caller frees touches->of in either case. */
+/* -1 without memory. The caller frees touches->of in either case. */
 WIDE static int touch_cells(const Piece *piece, const Grid *grid, Touches *touches)
 {
     Point start = {(piece->start.x - grid->corner.x) * grid->fine, (piece->start.y - grid->corner.y) * grid->fine};
@@ -125,13 +123,13 @@ WIDE static int touch_cells(const Piece *piece, const Grid *grid, Touches *touch
 
 static const char NAME[] = "irsim.spread";
 
-/* No more of a cell's light than this is rounding: a faded cosine's where it should be 0. */
+/* Largest share of a cell's light that is rounding. */
 #define DARK 1e-25
 
 /* Pixels down a column gain light by so many at a time. */
 #define FOURS 4
 
-/* What changes in a cell from the one on its left, its y moment, and its x moment. */
+/* Change of a cell from the one on its left, of its y moment, and its x moment. */
 typedef struct {
     double even, y, x;
 } Change;
@@ -175,7 +173,7 @@ static inline Cell *cell_of(Touched *column, int32_t row)
     return cell;
 }
 
-/* Long before they are touched anew: what is written to in another width just before it is read makes that wait. */
+/* Clears the cells long before they are touched anew: a read right after a write of another width would wait. */
 static inline void forget(Touched *column)
 {
     for (Py_ssize_t i = 0; i < column->count; i++)
@@ -183,7 +181,7 @@ static inline void forget(Touched *column)
     column->count = 0;
 }
 
-/* What the touches of one column change in it and in the next one. */
+/* Adds the touches of one column to it and to the next one. */
 static inline void gather(const Touches *touches, int64_t column, Touched *here, Touched *beyond)
 {
     for (int32_t i = touches->last[column]; i >= 0; i = touches->of[i].next) {
@@ -196,7 +194,7 @@ static inline void gather(const Touches *touches, int64_t column, Touched *here,
     }
 }
 
-/* Pixels gain their shares of what changes, four by four: those beyond `count` gain nothing. */
+/* Adds a change to pixels, four by four: those beyond `count` gain 0. */
 INLINED void spread_down(Change change, const double *restrict even, const double *restrict slope, Py_ssize_t count,
                          double *restrict changes, double *restrict moments, int fused)
 {
@@ -213,7 +211,7 @@ INLINED void spread_down(Change change, const double *restrict even, const doubl
     }
 }
 
-/* Of the `fine` columns of cells of a pixel, a pixel column gains its shares, places low to high of all. */
+/* Adds the shares of a pixel's columns of cells to a pixel column, from place low to high. */
 INLINED void spread_across(const Column *columns, const double *share, const double *rise, int fine, Py_ssize_t low,
                            Py_ssize_t high, double *restrict lit, int fused)
 {
@@ -227,26 +225,6 @@ INLINED void spread_across(const Column *columns, const double *share, const dou
     }
 }
 
-/* The same, the number of columns being known to the compiler. */
-INLINED void across(const Column *columns, const double *share, const double *rise, Py_ssize_t fine, Py_ssize_t low,
-                    Py_ssize_t high, double *lit, int fused)
-{
-    switch (fine) {
-    case 1:
-        spread_across(columns, share, rise, 1, low, high, lit, fused);
-        break;
-    case 2:
-        spread_across(columns, share, rise, 2, low, high, lit, fused);
-        break;
-    case 3:
-        spread_across(columns, share, rise, 3, low, high, lit, fused);
-        break;
-    default:
-        spread_across(columns, share, rise, MOST_FINE, low, high, lit, fused);
-    }
-}
-
-/* What is drawn on. */
 typedef struct {
     const Touches *touches;
     const Spread *by;
@@ -321,23 +299,23 @@ INLINED void spread_term(Work *work, Py_ssize_t term, int fused)
                 share[j] = weight * even[j * wide + i];
                 rise[j] = weight * slope[j * wide + i];
             }
-            across(work->sums, share, rise, fine, top, high + bottom, lit, fused);
+            switch (fine) { /* the compiler knows the number */
+            case 1: spread_across(work->sums, share, rise, 1, top, high + bottom, lit, fused); break;
+            case 2: spread_across(work->sums, share, rise, 2, top, high + bottom, lit, fused); break;
+            case 3: spread_across(work->sums, share, rise, 3, top, high + bottom, lit, fused); break;
+            default: spread_across(work->sums, share, rise, MOST_FINE, top, high + bottom, lit, fused);
+            }
         }
     }
     forget(here); /* what lies beyond the last column */
 }
 
-FUSING static void spread_fused(Work *work)
+INLINED void spread_terms(Work *work, int fused)
 {
     for (Py_ssize_t term = 0; term < work->by->terms; term++)
-        spread_term(work, term, 1);
+        spread_term(work, term, fused);
 }
-
-static void spread_twice(Work *work)
-{
-    for (Py_ssize_t term = 0; term < work->by->terms; term++)
-        spread_term(work, term, 0);
-}
+BOTH(void, spread_terms, (Work *work), work)
 
 /* From columns to rows. */
 static void turn(const double *picture, Py_ssize_t high, Py_ssize_t wide, double *light)
@@ -349,18 +327,17 @@ static void turn(const double *picture, Py_ssize_t high, Py_ssize_t wide, double
         }
 }
 
-/* The light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission of touched cells. -1 with an exception
- * without memory. */
+/* The light of touched cells, as `draw_polygons`; -1 without memory. */
 static int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py_ssize_t columns, double *light)
 {
     Py_ssize_t high = rows + 2 * by->reach, wide = columns + 2 * by->reach, size = high * wide, cells = rows * by->fine;
     Scratch held = {.count = 0};
     Cell *room = scratch(&held, 2 * cells, sizeof(Cell));
-    int32_t *numbers = room ? scratch_as_is(&held, 2 * cells, sizeof(int32_t)) : NULL;
-    const Py_ssize_t both = 2 * high + FOURS; /* of opacity and glow, and what of the last four is beyond */
-    double *sums = numbers ? scratch(&held, 2 * by->fine * both + 2 * rows, sizeof(double)) : NULL;
-    double *picture = sums ? scratch(&held, 2 * size, sizeof(double)) : NULL;
-    if (picture) {
+    int32_t *numbers = scratch_as_is(&held, 2 * cells, sizeof(int32_t));
+    const Py_ssize_t both = 2 * high + FOURS; /* opacity and glow, and the rest of the last four */
+    double *sums = scratch(&held, 2 * by->fine * both + 2 * rows, sizeof(double));
+    double *picture = scratch(&held, 2 * size, sizeof(double));
+    if (!held.failed) {
         Work work = {
             .touches = touches,
             .by = by,
@@ -374,14 +351,14 @@ static int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t r
         for (Py_ssize_t j = 0; j < by->fine; j++)
             work.sums[j] = (Column){sums + 2 * j * both, sums + (2 * j + 1) * both};
         memset(light, 0, (size_t)size * sizeof(double));
-        (fuses() ? spread_fused : spread_twice)(&work);
+        CHOSEN(spread_terms)(&work);
         turn(picture, high, wide, light + size);
     }
     discard(&held);
-    return picture ? 0 : -1;
+    return held.failed ? -1 : 0;
 }
 
-/* Which pixels a cell lights, in any of the terms. */
+/* Finds the pixels that a cell lights by any of the terms. */
 static void find_lit(Spread *by, Py_ssize_t place)
 {
     by->first[place] = 2 * by->reach + 1;
@@ -401,30 +378,20 @@ static void let_go(PyObject *capsule)
     PyMem_Free(PyCapsule_GetPointer(capsule, NAME));
 }
 
-PyObject *spread(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(spread, 3)
 {
-    (void)self;
-    if (count != 3)
-        return PyErr_Format(PyExc_TypeError, "spread takes 3 arguments, not %zd", count);
-    Arrays arrays = {.count = 0};
-    PyObject *capsule = NULL;
-    Py_ssize_t terms, room;
-    const double *weights = array(&arrays, given[0], "d", 0, &terms);
-    const double *shares = weights ? array(&arrays, given[1], "d", 0, &room) : NULL;
-    const Py_ssize_t fine = shares ? PyLong_AsSsize_t(given[2]) : 0;
-    if (shares == NULL || PyErr_Occurred())
-        goto done;
-    const Py_ssize_t wide = terms > 0 && 0 < fine && fine <= MOST_FINE ? room / (2 * terms * fine) : 0;
-    if (wide < 1 || wide % 2 == 0 || room != 2 * terms * fine * wide) {
-        PyErr_Format(PyExc_ValueError, "spread: shares (terms, 2, fine, 2 reach + 1), fine up to %d, are wanted", MOST_FINE);
-        goto done;
-    }
+    Py_ssize_t terms, size;
+    const double *weights = input(call, 0, "d", &terms), *shares = input(call, 1, "d", &size);
+    const Py_ssize_t fine = whole(call, 2);
+    if (call->failed)
+        return NULL;
+    const Py_ssize_t wide = terms > 0 && 0 < fine && fine <= MOST_FINE ? size / (2 * terms * fine) : 0;
+    if (wide < 1 || wide % 2 == 0 || size != 2 * terms * fine * wide)
+        return wrong(call, "spread: shares (terms, 2, fine, 2 reach + 1), fine up to 4, are required");
     const Py_ssize_t stride = wide + FOURS - 1, lines = 2 * terms * fine;
     Spread *by = PyMem_Calloc(1, sizeof(Spread) + (size_t)(terms + lines * stride) * sizeof(double));
-    if (by == NULL) {
-        PyErr_NoMemory();
-        goto done;
-    }
+    if (by == NULL)
+        return PyErr_NoMemory();
     double *kept = (double *)(by + 1);
     memcpy(kept, weights, (size_t)terms * sizeof(double));
     for (Py_ssize_t line = 0; line < lines; line++)
@@ -432,11 +399,9 @@ PyObject *spread(PyObject *self, PyObject *const *given, Py_ssize_t count)
     *by = (Spread){terms, fine, wide / 2, stride, kept, kept + terms, {0}, {0}};
     for (Py_ssize_t place = 0; place < fine; place++)
         find_lit(by, place);
-    capsule = PyCapsule_New(by, NAME, let_go);
+    PyObject *capsule = PyCapsule_New(by, NAME, let_go);
     if (capsule == NULL)
         PyMem_Free(by);
-done:
-    release(&arrays);
     return capsule;
 }
 
@@ -500,38 +465,24 @@ int draw_polygons(const Point *start, const Point *stop, const int64_t *layer, P
     return failed ? -1 : 0;
 }
 
-/* sprite_light(start, stop, layer, glow, left, top, rows, columns, spread, light): see `draw_polygons`; returned are
- * area, signal, and the x and y of the area's and of the signal's centroid. */
-PyObject *sprite_light(PyObject *self, PyObject *const *given, Py_ssize_t count)
+KERNEL(sprite_light, 10)
 {
-    (void)self;
-    if (count != 10)
-        return PyErr_Format(PyExc_TypeError, "sprite_light takes 10 arguments, not %zd", count);
-    Arrays arrays = {.count = 0};
-    PyObject *result = NULL;
-    Py_ssize_t starts, stops, edges, layers, room;
-    const Point *start = array(&arrays, given[0], "d", 0, &starts);
-    const Point *stop = start ? array(&arrays, given[1], "d", 0, &stops) : NULL;
-    const int64_t *layer = stop ? array(&arrays, given[2], "l", 0, &edges) : NULL;
-    const double *glow = layer ? array(&arrays, given[3], "d", 0, &layers) : NULL;
-    double *light = glow ? array(&arrays, given[9], "d", 1, &room) : NULL;
-    const Spread *by = light ? spread_of(given[8]) : NULL;
+    Py_ssize_t starts, stops, edges, layers, size;
+    const Point *start = input(call, 0, "d", &starts), *stop = input(call, 1, "d", &stops);
+    const int64_t *layer = input(call, 2, "l", &edges);
+    const double *glow = input(call, 3, "d", &layers);
+    const Point corner = {number(call, 4), number(call, 5)};
+    const Py_ssize_t rows = whole(call, 6), columns = whole(call, 7);
+    double *light = output(call, 9, "d", &size);
+    const Spread *by = call->failed ? NULL : spread_of(call->given[8]);
     if (by == NULL)
-        goto done;
-    const Point corner = {PyFloat_AsDouble(given[4]), PyFloat_AsDouble(given[5])};
-    const Py_ssize_t rows = PyLong_AsSsize_t(given[6]), columns = PyLong_AsSsize_t(given[7]);
-    if (PyErr_Occurred())
-        goto done;
+        return NULL;
     if (starts != 2 * edges || stops != 2 * edges || rows < 1 || columns < 1 || rows > INT32_MAX / MOST_FINE ||
-        columns > INT32_MAX / MOST_FINE || room != 3 * (rows + 2 * by->reach) * (columns + 2 * by->reach)) {
-        PyErr_SetString(PyExc_ValueError, "sprite_light: the lengths of its arrays do not agree");
-        goto done;
-    }
+        columns > INT32_MAX / MOST_FINE || size != 3 * (rows + 2 * by->reach) * (columns + 2 * by->reach))
+        return wrong(call, "sprite_light: the lengths of its arrays do not agree");
     Middle middle;
-    if (draw_polygons(start, stop, layer, edges, glow, layers, corner, rows, columns, by, light, &middle) == 0)
-        result = Py_BuildValue("(dddddd)", middle.area, middle.light, middle.center.x, middle.center.y,
-                               middle.signal_center.x, middle.signal_center.y);
-done:
-    release(&arrays);
-    return result;
+    if (draw_polygons(start, stop, layer, edges, glow, layers, corner, rows, columns, by, light, &middle) < 0)
+        return NULL;
+    return Py_BuildValue("(dddddd)", middle.area, middle.light, middle.center.x, middle.center.y, middle.signal_center.x,
+                         middle.signal_center.y);
 }

@@ -2,7 +2,7 @@
  * order, so that pieces agree to the last bit. */
 #include "body.h"
 
-/* As there: edges of each layer lie this much further in than those of the one in front. */
+/* Edges of each layer lie this much further in than those of the layer in front. */
 static const double INSET_PX = 1e-9;
 
 static double inset_of(const Point *start, Py_ssize_t count)
@@ -25,7 +25,7 @@ typedef struct {
     double *across, *down, *level;
 } Lines;
 
-/* Where an edge runs through a polygon: from entry to leave, 0..1 along it. */
+/* The part of an edge in a polygon: from entry to leave, 0..1 along it. */
 typedef struct {
     int64_t polygon;
     double entry, leave;
@@ -68,10 +68,8 @@ typedef struct {
     double *starts, *stops;
 } Sides;
 
-typedef int RunsThrough(const InsetEdge *edge, const Sides *sides, Through *through);
-
-/* Does an edge run through a polygon? Where on its lines it enters and leaves is only asked of one that is beyond none
- * of them with both its ends, and beyond some with one. */
+/* 1 with the part of an edge in a polygon, 0 where there is none. Crossings count only with lines that one end is beyond;
+ * an edge with both ends beyond a line is outside. */
 static inline int runs_through(const InsetEdge *edge, const Sides *sides, Through *through)
 {
     const Point start = edge->start, stop = edge->stop;
@@ -101,7 +99,7 @@ static inline int runs_through(const InsetEdge *edge, const Sides *sides, Throug
 
 #ifdef SIXTEENS
 #define FOURS 4
-/* The same, four lines at a time: of whole bodies 0.9 of the time that the loops take. */
+/* The same, four lines at a time: whole bodies take 0.9 of the time. */
 FUSING INLINED int runs_through_by_fours(const InsetEdge *edge, const Sides *sides, Through *through)
 {
     static const int64_t asked[2 * FOURS] = {-1, -1, -1, -1, 0, 0, 0, 0};
@@ -115,7 +113,7 @@ FUSING INLINED int runs_through_by_fours(const InsetEdge *edge, const Sides *sid
         const __m256i some = _mm256_loadu_si256((const __m256i *)(asked + absent));
         const __m256d x = _mm256_maskload_pd(sides->across + i, some);
         const __m256d y = _mm256_maskload_pd(sides->down + i, some);
-        const __m256d level = _mm256_maskload_pd(sides->level + i, some); /* nothing is beyond those not asked for */
+        const __m256d level = _mm256_maskload_pd(sides->level + i, some); /* absent lines have nothing beyond */
         const __m256d starts = _mm256_sub_pd(_mm256_add_pd(_mm256_mul_pd(start_x, x), _mm256_mul_pd(start_y, y)), level);
         const __m256d stops = _mm256_sub_pd(_mm256_add_pd(_mm256_mul_pd(stop_x, x), _mm256_mul_pd(stop_y, y)), level);
         const __m256d begins = _mm256_cmp_pd(starts, zero, _CMP_LT_OQ), ends = _mm256_cmp_pd(stops, zero, _CMP_LT_OQ);
@@ -141,6 +139,8 @@ FUSING INLINED int runs_through_by_fours(const InsetEdge *edge, const Sides *sid
     through->leave = leaves[0];
     return entries[0] < leaves[0];
 }
+#else
+#define runs_through_by_fours runs_through
 #endif
 
 static void find_near(Picture *picture, int64_t own)
@@ -151,8 +151,8 @@ static void find_near(Picture *picture, int64_t own)
             picture->near[picture->count_near++] = other;
 }
 
-/* The polygons that an edge runs through, up to the first that holds all of it: nothing beyond that one is seen. */
-INLINED Py_ssize_t all_by(const Picture *picture, const InsetEdge *edge, RunsThrough runs)
+/* Finds the polygons that an edge runs through, up to the first that holds all of it: it hides all beyond. */
+INLINED Py_ssize_t find_through(const Picture *picture, const InsetEdge *edge, int fused)
 {
     Py_ssize_t found = 0;
     for (Py_ssize_t i = 0; i < picture->count_near; i++) {
@@ -165,7 +165,7 @@ INLINED Py_ssize_t all_by(const Picture *picture, const InsetEdge *edge, RunsThr
         const int64_t first = picture->first[other];
         const Sides sides = {lines->across + first, lines->down + first, lines->level + first,
                              picture->first[other + 1] - first, picture->entries, picture->leaves};
-        if (!runs(edge, &sides, place))
+        if (!(fused ? runs_through_by_fours : runs_through)(edge, &sides, place))
             continue;
         found++;
         if (place->entry == 0.0 && place->leave == 1.0)
@@ -174,21 +174,9 @@ INLINED Py_ssize_t all_by(const Picture *picture, const InsetEdge *edge, RunsThr
     return found;
 }
 
-static Py_ssize_t all_by_loops(const Picture *picture, const InsetEdge *edge)
-{
-    return all_by(picture, edge, runs_through);
-}
+BOTH(Py_ssize_t, find_through, (const Picture *picture, const InsetEdge *edge), picture, edge)
 
-#ifdef FOURS
-FUSING static Py_ssize_t all_by_fours(const Picture *picture, const InsetEdge *edge)
-{
-    return all_by(picture, edge, runs_through_by_fours);
-}
-#else
-#define all_by_fours all_by_loops
-#endif
-
-/* Where the edge of that number is cut, in the order that its plain twin sorts them in. */
+/* Sorts the cuts of edge `number` in the order of the plain twin. */
 static void sort_cuts(Cut *cuts, const Through *through, Py_ssize_t count, Py_ssize_t number)
 {
     for (Py_ssize_t i = 0; i < 2 * count; i++) {
@@ -212,14 +200,12 @@ static int64_t nearest(const Through *through, Py_ssize_t count, double middle, 
 static int keep(Pieces *pieces, const InsetEdge *edge, int64_t layer, double begin, double end, double opacity, double glow)
 {
     if (pieces->count == pieces->room) {
-        Py_ssize_t room = 2 * pieces->room + 256;
-        Piece *grown = PyMem_Realloc(pieces->of, (size_t)room * sizeof(Piece));
-        if (grown == NULL) {
+        Piece *larger = grown(pieces->of, &pieces->room, sizeof(Piece));
+        if (larger == NULL) {
             PyErr_NoMemory();
             return -1;
         }
-        pieces->of = grown;
-        pieces->room = room;
+        pieces->of = larger;
     }
     Point start = {edge->start.x + edge->along.x * begin, edge->start.y + edge->along.y * begin};
     Point stop = {edge->start.x + edge->along.x * end, edge->start.y + edge->along.y * end};
@@ -230,9 +216,9 @@ static int keep(Pieces *pieces, const InsetEdge *edge, int64_t layer, double beg
 static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
 {
     const InsetEdge *edge = &picture->edges[number];
-    Py_ssize_t count = (fuses() ? all_by_fours : all_by_loops)(picture, edge);
+    Py_ssize_t count = CHOSEN(find_through)(picture, edge);
     sort_cuts(picture->cuts, picture->through, count, number);
-    int open = 0; /* is there a piece that may go on? */
+    int open = 0; /* a piece may go on */
     double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
     for (Py_ssize_t i = 0; i <= 2 * count; i++) {
         double begin = i ? picture->cuts[i - 1].place : 0.0, end = i < 2 * count ? picture->cuts[i].place : 1.0;
@@ -280,13 +266,13 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
 {
     Scratch held = {.count = 0};
     InsetEdge *edges = scratch_as_is(&held, count, sizeof(InsetEdge));
-    double *room = edges ? scratch_as_is(&held, 5 * count, sizeof(double)) : NULL;
-    int64_t *first = room ? scratch_as_is(&held, layers + 1, sizeof(int64_t)) : NULL;
-    Extent *boxes = first ? scratch_as_is(&held, layers, sizeof(Extent)) : NULL;
-    int64_t *near = boxes ? scratch_as_is(&held, layers, sizeof(int64_t)) : NULL;
-    Through *through = near ? scratch_as_is(&held, layers, sizeof(Through)) : NULL;
-    Cut *cuts = through ? scratch_as_is(&held, 2 * layers, sizeof(Cut)) : NULL;
-    int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
+    double *room = scratch_as_is(&held, 5 * count, sizeof(double));
+    int64_t *first = scratch_as_is(&held, layers + 1, sizeof(int64_t));
+    Extent *boxes = scratch_as_is(&held, layers, sizeof(Extent));
+    int64_t *near = scratch_as_is(&held, layers, sizeof(int64_t));
+    Through *through = scratch_as_is(&held, layers, sizeof(Through));
+    Cut *cuts = scratch_as_is(&held, 2 * layers, sizeof(Cut));
+    int failed = held.failed || find_first(layer, count, layers, first) < 0;
     if (!failed) {
         double each = inset_of(start, count);
         Lines lines = {room, room + count, room + 2 * count};

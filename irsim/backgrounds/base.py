@@ -59,7 +59,7 @@ class Layer(Protocol):
     def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
         """Return (transmittance, None if opaque; emission in W/m2/sr), each (rows, cols) float32.
 
-        The arrays are read only: a layer may cache them.
+        Read only: a layer may cache them.
         """
         ...
 
@@ -208,7 +208,7 @@ class Background(Kind):
 
     @property
     def bare(self) -> Background:
-        """Background without objects and cover on ground or sea; its `ground_radiance` is equal."""
+        """The background without objects and ground cover; its `ground_radiance` is the same."""
         return self
 
     def ground_radiance(self, context: SceneContext) -> GroundRadiance | None:

@@ -28,7 +28,7 @@ STEEPEST_DEG = 75.0
 """Greatest elevation, up or down, of any part of the field for that accuracy, degrees."""
 
 PLACES = -np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))
-"""(NODES,): Chebyshev nodes, rising; -1 and 1 are the centres of the outermost pixels of the chart."""
+"""(NODES,) Chebyshev nodes, rising; -1 and 1 are the centres of the outermost pixels of the chart."""
 
 
 def _chebyshev(places: Floats) -> Floats:
@@ -37,7 +37,7 @@ def _chebyshev(places: Floats) -> Floats:
 
 
 _COEFFICIENTS = (np.append(1.0, np.full(NODES - 1, 2.0)) / NODES * _chebyshev(PLACES)).T
-"""(NODES, NODES): contribution of each node's value to each polynomial's weight: T is orthogonal over its nodes."""
+"""(NODES, NODES) weights of the Chebyshev polynomials from values at the nodes, over which they are orthogonal."""
 
 
 def _lagrange(places: Floats) -> Floats:

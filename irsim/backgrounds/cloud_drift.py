@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import cv2
@@ -127,12 +127,6 @@ def _first_pixel(chart: Chart, right: Shift, down: Shift) -> tuple[float, float]
     return u - right - (width - 1) / 2, v - down - (height - 1) / 2
 
 
-def _split(place: float) -> tuple[int, float]:
-    """Return the whole px of a place, and the rest."""
-    whole = int(place)
-    return whole, place - whole
-
-
 def integer_weights(late: float, right: float) -> Weights:
     """Return the weights, of WHOLE, of a word and its right neighbour in the early state, then in the late state.
 
@@ -177,10 +171,10 @@ def _windows(
     The windows, of transmittance and of emission, are a row and a column larger than the frame of a size (columns,
     rows) that begins at `first`.
     """
-    (column, right), (row, down) = (_split(place % early.side) for place in first)
-    window = column, row, size[0] + 1, size[1] + 1
+    u, v = (place % early.side for place in first)
+    window = int(u), int(v), size[0] + 1, size[1] + 1
     passed, emitted = zip(early.window(*window), late.window(*window), strict=True)
-    return integer_weights(share, right), down, passed, emitted
+    return integer_weights(share, u - int(u)), v - int(v), passed, emitted
 
 
 def _weighted(state: Words, shares: tuple[int, int], down: float, unit: float) -> Floats:
@@ -190,35 +184,21 @@ def _weighted(state: Words, shares: tuple[int, int], down: float, unit: float) -
 
 
 def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> StateMixer:
-    (left, width), (top, height) = (_extent(at) for at in (columns, rows))
+    (left, right), (top, bottom) = ((int(np.floor(at.min())), int(np.floor(at.max()))) for at in (columns, rows))
     x, y = (columns - left).astype(np.float32), (rows - top).astype(np.float32)
     most = repeated_px(chart.geometry.size)
 
     def mix(before: CloudState, after: CloudState, share: float) -> tuple[Floats, Floats]:
-        within = (min(length, before.side + most) for length in (width, height))
-        passed, emitted = (
-            cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-            for field in _mixed(before, after, share, left, top, *within)
+        width, height = (min(length + 2, before.side + most) for length in (right - left, bottom - top))
+        windows = (state.window(left, top, width, height) for state in (before, after))
+        mixed = (
+            cv2.addWeighted(units_of(early), (1 - share) * unit, units_of(late), share * unit, 0, dtype=cv2.CV_32F)
+            for early, late, unit in zip(*windows, before.units, strict=True)
         )
-        return np.asarray(passed), np.asarray(emitted)
+        passed, emitted = (cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP) for field in mixed)
+        return np.asarray(passed, np.float32), np.asarray(emitted, np.float32)
 
     return mix
-
-
-def _extent(places: Floats) -> tuple[int, int]:
-    """Return the first pixel of a set of places, and the count to the last."""
-    first = int(np.floor(places.min()))
-    return first, int(np.floor(places.max())) + 2 - first
-
-
-def _mixed(
-    before: CloudState, after: CloudState, share: float, column: int, row: int, width: int, height: int
-) -> Iterator[Floats]:
-    """Yield windows of transmittance and emission, float32."""
-    fields = (state.window(column, row, width, height) for state in (before, after))
-    for early, late, unit in zip(*fields, before.units, strict=True):
-        of_early, of_late = (1 - share) * unit, share * unit
-        yield np.asarray(cv2.addWeighted(units_of(early), of_early, units_of(late), of_late, 0, dtype=cv2.CV_32F))
 
 
 @lru_cache(maxsize=4)

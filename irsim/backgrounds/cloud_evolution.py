@@ -29,7 +29,7 @@ WINDOW_MARGIN = 16
 """Margin of the cached window around a frame, px: it holds the next frames too."""
 
 GREATEST = 65535
-"""Units of the greatest word; the least word, -32768, is 0 units."""
+"""Units of the greatest 16-bit word, 32767; the least word, -32768, is 0 units."""
 
 DARKEST = 1e-30
 """Radiance below which a layer emits nothing, W/m2/sr."""
@@ -61,7 +61,7 @@ def first_of(pair: Floats, coarse: int) -> Floats:
 
 class _FieldPair:
     """Two independent periodic fields of mean 0, interleaved, (side, side, 2) float32: real and imaginary part of one
-    transform. Separation would take longer than generation."""
+    Fourier transform."""
 
     def __init__(self, values: Floats, derived: DerivedField | None) -> None:
         self.values = values
@@ -184,12 +184,13 @@ class CloudState:
     def window(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
         """Return windows (height, width) of transmittance and emission from a column and a row on, periodic. Read
         only."""
-        last = self._last  # read once: another thread may replace it
-        if not _covers(last, column, row, width, height):
+        first, top, passed, emitted = self._last  # read once: another thread may replace it
+        rows, columns = passed.shape
+        if not (0 <= column - first <= columns - width and 0 <= row - top <= rows - height):
             first, top = column - WINDOW_MARGIN, row - WINDOW_MARGIN
             size = width + 2 * WINDOW_MARGIN, height + 2 * WINDOW_MARGIN
-            last = self._last = first, top, *self._assembled(first, top, *size)
-        first, top, passed, emitted = last
+            passed, emitted = self._assembled(first, top, *size)
+            self._last = first, top, passed, emitted
         here = slice(row - top, row - top + height), slice(column - first, column - first + width)
         return passed[here], emitted[here]
 
@@ -204,19 +205,15 @@ class CloudState:
         return joined
 
     def _tile(self, row: int, column: int) -> tuple[Words, Words]:
-        place = row, column
-        if place not in self._tiles:
-            self._tiles[place] = self._painted(row, column)
-        return self._tiles[place]
-
-    def _painted(self, row: int, column: int) -> tuple[Words, Words]:
-        """Return the words of transmittance and emission, (TILE, TILE) each."""
-        counts = np.empty((2, TILE, TILE), np.uint16)
-        painted = self.paint(slice(row, row + TILE), slice(column, column + TILE))
-        for field, unit, out in zip(painted, self.units, counts, strict=True):
-            _to_units(field, unit, out)
-        passed, emitted = _flipped(counts).view(np.int16)
-        return passed, emitted
+        """Return the words of transmittance and emission of a tile, (TILE, TILE) each."""
+        if (row, column) not in self._tiles:
+            counts = np.empty((2, TILE, TILE), np.uint16)
+            painted = self.paint(slice(row, row + TILE), slice(column, column + TILE))
+            for field, unit, out in zip(painted, self.units, counts, strict=True):
+                _to_units(field, unit, out)
+            passed, emitted = _flipped(counts).view(np.int16)
+            self._tiles[row, column] = passed, emitted
+        return self._tiles[row, column]
 
 
 def units_of(words: Words) -> npt.NDArray[np.uint16]:
@@ -227,12 +224,6 @@ def units_of(words: Words) -> npt.NDArray[np.uint16]:
 def _flipped(words: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
     """Return words from units, and back: signed words can be multiplied two in one instruction."""
     return words ^ np.uint16(0x8000)
-
-
-def _covers(last: tuple[int, int, Words, Words], column: int, row: int, width: int, height: int) -> bool:
-    first, top, passed, _ = last
-    rows, columns = passed.shape
-    return bool(0 <= column - first <= columns - width and 0 <= row - top <= rows - height)
 
 
 def _to_units(field: Floats, unit: float, out: npt.NDArray[np.uint16]) -> None:

@@ -80,13 +80,18 @@ class CloudShading:
     def paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
         """Return transmittance and emission, before optics, (rows, cols) float32 each.
 
-        thickness, warmth: parts of fields of mean 0 and variance 1. lit: `Relief.lit`, None without sun.
+        thickness, warmth: parts of fields of mean 0 and variance 1. lit: share of sunlight, None without sun.
         """
+        middle = (ENTRIES - 1) / 2
         if COMPILED:
-            return self._compiled_paint(np.ascontiguousarray(thickness), np.ascontiguousarray(warmth), lit)
+            thickness, warmth = np.ascontiguousarray(thickness), np.ascontiguousarray(warmth)
+            transmittance, light = np.empty_like(thickness), np.empty_like(thickness)
+            sun, look = None if lit is None else np.ascontiguousarray(lit), (self.edge, self.depth, self.sunlit)
+            kernels.cloud(thickness, warmth, sun, *look, self.glow, STEP, middle, transmittance, light)
+            return transmittance, light
         above = np.maximum(thickness - np.float32(self.edge), 0)
         transmittance = np.exp(np.float32(-self.depth) * above)
-        places = warmth * np.float32(STEP) + np.float32((ENTRIES - 1) / 2)
+        places = warmth * np.float32(STEP) + np.float32(middle)
         np.clip(np.rint(places, out=places), 0, ENTRIES - 1, out=places)
         light = lookup(self.glow, places.astype(np.uint16))
         if lit is not None:
@@ -94,34 +99,14 @@ class CloudShading:
         light *= 1 - transmittance
         return transmittance, light
 
-    def _compiled_paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
-        """Return the result of `paint` from the C kernel."""
-        passed, emitted = np.empty_like(thickness), np.empty_like(thickness)
-        sun = None if lit is None else np.ascontiguousarray(lit)
-        table = self.glow, STEP, (ENTRIES - 1) / 2
-        kernels.cloud(thickness, warmth, sun, self.edge, self.depth, self.sunlit, *table, passed, emitted)
-        return passed, emitted
 
+def sunlit_share(slope: Floats) -> Floats:
+    """Return the share of sunlight, float32, on a cloud whose thickness is its height, by its `slope` to the sun.
 
-@dataclass(frozen=True, eq=False)
-class Relief:
-    """Sunlight on a cloud whose thickness is its height: Lambert's cosine law with the sun at the side, saturated at
-    twice the rms slope."""
-
-    falling: Floats
-    """(rows / coarse, columns / coarse) float32: downward slope towards the sun."""
-    coarse: int
-
-    @classmethod
-    def of(cls, slope: Floats, coarse: int) -> Relief:
-        """Return the relief of a `slope` towards the sun, in any unit, of a thickness reduced by `coarse`."""
-        rms = cv2.norm(slope) / math.sqrt(slope.size)  # periodic differences have mean 0
-        return cls(slope / np.float32(2 * rms + 1e-12), coarse)
-
-    def lit(self, rows: slice, columns: slice) -> Floats:
-        """Return the share of sunlight on a part of the full-size picture, float32, also past its edges; not clipped to
-        0..1."""
-        return enlarged(self.falling, self.coarse, rows, columns)
+    Lambert's cosine law with the sun at the side, saturated at twice the rms slope; not clipped to 0..1.
+    """
+    rms = cv2.norm(slope) / math.sqrt(slope.size)  # periodic differences have mean 0
+    return slope / np.float32(2 * rms + 1e-12)
 
 
 def slope_to_sun(thickness: Floats, sigma_px: float, sun_deg: float) -> Floats:
@@ -198,11 +183,10 @@ class Clouds(Part):
         """Return transmittance and emission, before optics, of two periodic fields, (rows, columns), of mean 0 and
         variance 1."""
         (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(context)
-        slope = (
-            self._slope(with_histogram(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
-        )
-        relief = None if slope is None else Relief.of(slope, coarse)
-        lit = None if relief is None else relief.lit(rows, columns)
+        lit = None
+        if self.sunlit_k:
+            slope = self._slope(with_histogram(shrunk(thickness, coarse), self.histogram), context)
+            lit = enlarged(sunlit_share(slope), coarse, rows, columns)
         return self._shading(context).paint(with_histogram(thickness, self.histogram), warmth, lit)
 
     def evolving(self, context: SceneContext) -> EvolvingCloud:
@@ -227,11 +211,11 @@ class Clouds(Part):
             slope = mixture.derived
             if slope is not None and self.histogram:  # a histogram is not linear: slope after the mixture
                 slope = self._slope(with_histogram(slope, self.histogram), context)
-            relief = None if slope is None else Relief.of(slope, coarse)
+            share = None if slope is None else sunlit_share(slope)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
                 rows, columns = (slice(part.start - margin, part.stop + margin) for part in tile)
-                lit = None if relief is None else relief.lit(rows, columns)
+                lit = None if share is None else enlarged(share, coarse, rows, columns)
                 thickness, warmth = mixture.over(rows, columns)
                 passed, emitted = shading.paint(with_histogram(thickness, self.histogram), warmth, lit)
                 return blurred_inner(passed, context.psf, margin), blurred_inner(emitted, context.psf, margin)

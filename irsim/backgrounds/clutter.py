@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable
 from typing import Annotated, Literal, NamedTuple, Protocol
 
 import cv2
@@ -46,10 +46,6 @@ LIT = 0.4
 """Temperature of the lit end minus the centre, as a share of the contrast."""
 SOFTEST = 0.9
 """Greatest width of an edge, as a share of half the width; the least is a pixel."""
-BATCH = 4096
-"""Objects per batch of random numbers; small ones of a batch are drawn together."""
-SMALL_PX = 12
-"""Half width of the largest squares that are drawn together, px."""
 SWELLS = (1 + RAGGED**2 + SOFTEST**2 / 36) ** -0.5
 """Scale of half axes that gives rough objects the mean area of their ellipses: at the radius 1 + u the mean area is
 that of the ellipse times 1 + mean(u^2). u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge, on
@@ -69,19 +65,10 @@ class ClutterObject(NamedTuple):
     def around(self, times: float = 1.0) -> tuple[Integers, Integers, Floats, Floats]:
         """Return columns and rows of a square around it, enlarged by `times`, and the pixels' coordinates along and
         across its axis, (rows, columns) px."""
-        (x, y), reach = self.middle, self.reach(times)
+        (x, y), reach = self.middle, int(times * self.length) + 2
         columns, rows = (np.arange(int(at) - reach, int(at) + reach + 1) for at in self.middle)
-        return columns, rows, *_rotated(columns - x, (rows - y)[:, None], self.angle)
-
-    def reach(self, times: float = 1.0) -> int:
-        """Return the half width of that square, px."""
-        return int(times * self.length) + 2
-
-
-def _rotated(dx: Floats, dy: Floats, angle: Floats | float) -> tuple[Floats, Floats]:
-    """Return the coordinates, along and across an axis turned by an angle, rad, of places dx right and dy below."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return dx * cosine + dy * sine, dy * cosine - dx * sine
+        dx, dy, cosine, sine = columns - x, (rows - y)[:, None], np.cos(self.angle), np.sin(self.angle)
+        return columns, rows, dx * cosine + dy * sine, dy * cosine - dx * sine
 
 
 Drawn = tuple[Integers, Integers, Floats, "Floats | float"]
@@ -98,10 +85,6 @@ class ClutterForm(Protocol):
     def drawn(self, item: ClutterObject) -> Drawn:
         """Return one object alone."""
 
-    def each(self, objects: Sequence[ClutterObject]) -> Iterable[Drawn]:
-        """Return the objects one by one, each alone."""
-        return map(self.drawn, objects)
-
     @abstractmethod
     def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         """Return cover and temperature of an object drawn over others."""
@@ -112,41 +95,11 @@ class EllipseForm(ClutterForm):
 
     def drawn(self, item: ClutterObject) -> Drawn:
         columns, rows, ahead, beside = item.around()
-        return columns, rows, _inside(ahead, beside, item.length, item.width), item.contrast_k
-
-    def each(self, objects: Sequence[ClutterObject]) -> Iterator[Drawn]:
-        """Return the objects one by one; small ones with squares of equal size are drawn together, several times as
-        fast."""
-        alike: dict[int, list[int]] = {}
-        for number, item in enumerate(objects):
-            alike.setdefault(item.reach(), []).append(number)
-        together: dict[int, Drawn] = {}
-        for reach, numbers in alike.items():
-            if reach <= SMALL_PX:
-                together.update(
-                    zip(numbers, self._draw_batch([objects[number] for number in numbers], reach), strict=True)
-                )
-        for number, item in enumerate(objects):
-            yield together[number] if number in together else self.drawn(item)
-
-    @staticmethod
-    def _draw_batch(objects: Sequence[ClutterObject], reach: int) -> Iterator[Drawn]:
-        """Draw objects with squares of equal size."""
-        middles = np.array([item.middle for item in objects])
-        angle, length, width = np.array([item[1:4] for item in objects]).T[..., None, None]
-        spans = middles.astype(int)[..., None] + np.arange(-reach, reach + 1)  # (n, 2, columns or rows)
-        off = spans - middles[..., None]
-        inside = _inside(*_rotated(off[:, None, 0], off[:, 1, :, None], angle), length, width)
-        for item, (columns, rows), cover in zip(objects, spans, inside, strict=True):
-            yield columns, rows, cover, item.contrast_k
+        inside = (1 - np.hypot(ahead / item.length, beside / item.width)) * item.width + 0.5
+        return columns, rows, np.clip(inside, 0, 1), item.contrast_k
 
     def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
         return np.maximum(under[0], item[0]), np.where(wins(item[0], under[0]), item[1], under[1])
-
-
-def _inside(ahead: Floats, beside: Floats, length: Floats | float, width: Floats | float) -> Floats:
-    """Return the cover of ellipses of half axes, px, at coordinates along and across them."""
-    return np.asarray(np.clip((1 - np.hypot(ahead / length, beside / width)) * width + 0.5, 0, 1))
 
 
 class RoughForm(ClutterForm):
@@ -227,11 +180,10 @@ class Clutter(Part):
         draw, form = stream(seed, "clutter"), FORMS[self.form](seed)
         cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         count = draw.poisson(self.mean_count(shape, px_per_mrad))
-        for begin in range(0, count, BATCH):
-            objects = self._scattered(draw.random((min(BATCH, count - begin), 7)), shape, px_per_mrad)
-            for columns, rows, inside, offset in form.each(objects):
-                patch = _map_index(rows, columns, shape)
-                cover[patch], kelvin[patch] = form.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
+        for item in self._scattered(draw.random((count, 7)), shape, px_per_mrad):
+            columns, rows, inside, offset = form.drawn(item)
+            patch = _map_index(rows, columns, shape)
+            cover[patch], kelvin[patch] = form.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
         return cover, kelvin
 
     def _scattered(self, chances: Floats, shape: Shape, px_per_mrad: float) -> list[ClutterObject]:
@@ -241,8 +193,7 @@ class Clutter(Part):
         x, y, angle, long, slim, contrast = (low + ([wide, high, np.pi, longest, 1.0, most] - low) * chances[:, :6]).T
         length = long * px_per_mrad / 2
         signed = contrast * np.where(chances[:, 6] < self.cold, -1, 1)
-        of_each = (part.tolist() for part in (x, y, angle, length, length * slim, signed))
-        return [ClutterObject((x, y), *rest) for x, y, *rest in zip(*of_each, strict=True)]
+        return _objects(x, y, angle, length, length * slim, signed)
 
     def paint_perspective(self, below: Floats, px_per_mrad: float, seed: int) -> Painted:
         """Paint on a plane in perspective, uniformly on its ground; below: (rows, cols) px below its horizon.
@@ -262,15 +213,19 @@ class Clutter(Part):
         contrasts = draw.uniform(*self.contrast_k, count)
         contrasts *= np.where(draw.random(count) < self.cold, -1, 1)
         ys = height - 1 - lowest[xs.astype(int)] + (nearness - 1) * VANISHING_PX
-        of_each = (part.tolist() for part in (xs, ys, angles, lengths, widths, contrasts))
-        objects = [ClutterObject((x, y), *rest) for x, y, *rest in zip(*of_each, strict=True)]
-        blocks = (objects[begin : begin + BATCH] for begin in range(0, count, BATCH))
-        for columns, rows, inside, offset in (each for block in blocks for each in form.each(block)):
+        for item in _objects(xs, ys, angles, lengths, widths, contrasts):
+            columns, rows, inside, offset = form.drawn(item)
             across, down = (columns >= 0) & (columns < width), (rows >= 0) & (rows < height)
             patch, seen = np.ix_(rows[down], columns[across]), np.ix_(down, across)
             within = inside[seen], np.broadcast_to(offset, inside.shape)[seen]
             cover[patch], kelvin[patch] = form.over(within, (cover[patch], kelvin[patch]), np.greater_equal)
         return cover, kelvin
+
+
+def _objects(x: Floats, y: Floats, *rest: Floats) -> list[ClutterObject]:
+    """Return the objects of the given centres, angles, half lengths, half widths and contrasts, (n,) each."""
+    of_each = (part.tolist() for part in (x, y, *rest))
+    return [ClutterObject((x, y), *others) for x, y, *others in zip(*of_each, strict=True)]
 
 
 def _map_index(rows: Integers, columns: Integers, shape: Shape) -> tuple[Integers | slice, ...]:

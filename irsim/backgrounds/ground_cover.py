@@ -27,30 +27,24 @@ Hour = Literal["any", "day", "night"]
 """`any`: no hour, each temperature has its own default."""
 
 TEMPERATURES: dict[str, dict[str, float]] = {
-    "any": {
-        "fields": 3.0,
-        "roads": 6.0,
-        "water": -8.0,
-        "trees": 288.0,
-        "walls": 290.0,
-    },
+    "any": {"fields": 3.0, "roads": 6.0, "water": -8.0, "trees": 288.0, "walls": 290.0},
     "day": {
-        "ground": 303.0,
-        "spread": 4.0,
         "fields": 4.0,
         "roads": 9.0,
         "water": -11.0,
         "trees": 297.0,
         "walls": 304.0,
+        "ground": 303.0,
+        "spread": 4.0,
     },
     "night": {
-        "ground": 283.0,
-        "spread": 1.2,
         "fields": 1.0,
         "roads": 4.0,
         "water": 5.0,
         "trees": 285.5,
         "walls": 287.0,
+        "ground": 283.0,
+        "spread": 1.2,
     },
 }
 """Temperatures by hour, K. Ground, trees and walls are absolute; spreads are of the ground and between fields; roads

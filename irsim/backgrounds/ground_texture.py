@@ -31,8 +31,8 @@ MOST_OCTAVES = 6
 """Limit of the blur of far ground: a pixel covers at most 2^MOST_OCTAVES texels across."""
 
 SOFT_PX = 0.5
-"""Least blur, sigma in px, of texels smaller than a pixel, so that moving ground does not flicker: exp(-2 pi^2 0.5^2 /
-4) = 0.29 of a cycle of two pixels is left. The pixel itself blurs by 1 / sqrt(12) = 0.29 px."""
+"""Least blur, sigma in px, of texels smaller than a pixel, so that moving ground does not flicker: a wave of two pixels
+keeps exp(-2 pi^2 0.5^2 / 4) = 0.29 of its amplitude."""
 
 VANISHING_PX = 40.0
 """Height of the vanishing line of a landscape's ground above its horizon, px: as behind a low rise, which hides the
@@ -46,7 +46,7 @@ STRIP = 32
 """Rows with equal numbers of samples, which stay in the processor's cache."""
 
 TURNED_RAD = math.atan(((math.sqrt(5) - 1) / 2) ** 3)
-"""Rotation of the map of roads and water, by a power of the golden ratio: its repetitions do not line up."""
+"""Rotation of the map of roads and water; a power of the golden ratio, so that its repetitions do not line up."""
 
 
 @dataclass(frozen=True)

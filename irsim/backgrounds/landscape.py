@@ -29,7 +29,7 @@ from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 FINER = 5.0
-"""Scale of a second, finer ground texture, for near ground."""
+"""Ratio of the texels of the ground's texture to those of a second one for near ground."""
 
 
 @dataclass(frozen=True, eq=False)

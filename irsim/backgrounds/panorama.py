@@ -139,9 +139,9 @@ class Sphere:
     def from_origin(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
         (x, y, z), range_m = place, self.range_m
         right, along = x * np.cos(azimuth) - z * np.sin(azimuth), x * np.sin(azimuth) + z * np.cos(azimuth)
-        gone = along * np.cos(elevation) - y * np.sin(elevation)
-        left = np.sqrt(np.maximum(gone**2 + range_m**2 - (x**2 + y**2 + z**2), 0)) - gone
-        ahead, up = along + left * np.cos(elevation), left * np.sin(elevation) - y
+        dot = along * np.cos(elevation) - y * np.sin(elevation)
+        t = np.sqrt(np.maximum(dot**2 + range_m**2 - (x**2 + y**2 + z**2), 0)) - dot
+        ahead, up = along + t * np.cos(elevation), t * np.sin(elevation) - y
         return np.arctan2(right, ahead), np.arctan2(up, np.hypot(right, ahead))
 
     def contains(self, place: Place) -> bool:

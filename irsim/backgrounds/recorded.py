@@ -229,7 +229,7 @@ def _opened(file: str) -> Recording:
 
 
 def _digest(recording: Recording) -> str:
-    return _digest_of(recording.path, recording.container.stamp)
+    return _digest_of(recording.path, recording.mcap.stamp)
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
 import cv2
@@ -22,8 +22,6 @@ from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Mean distance, m; the lower limit bounds the number of objects."""
-FootRows = Callable[[Floats], Floats]
-"""Columns of the map (n,) -> rows of the feet of objects in those columns."""
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """Size of a building, m: from a shed to the highest tower (Burj Khalifa, 828 m)."""
 
@@ -122,27 +120,17 @@ class Structure(Part):
         """Return the map row of its feet on level ground, seen from `height_m` above it."""
         return float(grid.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
-    def feet(self, grid: PanoramaGrid, base: float, context: SceneContext, kind: str) -> FootRows:
-        """Return the rows of feet of a kind of object by column; `base` is the row on level ground."""
-        if self.relief_m == 0:
-            return lambda columns: np.full(len(columns), base)
-        px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
-        waves = profile(len(grid.columns), RELIEF_BETA, RELIEF_M * px_per_m, context.seed, self.id, "relief")
-        draw = stream(context.seed, self.id, kind, "feet")
-
-        def rows(columns: Floats) -> Floats:
-            off = np.interp(columns, grid.columns, waves) + STAGGERED * draw.standard_normal(len(columns))
-            return np.asarray(base - self.relief_m * px_per_m * off)
-
-        return rows
-
-    def feet_places(
+    def feet(
         self, grid: PanoramaGrid, base: float, columns: Floats, context: SceneContext, kind: str
     ) -> list[tuple[float, float]]:
-        """Return map places (x, y) of feet, the highest, which are the farthest, first; order is stable."""
-        feet = self.feet(grid, base, context, kind)(columns)
-        order = np.argsort(feet, kind="stable")
-        return list(zip(columns[order].tolist(), feet[order].tolist(), strict=True))
+        """Return the map places (x, y) of the feet of a kind of object by column; `base` is the row on level ground."""
+        rows = np.full(len(columns), base)
+        if self.relief_m:
+            px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
+            waves = profile(len(grid.columns), RELIEF_BETA, RELIEF_M * px_per_m, context.seed, self.id, "relief")
+            staggered = STAGGERED * stream(context.seed, self.id, kind, "feet").standard_normal(len(columns))
+            rows = base - self.relief_m * px_per_m * (np.interp(columns, grid.columns, waves) + staggered)
+        return list(zip(columns.tolist(), rows.tolist(), strict=True))
 
 
 class Buildings(Structure):
@@ -180,14 +168,12 @@ class Buildings(Structure):
         rises = MOST_RELIEF * self.relief_m
         grid = grid.between(base - (self.height_m[1] + 4 + rises) * px_per_m, base + rises * px_per_m)
         canvas = Canvas(grid)
-        span = float(grid.columns[-1] - grid.columns[0])
-        feet = self.feet(grid, base, context, "buildings")
-        standing = []
-        for _ in range(max(1, round(span / max(self.spacing_m * px_per_m, NEAREST_PX)))):
-            x = float(draw.uniform(grid.columns[0], grid.columns[-1]))
-            foot = x, float(feet(np.array([x]))[0])
-            standing.append((foot, list(self._outlines(temperature_k, draw))))
-        for foot, outlines in sorted(standing, key=lambda each: each[0][1]):  # the nearest, which are the lowest, last
+        first, last = float(grid.columns[0]), float(grid.columns[-1])
+        count = max(1, round((last - first) / max(self.spacing_m * px_per_m, NEAREST_PX)))
+        drawn = [(float(draw.uniform(first, last)), list(self._outlines(temperature_k, draw))) for _ in range(count)]
+        feet = self.feet(grid, base, np.array([x for x, _ in drawn]), context, "buildings")
+        # The nearest, whose feet are the lowest, cover the others.
+        for foot, (_, outlines) in sorted(zip(feet, drawn, strict=True), key=lambda each: each[0][1]):
             for corners, kelvin in outlines:
                 canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], kelvin)
         texture = texture_on(grid, 2.4, 20.0, context.seed, self.id, "grain")

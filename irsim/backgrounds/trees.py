@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -79,74 +81,71 @@ class Trees(Structure):
         base, tall = self.base(grid, height_m, ifov), self.height_m * px_per_m
         rises = MOST_RELIEF * self.relief_m * px_per_m
         grid = grid.between(base - 1.9 * tall - rises, base + rises)
-        canvas = Canvas(grid)
         foliage = Foliage(tall * FINE, self.leaves, context.seed, self.id)
+        painter = _TreePainter(self, Canvas(grid), foliage, temperature_k, draw)
         room = self.spacing_m * px_per_m
-        for foot in self.feet_places(grid, base, _along(grid, max(room, NEAREST_PX), draw), context, "trees"):
-            self._tree(canvas, foliage, foot, tall, room, temperature_k, draw)
+        # The nearest, whose feet are the lowest, cover the others.
+        feet = self.feet(grid, base, _along(grid, max(room, NEAREST_PX), draw), context, "trees")
+        for foot in sorted(feet, key=itemgetter(1)):
+            painter.tree(foot, tall, room)
         if self.undergrowth:
             bushes, high = stream(context.seed, self.id, "bushes"), self.undergrowth * tall
             places = _along(grid, max(0.5 * high, 2.0), bushes)
-            for foot in self.feet_places(grid, base, places, context, "bushes"):
-                self._bush(canvas, foliage, foot, high, temperature_k, bushes)
+            for foot in sorted(self.feet(grid, base, places, context, "bushes"), key=itemgetter(1)):
+                replace(painter, draw=bushes).bush(foot, high)
         texture = texture_on(grid, self.beta, max(tall / 2, 2.0), context.seed, self.id, "grain")
-        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * texture, context)
+        texture_k = 0.8 * self.spread_k * np.sqrt(0.5) * texture
+        return painter.canvas.layer(self.id, self.range_m, texture_k, context)
 
-    def _tree(
-        self,
-        canvas: Canvas,
-        foliage: Foliage,
-        foot: tuple[float, float],
-        tall: float,
-        room: float,
-        kelvin: float,
-        draw: np.random.Generator,
-    ) -> None:
+
+Foot = tuple[float, float]
+"""Map place (x, y), px."""
+
+
+@dataclass(frozen=True, eq=False)
+class _TreePainter:
+    """Drawing of the trees and bushes of a row, of a mean temperature in K."""
+
+    row: Trees
+    canvas: Canvas
+    foliage: Foliage
+    kelvin: float
+    draw: np.random.Generator
+
+    def tree(self, foot: Foot, tall: float, room: float) -> None:
         """Draw a tree of about the given height, px, with the given distance to the next tree, px."""
+        draw = self.draw
         height = tall * float(np.clip(1 + 0.25 * draw.standard_normal(), 0.4, 1.7))
-        own = kelvin + self.spread_k * np.sqrt(0.5) * float(draw.standard_normal())
-        is_conifer = draw.random() < self.conifers
+        own = self.kelvin + self.row.spread_k * np.sqrt(0.5) * float(draw.standard_normal())
+        is_conifer = draw.random() < self.row.conifers
         bare, slim = (0.07, draw.uniform(0.25, 0.45)) if is_conifer else (0.16, draw.uniform(0.55, 0.95))
         wide = min(slim * height, max(CROWDED * draw.uniform(0.7, 1.3) * room, SLIMMEST * height))
         (x, base), trunk = foot, max(0.04 * height, 0.5)
         left, right, top = x - trunk / 2, x + trunk / 2, base - (0.9 if is_conifer else 0.5) * height
-        canvas.polygon(np.array([[left, base], [right, base], [x + trunk / 5, top], [x - trunk / 5, top]]), own)
-        kind, size = conifer if is_conifer else broadleaf, ((1 - bare) * height, wide)
-        self._crown(canvas, foliage, kind, size, (x, base - bare * height), own, draw)
+        corners = np.array([[left, base], [right, base], [x + trunk / 5, top], [x - trunk / 5, top]])
+        self.canvas.polygon(corners, own)
+        kind = conifer if is_conifer else broadleaf
+        self.crown(kind, ((1 - bare) * height, wide), (x, base - bare * height), own)
 
-    def _bush(
-        self,
-        canvas: Canvas,
-        foliage: Foliage,
-        foot: tuple[float, float],
-        tall: float,
-        kelvin: float,
-        draw: np.random.Generator,
-    ) -> None:
-        """Draw a bush of about that height, px."""
-        height = tall * float(np.clip(1 + 0.4 * draw.standard_normal(), 0.3, 2.0))
-        size = height, height * draw.uniform(1.2, 2.4)
-        own = kelvin + self.spread_k * (0.4 * float(draw.standard_normal()) - 0.3)
-        self._crown(canvas, foliage, bush, size, foot, own, draw)
+    def bush(self, foot: Foot, tall: float) -> None:
+        """Draw a bush of about the given height, px."""
+        height = tall * float(np.clip(1 + 0.4 * self.draw.standard_normal(), 0.3, 2.0))
+        size = height, height * self.draw.uniform(1.2, 2.4)
+        own = self.kelvin + self.row.spread_k * (0.4 * float(self.draw.standard_normal()) - 0.3)
+        self.crown(bush, size, foot, own)
 
-    def _crown(
+    def crown(
         self,
-        canvas: Canvas,
-        foliage: Foliage,
         kind: Callable[[float, float, np.random.Generator], Crown],
         size: tuple[float, float],
-        foot: tuple[float, float],
+        foot: Foot,
         kelvin: float,
-        draw: np.random.Generator,
     ) -> None:
-        """Draw a crown of a size (high, wide) px at a map place, with leaves about one temperature.
-
-        A very large crown is drawn coarser and enlarged.
-        """
+        """Draw a crown of a size (high, wide) px, with leaves about one temperature; a very large one is enlarged."""
         coarser = int(np.ceil(max(size) * FINE / LARGEST))
-        crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, draw)
-        hides, warmth = foliage.leaves_of(crown, draw)
-        canvas.stamp(foot, crown.middle, hides, kelvin + 0.7 * self.spread_k * warmth, coarser)
+        crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, self.draw)
+        hides, warmth = self.foliage.leaves_of(crown, self.draw)
+        self.canvas.stamp(foot, crown.middle, hides, kelvin + 0.7 * self.row.spread_k * warmth, coarser)
 
 
 def _along(grid: PanoramaGrid, spacing_px: float, draw: np.random.Generator) -> Floats:

@@ -1,17 +1,19 @@
 """Calibration: noise, bad pixels, fixed pattern, PSF and texture of recordings, with 95 % intervals.
 
-Recordings are real or rendered; every estimator is a pure function of an array (frames, rows, columns) of counts.
+Estimators are pure functions of counts (frames, rows, columns) of a real or rendered recording.
 """
 
+from irsim.calibration.background_classes import CLASSES, TextureFigures, texture_figures
 from irsim.calibration.bad_pixels import BadPixels, find_bad_pixels
 from irsim.calibration.figures import FRAMES, Figures, measure_figures
 from irsim.calibration.fit import Fit
-from irsim.calibration.noise import Noise3dTerms, NoiseReport, measure_noise, noise_3d
-from irsim.calibration.realism import CAMERAS, CLASSES, Realism, compare_noise, compare_texture, measure_realism
+from irsim.calibration.noise import NoiseReport, measure_noise
+from irsim.calibration.noise_3d import Noise3dTerms, noise_3d
+from irsim.calibration.realism import CAMERAS, Realism, compare_noise, compare_texture, measure_realism
 from irsim.calibration.selection import Region, flattest
 from irsim.calibration.statistics import Estimate
 from irsim.calibration.temporal import Memory, Temporal, temporal_noise
-from irsim.calibration.texture import PowerLaw, TextureFigures, texture_figures
+from irsim.calibration.texture import PowerLaw
 
 __all__ = [
     "CAMERAS",

@@ -1,4 +1,4 @@
-"""Pictures of the background: the mean of still frames, without targets and other small outlying objects."""
+"""Pictures of the background without targets and other small outlying objects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from irsim.calibration.statistics import Values, evenly
 from irsim.types import Bools, Floats, Source
 
 TEXTURE_PICTURES = 9
-"""Pictures, evenly over the recording, whose texture is measured."""
+"""Number of pictures, evenly over the recording, for the measurement of texture."""
 _MEDIAN_FRAMES = 48
 _CLIP = 4.0
 """Sigmas from its median at which a pixel's value is clipped in the mean."""
@@ -23,14 +23,13 @@ _SMALL = 1 / 8
 """Share of the shorter side below which an object is small."""
 _USUAL = 0.98
 _FAR = 6.0
-"""Ratio to the 0.98 quantile beyond which an object is an outlier: backgrounds of the shipped scenarios reach 5.0, hot
-targets before sky, sea and ground 8 to 140."""
+"""Ratio to the 0.98 quantile beyond which an object is an outlier: backgrounds of the shipped scenarios have up to 5.0,
+hot targets 8 to 140."""
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """Background picture (rows, columns), the mask of the pixels that were filled in, and the number of small objects
-    among these."""
+    """Background picture (rows, columns), the mask of pixels that were filled in, and the number of small objects."""
 
     picture: Floats
     filled: Bools
@@ -43,10 +42,9 @@ class Background:
 
 
 def background(picture: Floats, taken: Bools | None = None) -> Background:
-    """Return the background of a picture (rows, columns) with a mask of targets.
+    """Return the background of a picture (rows, columns) with a mask of targets, ignored above half of the picture.
 
-    Targets, then small outlying objects, are filled in from around (A. Telea, J. Graphics Tools 9, 2004). A mask of
-    more than half of the picture is not used.
+    Targets, then small outlying objects, are filled in from around (A. Telea, J. Graphics Tools 9, 2004).
     """
     held = np.zeros(picture.shape, np.bool_) if taken is None or taken.mean() > 0.5 else taken
     small, objects = small_objects(fill(picture, held))
@@ -54,7 +52,7 @@ def background(picture: Floats, taken: Bools | None = None) -> Background:
 
 
 def background_pictures(source: Source, count: int) -> npt.NDArray[np.uint8]:
-    """Return the backgrounds (T, rows, columns) of 8-bit pictures, evenly over a source."""
+    """Return the backgrounds (T, rows, columns) of `count` 8-bit pictures, evenly over a source."""
     found = []
     for k in evenly(len(source), count).tolist():
         picture = np.asarray(source.frame(k, "display").image, np.uint8)
@@ -73,11 +71,8 @@ def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
 
 
 def small_objects(picture: Floats) -> tuple[Bools, int]:
-    """Return the mask and the number of small hot or cold outlying objects in a picture (rows, columns).
-
-    They are outliers of the top hat and the black hat of a square (J. Serra, "Image analysis and mathematical
-    morphology", 1982), in which texture is alike everywhere.
-    """
+    """Return the mask (rows, columns) and the number of small hot or cold outliers in a picture, in the top hat or the
+    black hat of a square (J. Serra, "Image analysis and mathematical morphology", 1982)."""
     smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
     side = max(round(min(picture.shape) * _SMALL), 3)
     found = np.zeros(picture.shape, np.uint8)
@@ -92,9 +87,9 @@ def small_objects(picture: Floats) -> tuple[Bools, int]:
 
 
 def mean_picture(frames: Values, sigma: float, boxes: Boxes) -> tuple[Floats, Bools]:
-    """Return the mean (rows, columns) of still frames, and the mask of pixels that targets covered all the time.
+    """Return the mean (rows, columns) of still frames, and the mask of pixels that targets always cover.
 
-    Values are clipped at 4 sigma from their median, so that passing objects leave little; target boxes are left out.
+    Target boxes are left out, and values are clipped at 4 sigma from their median against other passing objects.
     """
     picked = evenly(len(frames), _MEDIAN_FRAMES)
     middle = np.median(frames[picked], axis=0).astype(np.float64)

@@ -1,7 +1,7 @@
 """Bad pixels: dead, hot and blinking ones, their shares, heights and dwell times, and their replacement.
 
-A pixel is compared with the median of the 5 x 5 px around it, in mean and in temporal sigma. Light is blurred over
-neighbours by the optics; a fault is not. So a pixel is good where a neighbour shares its height or its changes.
+Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it. Optics blur light over
+neighbours, so that a pixel is good where a neighbour shares its height or its changes.
 """
 
 from __future__ import annotations
@@ -32,32 +32,32 @@ _FAR = 8.0
 _RESTLESS = 3.0
 """Least ratio of the temporal sigma of a blinking pixel to that around it."""
 _SHARES = 0.15
-"""Least share of a pixel's height in a neighbour lit by the same light: a point centred on a pixel leaves 0.20 on four
-sides at a PSF of 0.47 px."""
+"""Least share of the height of a pixel in a neighbour under the same light: a point centred on a pixel leaves 0.20 on
+four sides at a PSF of 0.47 px."""
 _FOLLOWS = 0.8
-"""Least correlation with a neighbour at which changes are the scene's."""
+"""Least correlation with a neighbour of changes of the scene."""
 _UNSTABLE = 6.0
-"""Robust sigmas of the logarithm of variance in a flat region beyond which a pixel is left out of the noise figures."""
+"""Robust sigmas of log variance in a flat region beyond which a pixel is left out of the noise figures."""
 _TOGGLES = 0.51
-"""Greatest temporal sigma, counts, of a pixel that alternates between two neighbouring counts."""
+"""Greatest temporal sigma, counts, of a pixel that alternates between two consecutive counts."""
 _SLOWEST = 0.99
-"""Quantile of the pixels' rate of change by which frozen and slow pixels are distinguished."""
+"""Quantile of the rate of change of pixels that separates frozen from slow ones."""
 _LEAST_JUDGED = 100
 _CLUSTERED = 2.0
-"""Pixels that count as one event in the interval of a share: those of a cluster are not independent."""
+"""Pixels of a cluster that count as one event in the interval of a share."""
 _MOST_IN_CLUSTER = 16
-"""Most bad pixels in a group: clusters of 2 pixels on average exceed it once in 10^4."""
+"""Largest number of bad pixels in a group; clusters of 2 pixels on average exceed it once in 10^4."""
 _MEDIAN_REACH = 16
 
 
 @dataclass(frozen=True, eq=False)
 class BadPixels:
-    """Masks (rows, columns); no pixel is in two of the first three.
+    """Disjoint masks (rows, columns) of bad pixels, compared with the pixels around them.
 
-    dead        never changes, or lies far below those around it
-    hot         lies far above those around it
-    blinking    changes far more than those around it
-    judged      pixels that can be judged: those in saturated surroundings cannot
+    dead        never change, or far below
+    hot         far above
+    blinking    change far more
+    judged      all pixels off saturated surroundings
     frozen_from least number of frames after which a pixel that never changes is dead; None where most never change, as
                 with noise far below one count
     """
@@ -74,7 +74,7 @@ class BadPixels:
         return bad
 
     def without(self, taken: Bools | None) -> BadPixels:
-        """Return bad pixels outside of a mask of targets, which resemble them; all if the mask covers most pixels."""
+        """Return the bad pixels off a mask of targets, which resemble them; all where the mask covers most pixels."""
         if taken is None or taken.mean() > 0.5:
             return self
         dead, hot, blinking, judged = (mask & ~taken for mask in (self.dead, self.hot, self.blinking, self.judged))
@@ -83,9 +83,8 @@ class BadPixels:
 
 @dataclass(frozen=True)
 class BadPixelFigures:
-    """Shares of bad pixels, and their behaviour in counts and frame periods of the recording.
+    """Shares of bad pixels among those judged, and their heights, counts, and times, frame periods of the recording.
 
-    dead, hot, blinking     shares of the judged pixels
     cluster                 mean number of bad pixels that touch
     dead_level              median count of dead pixels
     hot_height, jump        mean heights of hot pixels above their neighbours, and of the steps of blinking ones
@@ -112,13 +111,10 @@ class BadPixelFigures:
 
 
 def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
-    """Return the bad pixels of frames (T, rows, columns).
-
-    top     highest possible count; pixels in saturated surroundings are not judged
+    """Return the bad pixels of frames (T, rows, columns) with the highest possible count `top`.
 
     A still point of light sharper than a PSF of 0.45 px is taken for a hot pixel. Pixels that blink by less than three
-    times the noise, and dead and hot pixels on texture of that contrast, are missed. Raise InputError unless the frames
-    are an array of finite numbers and `top` is positive.
+    times the noise, and dead and hot pixels on texture of that contrast, are missed. InputError for other arrays.
     """
     check_frames(frames)
     check_positive(top, "top", "the highest possible count")
@@ -136,7 +132,9 @@ def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
     calm = np.maximum(around(sigma), float(np.median(sigma)))
     blinking = (sigma > np.maximum(_RESTLESS * calm, _TOGGLES if rounded else 0)) & judged
     blinking &= ~_follows_neighbour(values, blinking)
-    apart = _without_lines(level - usual)
+    apart = level - usual
+    apart = apart - np.median(apart, axis=1, keepdims=True)
+    apart = np.asarray(apart - np.median(apart, axis=0, keepdims=True), np.float32)
     far = np.abs(apart) > np.maximum(_FAR * _scatter(apart), 1.0 if rounded else 0)
     far &= judged & ~blinking & ~frozen
     hot = _alone(apart, far & (apart > 0))
@@ -145,21 +143,20 @@ def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
 
 
 def around(picture: Floats) -> Floats:
-    """Return the median of the 5 x 5 px around each pixel; beyond the edge the picture is mirrored point-wise."""
+    """Return the median of the 5 x 5 px around each pixel; the picture is continued by point reflection."""
     whole = np.pad(np.asarray(picture, np.float32), 2, mode="reflect", reflect_type="odd")
     return np.asarray(cv2.medianBlur(whole, 5)[2:-2, 2:-2])
 
 
 def remove_specks(picture: Floats) -> Floats:
-    """Return a picture (rows, columns) in which outlying pixels have the median of their surroundings."""
+    """Return a picture (rows, columns) with the median of their surroundings in place of outlying pixels."""
     usual = around(picture)
     apart = (picture - usual).astype(np.float32)
     return np.where(np.abs(apart) > _FAR * _scatter(apart), usual, picture)
 
 
 def unstable_pixels(flat: Values) -> Bools:
-    """Return the pixels of a flat region (T, rows, columns) whose variance is significantly high or low, if they are
-    few."""
+    """Return the mask of pixels of a flat region (T, rows, columns) with far too high variance, where they are few."""
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
     found: Bools = apart > _UNSTABLE * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
@@ -169,10 +166,9 @@ def unstable_pixels(flat: Values) -> Bools:
 
 
 def patch(frames: Values, bad: Bools) -> Values:
-    """Return frames (T, rows, columns) with the values of the nearest good pixel in place of bad ones.
+    """Return frames (T, rows, columns) with the nearest good pixel in place of each bad one, where there is one.
 
-    The offsets between the rows and columns of both pixels, medians over the 33 px about the bad one, are added. The
-    frames themselves are returned if no pixel is bad, or all are.
+    Offsets between the rows and columns of both pixels, medians over 33 px about the bad one, are added.
     """
     if not bad.any() or bad.all():
         return frames
@@ -201,10 +197,12 @@ def _line_offset(level: Floats, line: int, other: int, place: int) -> float:
 
 
 def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPixelFigures:
-    """Return shares and behaviour of bad pixels in frames (T, rows, columns).
+    """Return the figures of bad pixels in frames (T, rows, columns).
 
     periods (T - 1,) frame periods of the recording from each frame to the next
     """
+    from scipy.ndimage import label
+
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
     judged = int(bad.judged.sum())
@@ -216,7 +214,7 @@ def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPix
         dead=_share(bad.dead, judged),
         hot=_share(bad.hot, judged),
         blinking=_share(bad.blinking, judged),
-        cluster=_cluster_size(bad.all),
+        cluster=float(bad.all.sum() / int(label(bad.all)[1])) if bad.all.any() else 1.0,
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
         hot_height=exponential_mean(float(heights.sum()), len(heights)) if len(heights) else None,
         jump=jump,
@@ -226,11 +224,10 @@ def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPix
 
 
 def _dwell_times(series: Floats, normal: Floats, periods: Floats) -> tuple[Estimate, Estimate | None, Estimate | None]:
-    """Return the mean step of two-level series (T, pixels), and mean times off and on their normal level.
+    """Return the mean step of two-level series (T, pixels), and the mean times off and on the level near `normal`.
 
-    The level nearer to `normal` (pixels,) is the normal one. The mean of an exponential dwell time is the time spent
-    over the number of exits seen (D. R. Cox, D. Oakes, "Analysis of Survival Data", 1984, section 3.2). Changes faster
-    than the frames are missed.
+    The mean of an exponential dwell time is the time spent over the number of exits (D. R. Cox, D. Oakes, "Analysis of
+    Survival Data", 1984, section 3.2). Changes faster than the frames are missed.
     """
     high = series > (series.max(axis=0) + series.min(axis=0)) / 2
     upper, lower = (np.where(part, series, 0).sum(axis=0) / part.sum(axis=0).clip(1) for part in (high, ~high))
@@ -255,29 +252,17 @@ def _share(mask: Bools, judged: int) -> Estimate:
     return Estimate(share, share * low, share * high)
 
 
-def _cluster_size(mask: Bools) -> float:
-    from scipy.ndimage import label
-
-    return float(mask.sum() / int(label(mask)[1])) if mask.any() else 1.0
-
-
-def _without_lines(apart: Floats) -> Floats:
-    """Return differences (rows, columns) less the medians of rows and columns."""
-    rest = apart - np.median(apart, axis=1, keepdims=True)
-    return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
-
-
 def _scatter(apart: Floats) -> Floats:
-    """Return the robust sigma of differences around each pixel, or that of the whole picture if larger."""
+    """Return the robust sigma of differences around each pixel, or that of the picture where larger."""
     scatter = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
     return np.maximum(scatter, np.finfo(np.float32).tiny)
 
 
 def _alone(height: Floats, found: Bools) -> Bools:
-    """Return the found pixels in groups of up to 16 whose peak is shared by at most two of its four neighbours.
+    """Return the found pixels in groups that are bad pixels instead of bright objects.
 
-    At most four of the eight neighbours of the peak are found pixels; around a bright point there are more. Pixels up
-    to 3 px apart are one group: a cluster of bad pixels, or a bright object.
+    Such a group, of pixels up to 3 px apart, has up to 16 pixels; at most two of the four neighbours of its peak share
+    its height, and at most four of the eight are found.
     """
     from scipy.ndimage import label, maximum_position
 
@@ -288,12 +273,7 @@ def _alone(height: Floats, found: Bools) -> Bools:
     good = np.bincount(members.ravel(), minlength=count + 1) <= _MOST_IN_CLUSTER
     wide = np.pad(height, 1)
     for group, (row, column) in enumerate(maximum_position(height, members, np.arange(1, count + 1)), 1):
-        neighbours = (
-            wide[row, column + 1],
-            wide[row + 2, column + 1],
-            wide[row + 1, column],
-            wide[row + 1, column + 2],
-        )
+        neighbours = (wide[row + down, column + across] for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)))
         near = members[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] == group
         good[group] &= sum(value > _SHARES * height[row, column] for value in neighbours) <= 2 and near.sum() <= 5
     alone: Bools = found & good[members]
@@ -301,7 +281,7 @@ def _alone(height: Floats, found: Bools) -> Bools:
 
 
 def _follows_neighbour(values: Floats, found: Bools) -> Bools:
-    """Return the found pixels whose changes over time (T, rows, columns) follow one of their eight neighbours."""
+    """Return the found pixels with changes over time (T, rows, columns) like those of one of eight neighbours."""
     rows, columns = np.nonzero(found)
     unit = _unit(values[:, rows, columns])
     nearest = np.zeros(len(rows))
@@ -321,11 +301,8 @@ def _unit(series: Floats) -> Floats:
 
 
 def _frozen_from(frames: Values) -> int | None:
-    """Return the least number of frames over which at most 0.1 good pixels are expected to hold their value by chance.
-
-    A pixel that keeps its value from one frame to the next with probability q keeps it over T frames with probability
-    q^(T/2) at most.
-    """
+    """Return the least number T of frames over which at most 0.1 good pixels are expected to keep their value: with
+    probability q from frame to frame, at most q^(T/2)."""
     if len(frames) < 2:
         return None
     stays = np.mean(frames[1:] == frames[:-1], axis=0)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from irsim.calibration.background import TEXTURE_PICTURES, background, mean_picture
-from irsim.calibration.bad_pixels import FULL, BadPixelFigures, BadPixels, bad_pixel_figures, patch
+from irsim.calibration.bad_pixels import FULL, BadPixelFigures, bad_pixel_figures, patch
 from irsim.calibration.fixed_pattern import fixed_pattern, odd_even, remove_odd_even
-from irsim.calibration.noise import NoiseReport, noise_and_bad_pixels
+from irsim.calibration.noise import NoiseReport, measure_noise
 from irsim.calibration.psf import point_blur
 from irsim.calibration.report import figure_notes
 from irsim.calibration.selection import Boxes, Region, box_mask
@@ -32,7 +32,7 @@ from irsim.calibration.statistics import (
 from irsim.calibration.temporal import Memory
 from irsim.calibration.texture import PowerLaw, fit_texture, grey_levels, periodogram
 from irsim.errors import InputError, counted
-from irsim.types import Bools, Floats
+from irsim.types import Floats
 
 FRAMES = 300
 """Default number of frames measured: 200 MB of 640x512 px."""
@@ -45,8 +45,8 @@ class Figures:
 
     The rounding variance of 1/12 is subtracted. rows and columns, of type `Memory`, are in seconds.
 
-    noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; upper bounds of white
-                            noise with motion
+    noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; with motion an upper
+                            bound of white noise
     memory_frames           time constant of the correlated part
     walk                    sigma of the change by drift in a frame; None where it is not significant
     row_noise, column_noise white temporal sigma of rows and columns
@@ -88,10 +88,8 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names and values of all figures with an interval; names of parts are such as "rows.rho".
-
-        The fixed part of lines in the region contains the scene and is left out; see `row` and `column`.
-        """
+        """Yield names, such as "rows.rho" of a part, and values of all figures with an interval, without `fixed` of the
+        lines in the region, which contains the scene."""
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
@@ -111,26 +109,22 @@ def measure_figures(
     rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
-    taken: Bools | None = None,
     start: int = 0,
     points: bool = True,
     times: Floats | None = None,
     boxes: Boxes | None = None,
 ) -> Figures:
-    """Return the figures of frames (T, rows, columns) in counts; noise is measured on `region`, or in the flattest
-    window.
+    """Return the figures of frames (T, rows, columns) in counts.
 
-    top, taken, times   as in `measure_noise`
-    start       number of the first frame, for notes
-    points      True: search points, which takes most of the time; False: texture and fixed pattern assume usual blurs
-    boxes       target boxes of each frame, in place of `taken`
+    region, top, times, start   as of `measure_noise`
+    points      False: assume usual blurs and search no points, which takes most of the time
+    boxes       target boxes of each frame, left out
 
-    Raise InputError where frames are too few or below 8 x 8 px.
+    InputError where frames are too few or below 8 x 8 px.
     """
-    check_measurable(frames, rate_hz, top, taken, times)
+    check_measurable(frames, rate_hz, top, None, times)
+    taken = None
     if boxes is not None:
-        if taken is not None:
-            raise InputError("taken and boxes: both give the places of targets; allowed: one of them")
         if len(boxes) != len(frames):
             raise InputError(f"boxes: of {counted(len(boxes), 'frame')}; allowed: None, or of all {len(frames)}")
         taken = box_mask(chain(*boxes), frames.shape[1:])
@@ -139,8 +133,8 @@ def measure_figures(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
-    report, bad = noise_and_bad_pixels(frames, rate_hz, region, top, taken, times, start)
-    used = report.stretch.of(frames)
+    report = measure_noise(frames, rate_hz, region, top, taken, times, start)
+    bad, used = report.bad, report.stretch.of(frames)
     periods = np.diff(report.stretch.number) * report.stretch.slower
     seen = tuple(() if boxes is None else boxes[k] for k in report.stretch.index)
     patched = patch(used, bad.all)
@@ -148,8 +142,8 @@ def measure_figures(
     flaws = bad_pixel_figures(used, periods, bad.without(taken))
     if report.slides:  # motion of the scene hides blinking pixels
         flaws = replace(flaws, blinking=replace(flaws.blinking, high=1.0))
-    standing = _standing(report, patched, seen, blur, bad, top) if not report.slides else None
-    scene = standing or _sliding(patched, seen, blur)
+    standing = _standing(report, patched, seen, blur, top) if not report.slides else None
+    scene = standing or _sliding(report, patched, seen, blur)
     parts = {**_over_time(report), **scene.figures}
     found = Figures(frames=report.frames, region=report.region, blur=blur, flaws=flaws, notes=(), **parts)
     notes = figure_notes(report, found.psf, blur, still, scene.objects, scene.layered, found.texture is not None)
@@ -158,20 +152,18 @@ def measure_figures(
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern; the number of small objects left out; whether rows differ most."""
+    """Figures of background and fixed pattern, the number of small objects left out, and True for a layered picture."""
 
     figures: dict[str, Any]
     objects: int
     layered: bool
 
 
-def _standing(
-    report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, bad: BadPixels, top: float
-) -> _Scene:
+def _standing(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, top: float) -> _Scene:
     """Return the figures of a still scene, from the mean of all frames."""
     sigma = report.fine if report.moving else math.hypot(report.terms.tvh.value, report.drift)
     mean, always = mean_picture(frames, sigma, boxes)
-    behind = background(mean, always | (mean >= FULL * top) | ~bad.judged)
+    behind = background(mean, always | (mean >= FULL * top) | ~report.bad.judged)
     rows, columns = odd_even(behind.picture, 0), odd_even(behind.picture, 1)
     picture = remove_odd_even(behind.picture, rows.value, columns.value)
     fixed = fixed_pattern(picture, blur, behind.filled)
@@ -195,8 +187,12 @@ def _standing(
     return _Scene(figures, behind.objects, _is_layered(picture))
 
 
-def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
-    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern."""
+def _sliding(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
+    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern.
+
+    Noise is bounded by the white floor of the spectrum, which contains the fixed pattern of pixels, where that is less
+    than the sharp changes, which contain sharp texture.
+    """
     picked = evenly(len(frames), TEXTURE_PICTURES).tolist()
     shape = frames.shape[1], frames.shape[2]
     behind = [background(frames[k].astype(np.float64), box_mask(boxes[k], shape)) for k in picked]
@@ -209,19 +205,23 @@ def _sliding(frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
         "mean": float(np.concatenate([each.seen for each in behind]).mean()),
         "histogram": grey_levels(middle.seen, spectrum),
     }
+    floor, sharp = spectrum.floor.map(root), _sharp_bound(report)
+    if floor.high < sharp.high:
+        sharp = Estimate(floor.value, 0.0, floor.high, bound=True)
+    figures["noise"] = figures["white"] = remove_rounding(sharp, report.rounded)
     return _Scene(figures, max(each.objects for each in behind), _is_layered(middle.picture))
 
 
 def _is_layered(picture: Floats) -> bool:
-    """Return whether the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
+    """Return True where the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
     usual = np.clip(picture, *np.quantile(picture, (0.02, 0.98)))
     return bool(usual.mean(axis=1).var() > 0.5 * usual.var())
 
 
 def _over_time(report: NoiseReport) -> dict[str, Any]:
-    """Return the figures of temporal noise; an upper bound of white noise with motion."""
+    """Return the figures of temporal noise; with motion an upper bound of white noise."""
     if report.moving or report.slides:
-        sharp = remove_rounding(Estimate(report.fine, 0.0, 1.05 * report.fine, bound=True), report.rounded)
+        sharp = remove_rounding(_sharp_bound(report), report.rounded)
         return {"noise": sharp, "white": sharp}
     terms, memory, level, slower = report.terms, report.temporal.memory, report.level, report.stretch.slower
     rows, columns = report.lines.get("tv"), report.lines.get("th")
@@ -239,6 +239,10 @@ def _over_time(report: NoiseReport) -> dict[str, Any]:
         "level": level.sigma,
         "level_frames": None if level.time_frames is None else level.time_frames.map(lambda time: time * slower),
     }
+
+
+def _sharp_bound(report: NoiseReport) -> Estimate:
+    return Estimate(report.fine, 0.0, 1.05 * report.fine, bound=True)
 
 
 def _left_in_mean(report: NoiseReport, count: int) -> tuple[Estimate, Estimate, Estimate]:

@@ -1,8 +1,9 @@
 """Fixed pattern of pixels, rows and columns in the mean picture, separated from the scene.
 
-A detector's pattern is independent from line to line and the same everywhere; a scene is neither. Lines: each row less
-the mean of its neighbours is computed in separate parts of the picture; products of two parts have the variance of
-whole rows as their mean. Pixels: the white floor of the spectrum, in the quietest window if the picture has edges.
+The pattern of a detector is independent from line to line and the same in all parts of the picture; a scene is neither.
+Lines: products of second differences of rows in two parts of the picture have the variance of whole rows as their mean.
+Shading over several lines is not measured. Pixels: the white floor of the spectrum, in the quietest window of a picture
+with edges.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _PARTS = 6
 _BENT = 35 / 18
 """1 + 2 (4/6)^2 + 2 (1/6)^2: factor by which the difference to neighbours reduces the number of independent lines."""
 _OUTSTANDING = (2.6, 3.2, 4.5)
-"""Robust sigmas beyond which a line belongs to the scene, as a horizon; the interval covers the result of each."""
+"""Robust sigmas beyond which a line belongs to the scene, as at a horizon; the interval covers the result of each."""
 _SURELY = 6.0
 _EDGES = 1.08
 """Ratio of rms to robust sigma of sharp changes above which the picture has edges: 1.00 for a Gaussian field, 1.02 to
@@ -39,7 +40,7 @@ class FixedPattern:
     psf         blur that is assumed, px
     floor       variance from pixel to pixel
     row, column sigmas of offsets from row to row and from column to column
-    window      window of the floor if the picture has edges; else None
+    window      of the floor in a picture with edges, else None
     """
 
     spectrum: Spectrum
@@ -54,7 +55,7 @@ def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> Fixe
     """Return the fixed pattern of a picture (rows, columns) without odd-even lines.
 
     blur    sigma of the sharpest point, px, or None
-    filled  pixels that were filled in; they have too little noise
+    filled  mask of pixels that were filled in, which have too little noise
     """
     spectrum, psf = fit_texture(periodogram(picture), picture.shape, blur)
     sharp = np.abs(np.diff(np.diff(picture, n=2, axis=0), n=2, axis=1))
@@ -84,8 +85,8 @@ def _quietest(sharp: Floats) -> Region | None:
 def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
     """Return the sigma of the offsets of whole rows of a picture (rows, columns).
 
-    Each row less the mean of its neighbours has 3/2 of their variance. In a picture with `edges`, outlying rows are a
-    horizon or a road, and are left out with their neighbours.
+    A row less the mean of its neighbours has 3/2 of the variance. In a picture with `edges`, outlying rows are of the
+    scene and are left out with their neighbours.
     """
     bent = _bend(picture)
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])

@@ -1,7 +1,7 @@
 """PSF: sigma of the sharpest point, by elliptical Gaussians fitted to still and passing points.
 
-The minor axis is the blur: motion blur, and most of an object's own size, lie along the major axis. An object may be
-larger than a point, so that the value is an upper bound of the lens's blur unless the object is known.
+The minor axis is the blur, as motion blur and most of the size of an object lie along the major axis. An object may be
+larger than a point, so that the sigma is an upper bound of the blur of the lens.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _OVERSAMPLED = 4
 _SYSTEMATIC = 0.01
 """Relative error of a sigma by lag, gain differences and the sampling of the model."""
 _STILL_ERROR = 2.5
-"""Factor on the error of a still point: the background beneath it is the same in all frames, and not white."""
+"""Factor on the error of a still point, as the background beneath it is the same in all frames and not white."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Gaussian fitted to a window: sigmas of its minor and major axis, px, the standard error of the minor one, and the
-    rms of the residual as a share of the height."""
+    """Gaussian fitted to a window: sigmas of its axes, px, the standard error of the minor one, and the rms of the
+    residual as a share of the height, `misfit`."""
 
     minor: float
     major: float
@@ -57,11 +57,11 @@ class Spot:
 def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Estimate | None, int]:
     """Return the sigma, px, of the sharpest point in frames (T, rows, columns), and the number of still points.
 
-    bad     (rows, columns) bad pixels
+    bad     (rows, columns) mask of bad pixels
     top     highest possible count; points near it are clipped
     still   True for a still scene: points are searched in the mean, and in frames less their median
 
-    The interval of a passing point is that of the median over frames; that of a still point is the fit's.
+    The interval of a passing point is that of the median over frames, of a still point that of the fit.
     """
     picked = evenly(len(frames), _FRAMES)
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
@@ -90,7 +90,7 @@ def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Est
 
 
 def _windows(picture: Floats, counts: Values, bad: Bools) -> Iterator[tuple[Floats, float]]:
-    """Yield the windows of the brightest and coldest isolated peaks of a picture, and the counts at the peaks."""
+    """Yield windows about the brightest and coldest isolated peaks of a picture, with the counts at the peaks."""
     values = np.asarray(picture, np.float32)
     apart = values - cv2.GaussianBlur(values, (0, 0), 2 * _REACH)
     usual = MEDIAN_TO_SIGMA * float(np.median(np.abs(apart)))
@@ -108,7 +108,7 @@ def _windows(picture: Floats, counts: Values, bad: Bools) -> Iterator[tuple[Floa
 
 
 def _isolated(window: Floats) -> bool:
-    """Return whether the middle exceeds the whole rim, unlike at an edge or a bar."""
+    """Return True where the middle exceeds the whole rim, unlike at an edge or a bar."""
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
     rim = np.maximum(np.abs(x), np.abs(y)) == _REACH
     plane = np.stack([np.ones(rim.sum()), x[rim], y[rim]], axis=1)
@@ -118,7 +118,7 @@ def _isolated(window: Floats) -> bool:
 
 
 def fit_spot(window: Floats) -> Spot:
-    """Return the least-squares fit to a window of an elliptical Gaussian, integrated over pixels, on a plane."""
+    """Return the least-squares fit of an elliptical Gaussian, integrated over pixels, on a plane to a window."""
     from scipy.optimize import least_squares
 
     side = 2 * _REACH + 1
@@ -147,7 +147,7 @@ def fit_spot(window: Floats) -> Spot:
 
 
 def _major_angle(window: Floats) -> float:
-    """Return the angle of the major axis by second moments about the middle, rad."""
+    """Return the angle of the major axis, rad, by second moments about the middle."""
     height = window - np.median(window)
     height = np.clip(height * np.sign(height[_REACH, _REACH]), 0, None)
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]

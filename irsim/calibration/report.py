@@ -1,4 +1,4 @@
-"""Texts of figures: the lines of `irsim noise`, the summary of `irsim fit`, and notes on their limits."""
+"""Lines of `irsim noise`, summary of `irsim fit`, and notes on the limits of their figures."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from irsim.calibration.noise import TERMS, NoiseReport
+from irsim.calibration.noise import NoiseReport
+from irsim.calibration.noise_3d import TERMS
 from irsim.calibration.statistics import Estimate
 from irsim.calibration.temporal import LEAST_CORRELATION, LEAST_MEMORY_FRAMES, Memory
 from irsim.errors import counted, decimal_text
@@ -23,14 +24,13 @@ _MEANINGS = (
     "pixel to pixel, fixed",
     "pixel to pixel, in time",
 )
-_DUST = 1e-9
 _CLIPPED = 0.005
 """Least share of clipped counts that is reported; it reduces the sigma of normal noise by half a percent."""
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number as YAML reads it, with `digits` significant digits; rounding errors of floats are 0."""
-    return "0" if abs(value) < _DUST else decimal_text(value, digits)
+    """Return a number of YAML with `digits` significant digits; rounding errors of floats are 0."""
+    return "0" if abs(value) < 1e-9 else decimal_text(value, digits)
 
 
 def interval(value: Estimate, digits: int = 4) -> str:
@@ -43,12 +43,12 @@ def interval(value: Estimate, digits: int = 4) -> str:
 
 
 def estimate(value: Estimate) -> str:
-    """Return '1.3 (1.2 to 1.4)', or the bound alone."""
+    """Return '1.3 (1.2 to 1.4)', or the bound."""
     return interval(value, 3) if value.bound else f"{number(value.value, 3)} ({interval(value, 3)})"
 
 
 def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of a noise report; `start` is the number of the first measured frame."""
+    """Yield labels and texts of a noise report, with frames numbered from `start`."""
     doubt = dict.fromkeys(report.doubtful, "; may contain the scene")
     yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
     for term, meaning in zip(TERMS, _MEANINGS, strict=True):
@@ -84,7 +84,7 @@ def _memory_lines(label: str, pixels: str, memory: Memory, doubt: str) -> Iterat
 
 
 def noise_notes(report: NoiseReport) -> Iterator[str]:
-    """Yield the limits of a noise report, in sentences."""
+    """Yield the limits of a noise report as sentences."""
     count = report.stretch.length
     memory, level = report.temporal.memory, report.level.time_frames
     if report.slides:
@@ -125,21 +125,15 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
 
 
 def figure_notes(
-    report: NoiseReport,
-    psf: Estimate,
-    blur: Estimate | None,
-    still: int,
-    objects: int,
-    layered: bool,
-    textured: bool,
+    report: NoiseReport, psf: Estimate, blur: Estimate | None, still: int, objects: int, layered: bool, textured: bool
 ) -> Iterator[str]:
-    """Yield the limits of the figures of a recording: of noise first, then of texture, blur and background.
+    """Yield the limits of the figures of a recording as sentences: of noise, texture, blur and background.
 
-    psf, blur   as in `Figures`
+    psf, blur   as of `Figures`
     still       number of points that stand still
     objects     number of small objects that were left out of the texture
-    layered     whether rows differ most, as with a horizon
-    textured    whether there is texture
+    layered     True where rows differ most, as with a horizon
+    textured    True with texture
     """
     yield from noise_notes(report)
     if report.slides:
@@ -166,7 +160,7 @@ def figure_notes(
 
 
 def fit_summary(found: Figures) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of the figures: noise in counts, fixed pattern, bad pixels as shares, the blur."""
+    """Yield labels and texts of noise, fixed pattern, bad pixels and blur."""
     yield "noise", f"{estimate(found.noise)} counts in time, of each pixel"
     if found.memory is not None and found.memory_frames is not None and found.memory.value:
         yield "", f"of it {estimate(found.memory)} with a time constant of {estimate(found.memory_frames)} frames"

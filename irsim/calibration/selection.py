@@ -1,15 +1,10 @@
-"""Selection of the pixels on which noise is measured: frames of a source, target boxes, and a flat, still window.
-
-A detector's own noise and fixed pattern are independent from pixel to pixel. Correlated changes of neighbouring pixels
-are motion; correlated means are texture of a scene.
-"""
+"""Selection of the pixels on which noise is measured: frames of a source, target boxes, flat windows."""
 
 from __future__ import annotations
 
 import math
 import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -20,7 +15,6 @@ import numpy.typing as npt
 from irsim.calibration.statistics import (
     LEAST_SIDE,
     Values,
-    center_lines,
     check_frames,
     check_mask,
     check_positive,
@@ -29,7 +23,7 @@ from irsim.calibration.statistics import (
 )
 from irsim.config.yaml_text import parse_yaml
 from irsim.errors import InputError, as_int
-from irsim.types import MEDIAN_TO_SIGMA, Bools, Box, Floats, Source
+from irsim.types import Bools, Box, Floats, Source
 
 Progress = Callable[[int, int], None]
 """Callback with the number of frames read, and the number of all."""
@@ -38,30 +32,18 @@ EIGHT_BITS = (
     "sensor"
 )
 BOX_MARGIN_PX = 4
-"""Reach of blur and motion blur beyond a target's box, px."""
+"""Margin about the box of a target for blur and motion blur, px."""
 WINDOW_SIDE = 64
 _WINDOW_FRAMES = 24
 _WINDOWS = 8
 _LEAST_HALF = 16
 _CLIPPED_SHARE = 0.02
 _ALIKE_ERRORS = 4.0
-"""Standard errors within which windows' variances do not differ."""
-_TOGETHER = 0.1
-"""Correlation of neighbouring pixels' changes above which they change together, in a large window."""
-_CHANCE = 5.0
-_LINE_CHANCE = 4.0
-"""Standard errors beyond which a correlation of pixels, and of lines, is significant."""
-_SHARPER = 2.0
-"""Ratio of measured to expected sharp noise above which there is motion in addition to noise: filters give 1.3."""
-_SLIDING = 0.22
-"""Share of the change explained by one shift above which a part of the picture moves: noise alone gives a few
-hundredths."""
-LEAST_SLIDE_SIDE = 28
-"""Least side of a picture, px, for which motion and noise are distinguished."""
+"""Standard errors within which variances of windows do not differ."""
 
 
 class Region(NamedTuple):
-    """Whole pixels x .. x+w-1, y .. y+h-1."""
+    """Rectangle of whole pixels x .. x+w-1, y .. y+h-1."""
 
     x: int
     y: int
@@ -77,7 +59,7 @@ class Region(NamedTuple):
         return slice(self.x, self.x + self.w)
 
     def of(self, frames: Values) -> Values:
-        """Return that part of frames (..., rows, columns)."""
+        """Return the region of frames (..., rows, columns)."""
         return frames[..., self.rows, self.columns]
 
     def __str__(self) -> str:
@@ -85,28 +67,26 @@ class Region(NamedTuple):
 
 
 Boxes = tuple[tuple[Region, ...], ...]
-"""Target boxes of each frame, with a margin; they may reach beyond the picture."""
+"""Boxes of targets with a margin, by frame; they may reach beyond the picture."""
 
 
 class TimedFrames(NamedTuple):
-    """Counts (T, rows, columns), uint8 or uint16 as in their source; times (T,), s."""
+    """Counts (T, rows, columns) of uint8 or uint16, and times (T,), s."""
 
     counts: npt.NDArray[np.integer]
     times: Floats
 
 
 def parse_region(text: str, size: tuple[int, int]) -> Region:
-    """Return the region 'x,y,w,h' of a picture of size (columns, rows); raise InputError for any other text."""
+    """Return the region 'x,y,w,h' of a picture of size (columns, rows); InputError for other text."""
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
         raise InputError(f"region {text!r}: is no region; {_allowed_region(size)}")
-    region = Region(*(int(word) for word in words))
-    _check_region(region, repr(text), size)
-    return region
+    return _checked_region(Region(*map(int, words)), repr(text), size)
 
 
 def as_region(given: object, frames: Values) -> Region:
-    """Return a region given as four whole numbers; raise InputError where it does not lie in the frames."""
+    """Return a region given as four whole numbers; InputError where it is not in the frames."""
     rows, columns = frames.shape[1:]
     try:
         if not (isinstance(given, tuple | list) and len(given) == 4):
@@ -114,15 +94,15 @@ def as_region(given: object, frames: Values) -> Region:
         region = Region(*map(as_int, given))
     except TypeError:
         raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
-    _check_region(region, str(tuple(region)), (columns, rows))
-    return region
+    return _checked_region(region, str(tuple(region)), (columns, rows))
 
 
-def _check_region(region: Region, shown: str, size: tuple[int, int]) -> None:
+def _checked_region(region: Region, shown: str, size: tuple[int, int]) -> Region:
     columns, rows = size
     inside = 0 <= region.x <= columns - region.w and 0 <= region.y <= rows - region.h
     if not inside or min(region.w, region.h) < LEAST_SIDE:
         raise InputError(f"region {shown}: does not fit; {_allowed_region(size)}")
+    return region
 
 
 def _allowed_region(size: tuple[int, int]) -> str:
@@ -130,7 +110,7 @@ def _allowed_region(size: tuple[int, int]) -> str:
 
 
 def read_frames(source: Source, wanted: range, progress: Progress | None = None) -> TimedFrames:
-    """Return counts and times of consecutive frames of a source; raise InputError if it has none of them."""
+    """Return counts and times of consecutive frames of a source; InputError where it has none of them."""
     images, times = [], []
     for frame in source.frames("counts", wanted.start, wanted.stop):
         images.append(frame.image)
@@ -144,17 +124,14 @@ def read_frames(source: Source, wanted: range, progress: Progress | None = None)
 
 
 def scenario_keys(source: Source) -> Mapping[str, Any]:
-    """Return the top-level keys of a source's scenario, not validated; none without a scenario.
-
-    Raise InputError where its text is not YAML.
-    """
+    """Return the unchecked top-level keys of the scenario of a source, or {}; InputError for text that is no YAML."""
     text = source.scenario_text
     value = None if text is None else parse_yaml(text, source.name).value
     return value if isinstance(value, dict) else {}
 
 
 def may_be_pictures(source: Source) -> bool:
-    """Return whether frames of 8 bits may be pictures after gain control rather than counts of a rendered detector."""
+    """Return True where frames of 8 bits may be pictures after gain control instead of counts of a detector."""
     if source.bits > 8:
         return False
     keys = scenario_keys(source)
@@ -163,7 +140,7 @@ def may_be_pictures(source: Source) -> bool:
 
 
 def target_boxes(source: Source, start: int, stop: int) -> Boxes | None:
-    """Return the ground-truth boxes of frames start .. stop-1, with a margin; None without ground truth."""
+    """Return the boxes of the truth of frames start .. stop-1; None without truth."""
     if not source.has_truth:
         return None
     return tuple(tuple(_with_margin(target.box) for target in truth.targets) for truth in source.truths(start, stop))
@@ -184,7 +161,7 @@ def box_mask(boxes: Iterable[Region], shape: tuple[int, ...]) -> Bools:
 
 
 def target_mask(source: Source, start: int, stop: int) -> Bools | None:
-    """Return the mask of pixels in a target box of any of the frames; None without ground truth."""
+    """Return the mask of pixels in a box of any of the frames; None without truth."""
     boxes = target_boxes(source, start, stop)
     return None if boxes is None else box_mask(chain(*boxes), source.size[::-1])
 
@@ -201,8 +178,8 @@ def flat_windows(frames: Values, top: float, taken: Bools | None = None) -> Iter
     """Yield square windows of frames (T, rows, columns), at least one, by rising variance.
 
     They are 64 px or half of the shorter side wide, then half as large; windows of one size do not overlap. Offsets of
-    rows, columns and frames are subtracted first. Of windows that differ by chance alone the middle one comes first, as
-    the least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
+    rows, columns and frames are subtracted first. Of windows that differ by chance the middle one comes first, as the
+    least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
     """
     rows, columns = frames.shape[1:]
     side = min(WINDOW_SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
@@ -227,7 +204,7 @@ def flat_windows(frames: Values, top: float, taken: Bools | None = None) -> Iter
 
 
 def _line_offsets(level: Floats, axis: int) -> Floats:
-    """Return the robust offset of each line from the mean of its neighbours, halved."""
+    """Return half of the robust offset of each line from the mean of its neighbours."""
     other = 1 - axis
     around = (np.roll(level, 1, other) + np.roll(level, -1, other)) / 2
     offsets: Floats = np.median(level - around, axis=axis) / 2
@@ -236,14 +213,14 @@ def _line_offsets(level: Floats, axis: int) -> Floats:
 
 
 def _window_variance(mean: Floats, power: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
-    """Return variances of windows, and their standard errors for Gaussian pixels."""
+    """Return the variances of windows and their standard errors for Gaussian pixels."""
     level = _window_means(mean, side) ** 2
     whole, fixed = _window_means(power, side) - level, _window_means(mean**2, side) - level
     return whole, np.sqrt(2) / side * np.hypot(fixed, (whole - fixed) / np.sqrt(frames))
 
 
 def _window_means(values: Floats, side: int) -> Floats:
-    """Return means of windows by their top left corners, an eighth of their side apart."""
+    """Return the means of windows an eighth of their side apart, by their top left corners."""
     step = max(side // 8, 1)
     rows, columns = values.shape
     means = cv2.boxFilter(values, -1, (side, side), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
@@ -262,116 +239,3 @@ def _by_cost(cost: Floats, error: Floats, side: int) -> Iterator[Region]:
         row, column = (int(place) for place in np.unravel_index(middle, left.shape))
         yield Region(column * step, row * step, side, side)
         left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """Signs of motion in a window.
-
-    fine        sigma of noise that is white in time and space, counts
-    together    whether neighbouring pixels change together: there is motion, or the camera smooths its noise
-    moving      whether motion is certain
-    """
-
-    fine: float
-    together: bool
-    moving: bool
-
-
-def motion(frames: Floats) -> Motion:
-    """Return the signs of motion in a window (T, rows, columns).
-
-    The neighbour correlation of smoothed noise is the same at any lag. That of motion rises with the lag, or sharp
-    noise is present in addition to the smooth change. Under the mask of `sharp_sigma`, a Gaussian blur with the
-    neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6 of a sigma.
-    """
-    chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
-    fine = sharp_sigma(frames)
-    next_to, sigma = _change(frames, 1)
-    far, _ = _change(frames, max(len(frames) // 2, 1))
-    smoothed = sigma * (6 - 8 * next_to + 2 * next_to**4) / 6
-    both = next_to > chance and fine > max(_SHARPER * smoothed, 2 / math.sqrt(12))
-    return Motion(fine, max(next_to, far) > chance, far - next_to > chance or both)
-
-
-def sharp_sigma(frames: Floats) -> float:
-    """Return the sigma of noise that is white in time and space, insensitive to smooth motion.
-
-    It is estimated from differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which has gain 6 (J.
-    Immerkaer, Computer Vision and Image Understanding 64, 1996), by the median of absolute values.
-    """
-    changes = np.diff(np.asarray(frames, np.float64), axis=0)
-    bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
-    return float(MEDIAN_TO_SIGMA * np.median(np.abs(bent)) / (6 * np.sqrt(2)))
-
-
-def _change(frames: Floats, lag: int) -> tuple[float, float]:
-    """Return neighbour correlation and sigma of the changes over a lag."""
-    change = center_lines(frames[lag:] - frames[:-lag])
-    power = float(np.square(change).mean())
-    if power == 0:
-        return 0.0, 0.0
-    along = float((change[:, :, 1:] * change[:, :, :-1]).mean())
-    across = float((change[:, 1:] * change[:, :-1]).mean())
-    return max(along, across) / power, math.sqrt(power / 2)
-
-
-def scene_terms(picture: Floats) -> tuple[str, ...]:
-    """Return the fixed terms of "v", "h" and "vh" of a window (rows, columns) that contain a scene.
-
-    Neighbouring pixels, and rows and columns one and two apart, of a detector's own pattern are uncorrelated.
-    """
-    rest = center_lines(picture[None])[0]
-    pairs = (
-        (rest[:, 1:], rest[:, :-1]),
-        (rest[1:], rest[:-1]),
-        (rest[1:, 1:], rest[:-1, :-1]),
-        (rest[1:, :-1], rest[:-1, 1:]),
-    )
-    power = max(float(np.square(rest).mean()), np.finfo(np.float64).tiny)
-    alike = float(np.mean([(one * other).mean() for one, other in pairs])) / power
-    if alike > _CHANCE / math.sqrt(len(pairs) * rest.size):
-        return "v", "h", "vh"
-    return tuple(term for term, axis in (("v", 1), ("h", 0)) if _lines_alike(picture.mean(axis=axis)))
-
-
-def _lines_alike(levels: Floats) -> bool:
-    apart = levels - levels.mean()
-    power = max(float(np.square(apart).mean()), np.finfo(np.float64).tiny)
-    correlation = float(np.mean([(apart[lag:] * apart[:-lag]).mean() for lag in (1, 2)])) / power
-    return correlation > _LINE_CHANCE / math.sqrt(2 * len(levels))
-
-
-def scene_slides(frames: Values) -> bool:
-    """Return whether the scene of frames (T, rows, columns) moves past the camera in most of the picture.
-
-    In each of 3 x 3 parts of a pair of frames the change is explained by one shift, by least squares (B. D. Lucas and
-    T. Kanade, IJCAI 1981). The median over parts and pairs decides. Pairs are neighbours, and frames 2, 4, 8 ... apart,
-    so that slow motion shows as well.
-    """
-    if min(frames.shape[1:]) < LEAST_SLIDE_SIDE:
-        return False
-    longest = len(frames) // 2 if min(frames.shape[1:]) >= 48 else 1
-    return any(_explained(frames, 2**power) > _SLIDING for power in range(max(longest, 1).bit_length()))
-
-
-def _explained(frames: Values, apart: int) -> float:
-    shares = []
-    for k in evenly(len(frames) - apart, 24 if apart == 1 else 9):
-        first, second = (_smooth(frames[at], apart > 1) for at in (k, k + apart))
-        down, across = np.gradient((first + second) / 2)
-        pictures = np.stack([second - first, across, down])
-        for rows in np.array_split(pictures, 3, axis=1):
-            for part in np.array_split(rows, 3, axis=2):
-                flat = part.reshape(3, -1) - part.reshape(3, -1).mean(axis=1, keepdims=True)
-                change, slopes = flat[0], flat[1:]
-                solved = np.linalg.lstsq(slopes @ slopes.T, slopes @ change, rcond=1e-9)[0]
-                shares.append(float(solved @ slopes @ change) / (float(change @ change) + 1e-12))
-    return float(np.median(shares))
-
-
-def _smooth(frame: Values, level: bool) -> Floats:
-    """Return a frame blurred by 1.5 px; with `level`, less its blur by 6 px, which removes slow changes of level."""
-    values = frame.astype(np.float64)
-    soft = cv2.GaussianBlur(values, (0, 0), 1.5)
-    return np.asarray(soft - cv2.GaussianBlur(values, (0, 0), 6.0) if level else soft)

@@ -1,8 +1,8 @@
-"""Estimates with 95 % intervals, and checks of a caller's arrays and numbers.
+"""Estimates with 95 % intervals, and checks of arguments.
 
-Intervals of means over blocks of pixels are those of the delete-one jackknife (B. Efron, "The Jackknife, the Bootstrap
-and Other Resampling Plans", 1982, section 3). Intervals of variances of normal values are those of the chi-square
-distribution, of counts those of the Poisson distribution (F. Garwood, Biometrika 28, 1936).
+Intervals are those of the delete-one jackknife for means over blocks of pixels (B. Efron, "The Jackknife, the Bootstrap
+and Other Resampling Plans", 1982, section 3), of the chi-square distribution for variances of normal values, and of the
+Poisson distribution for counts (F. Garwood, Biometrika 28, 1936).
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from irsim.errors import InputError, counted, is_number
 from irsim.types import Bools, Floats, Indices
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
-"""Counts as recorded, or in any unit."""
+"""Counts, or values in any unit."""
 
 LEVEL = 0.95
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise contains."""
 ROUNDED = math.hypot(0.3, math.sqrt(ROUNDING))
-"""Measured sigma, counts, of a noise of 0.3 counts. The measured sigma of weaker noise depends on the position of the
-mean between two counts (B. Widrow, I. Kollar, "Quantization Noise", 2008, section 5.2)."""
+"""Measured sigma, counts, of a noise of 0.3 counts; that of less noise depends on the position of the mean between two
+counts (B. Widrow, I. Kollar, "Quantization Noise", 2008, section 5.2)."""
 _HIDDEN = 0.4
 """Sigma, counts, up to which noise may be measured as less than `ROUNDED`."""
 LEAST_FRAMES = 4
@@ -37,10 +37,7 @@ _ALLOWED = "allowed: an array of whole numbers, float32 or float64, (frames, row
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Value with the ends of its 95 % interval.
-
-    bound   whether only an upper bound is known: `low` is 0 then
-    """
+    """Value with the ends of its 95 % interval; `bound` is True where only the upper end is known and `low` is 0."""
 
     value: float
     low: float
@@ -72,7 +69,7 @@ def root(variance: float) -> float:
 
 
 def subtract_variance(whole: Estimate, part: Estimate) -> Estimate:
-    """Return a variance less that of an independent part; errors add in squares on either side."""
+    """Return a variance less that of an independent part; errors on either side add in squares."""
     value = whole.value - part.value
     down = math.hypot(whole.value - whole.low, part.high - part.value)
     up = math.hypot(whole.high - whole.value, part.value - part.low)
@@ -80,23 +77,23 @@ def subtract_variance(whole: Estimate, part: Estimate) -> Estimate:
 
 
 def subtract(sigma: Estimate, variance: Estimate) -> Estimate:
-    """Return a sigma without the variance of a part; if nothing is left, the interval reaches the whole sigma."""
+    """Return a sigma less the variance of a part; where nothing is left, the interval reaches the whole sigma."""
     rest = subtract_variance(sigma.map(square), variance).map(root)
     return rest if rest.high > 0 else replace(rest, high=sigma.high)
 
 
 def remove_rounding(sigma: Estimate, hidden: bool) -> Estimate:
-    """Return a measured sigma of white noise without the variance of rounding; `hidden` as in `may_be_hidden`."""
+    """Return a measured sigma of white noise less the variance of rounding; `hidden` as of `may_be_hidden`."""
     return may_be_hidden(subtract(sigma, exact(ROUNDING)), hidden)
 
 
 def may_be_hidden(sigma: Estimate, hidden: bool) -> Estimate:
-    """Return a sigma; with `hidden`, its interval goes from 0 to the largest sigma that rounding can hide."""
+    """Return a sigma; its interval is from 0 to the largest sigma that rounding can hide where `hidden`."""
     return replace(sigma, low=0.0, high=max(sigma.high, _HIDDEN)) if hidden else sigma
 
 
 def hull(middle: Estimate, found: list[Estimate]) -> Estimate:
-    """Return the value of `middle` with the interval that covers those of all `found`."""
+    """Return the value of `middle` with an interval that covers those of all `found`."""
     return Estimate(middle.value, min(one.low for one in found), max(one.high for one in found))
 
 
@@ -168,12 +165,12 @@ def center_lines(values: Floats) -> Floats:
 
 
 def whole_counts(frames: Values) -> bool:
-    """Return whether all values are whole numbers, so that rounding is part of the noise."""
+    """Return True for whole numbers, with rounding as part of the noise."""
     return np.issubdtype(frames.dtype, np.integer) or all(bool((frame == np.rint(frame)).all()) for frame in frames)
 
 
 def evenly(count: int, most: int) -> Indices:
-    """Return up to `most` indices spread evenly over 0 .. count - 1, first and last included."""
+    """Return up to `most` indices, evenly from 0 to count - 1."""
     found: Indices = np.unique(np.linspace(0, count - 1, most).astype(np.intp))
     return found
 
@@ -197,7 +194,7 @@ def check_measurable(frames: object, rate_hz: object, top: object, taken: object
 
 
 def check_frames(frames: object) -> npt.NDArray[Any]:
-    """Return the frames; raise InputError unless they are an array (T, rows, columns) of finite numbers."""
+    """Return the frames; InputError unless they are an array (T, rows, columns) of finite numbers."""
     if isinstance(frames, np.ma.MaskedArray):
         raise InputError(f"frames: a masked array, whose mask would be lost; {_ALLOWED}, such as frames.filled(...)")
     numeric = isinstance(frames, np.ndarray) and (
@@ -231,22 +228,20 @@ def check_size(frames: Values) -> None:
 
 
 def check_mask(taken: object, size: tuple[int, ...]) -> None:
-    """Raise InputError unless `taken` is None or a mask of that size."""
+    """Raise InputError unless `taken` is None or a mask of `size` (rows, columns)."""
     if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
         raise InputError(f"taken: {_kind(taken)}; allowed: None, or an array of bool of shape {size} (rows, columns)")
 
 
 def check_positive(given: Any, name: str, meaning: str) -> None:
-    """Raise InputError unless a number above 0 is given; infinity is accepted."""
+    """Raise InputError unless `given` is a finite number above 0; `top` may be infinite."""
     if not (is_number(given) and float(given) > 0 and (name == "top" or math.isfinite(given))):
         raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {meaning}")
 
 
 def frame_numbers(given: object, count: int) -> Indices:
-    """Return the camera's frame number of each of `count` frames, by default 0, 1, 2 ...
-
-    Raise InputError for numbers that do not rise, or of which no two are consecutive.
-    """
+    """Return the frame numbers of `count` frames, by default 0, 1, 2 ...; InputError where they do not rise, or no two
+    are consecutive."""
     if given is None:
         return np.arange(count)
     if not (
@@ -264,7 +259,7 @@ def frame_numbers(given: object, count: int) -> Indices:
 
 
 def clipped(values: Values, frames: Values, top: float) -> Bools:
-    """Return the mask of values at 0 or at `top`; none for frames without raw counts."""
+    """Return the mask of values at 0 or at `top`; False for frames that are no raw counts."""
     if not whole_counts(frames) or frames.min() < 0:
         return np.zeros(values.shape, np.bool_)
     ends: Bools = (values <= 0) | (values >= top)

@@ -1,7 +1,6 @@
-"""Selection of the frames on which noise is measured: the longest stretch without repeats, cuts or corrections.
+"""Selection of the frames on which noise is measured: the longest stretch without a break, less repeated frames.
 
-Frames that repeat the one before bit for bit hold no new noise. Time series are cut where the picture changes as a
-whole (shutter, splash screen, cut) or the fixed pattern is redrawn (correction).
+Breaks are pauses, changes of the whole picture (shutter, splash screen, cut) and of the fixed pattern (correction).
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from irsim.calibration.motion import neighbour_covariance
 from irsim.calibration.statistics import LEAST_FRAMES, Values, center_lines
 from irsim.errors import InputError, counted
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats, Indices
@@ -21,29 +21,23 @@ _CELL = 8
 _BEYOND = 12.0
 """Ratio to the median change beyond which the picture jumps; three real sensors have up to 8.6."""
 _SURE = 10.0
-"""Number of changes with a reliable median: with m changes, the ratio above is 1 + (10 / m)^2 times as large."""
+"""Number of changes with a reliable median: for m changes, the ratio above is 1 + (10 / m)^2 times as large."""
 _FEW = 0.2
-"""Largest share of the changes that are jumps: more of them are motion of the scene."""
-_FAINT = 0.02
-"""Ratio of cell change to pixel change below which cells show no noise, as in compressed video."""
-_PLAIN = 5.0
-"""Ratio to the pixel change beyond which the picture jumps in such recordings: cuts between real films have 5.6
-to 45."""
+"""Largest share of jumps among the changes; more of them are motion of the scene."""
 _STEP_FRAMES = (4, 8, 16)
 """Frames averaged on either side of a step of the fixed pattern."""
 _STEP_ERRORS = 6.0
 _STEP_RATIO = 1.3
 """Least ratio of the squared change at a step to that before and after it."""
 _STEP_BLUR = 0.25
-"""Largest neighbour correlation of a step: light is blurred over neighbours, a fixed pattern is not."""
+"""Largest neighbour correlation of a step: optics blur light over neighbours, but no fixed pattern."""
 _MOST_LOST = 3000
 _NAMED = 4
 
 
 @dataclass(frozen=True)
 class Breaks:
-    """Frames before which a recording is cut: after a pause, at a jump of the picture, at a step of the fixed
-    pattern."""
+    """Frames that follow a pause, a jump of the picture or a step of the fixed pattern."""
 
     pauses: tuple[int, ...] = ()
     jumps: tuple[int, ...] = ()
@@ -54,7 +48,7 @@ class Breaks:
         return sorted({*self.pauses, *self.jumps, *self.steps})
 
     def sentences(self, start: int) -> Iterator[str]:
-        """Yield a sentence for each kind of break; `start` is the number of the first frame."""
+        """Yield a sentence for each kind of break, with frames numbered from `start`."""
         if self.pauses:
             yield f"time passes without frames before {_frames(self.pauses, start)}"
         if self.jumps:
@@ -69,12 +63,12 @@ class Stretch:
 
     recorded    number of frames of the recording
     repeats     number of those that repeat the one before
-    lost        number of camera frames missing among them, by their times
-    breaks      cuts of the recording
-    index       indices of the measured frames
-    number      their frame numbers in the camera's time
+    lost        number of frames of the camera that are missing, by the times of the others
+    breaks      of the recording
+    index       indices of the measured frames in the recording
+    number      their frame numbers in the camera
     rate_hz     of the camera
-    slower      frame periods of the recording in one frame period of the camera
+    slower      frame periods of the recording in one of the camera
     """
 
     recorded: int
@@ -92,12 +86,12 @@ class Stretch:
         return self.number[-1] - self.number[0] + 1
 
     def of(self, frames: Values) -> Values:
-        """Return the measured frames; a view where they are consecutive."""
+        """Return the measured frames, as a view where they are consecutive."""
         first, last = self.index[0], self.index[-1]
         return frames[first : last + 1] if last - first + 1 == len(self.index) else frames[list(self.index)]
 
     def left_out(self, start: int) -> Iterator[str]:
-        """Yield sentences on frames that were left out; `start` is the number of the first frame."""
+        """Yield sentences on frames that were left out, with frames numbered from `start`."""
         if self.repeats:
             verb = "repeats" if self.repeats == 1 else "repeat"
             yield f"{self.repeats} of {self.recorded} frames {verb} the one before bit for bit and are not measured"
@@ -112,7 +106,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class NewFrames:
-    """Indices (N,) of frames that repeat none, their camera frame numbers (N,), and the camera's rate."""
+    """Frames that do not repeat the one before: (N,) `index` and `number`, and the other fields as of `Stretch`."""
 
     index: Indices
     number: Indices
@@ -126,8 +120,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     """Return the frames that do not repeat the one before, and their frame numbers.
 
     A single repeat is a frame that arrived twice; no time passes. Two or more in a row are a frozen picture, over which
-    time passes, unless `times` (T,), s, show otherwise. If most frames are repeated, a slower camera was recorded at a
-    higher rate. Gaps between `times` of whole periods are lost frames.
+    time passes unless `times` (T,), s, show otherwise. Repeats of most frames show a slower camera. Gaps of whole
+    periods between `times` are lost frames.
     """
     count = len(frames)
     gaps, beat, same_time = _lost_frames(count, rate_hz, times)
@@ -157,8 +151,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
 
 
 def _lost_frames(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
-    """Return the number of frames lost before each frame, the periods of the rate in one of the camera, and the mask of
-    frames with a repeated time."""
+    """Return (T,) numbers of frames lost before each frame, the periods of the recording in one of the camera, and the
+    mask (T,) of frames with a repeated time."""
     nothing = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
         return nothing
@@ -179,39 +173,27 @@ def _with_pauses(index: Indices, number: Indices, rate_hz: float, slower: float,
 
 
 def jumps(frames: Sequence[Values]) -> list[int]:
-    """Return the frames, of T (rows, columns), whose whole picture differs from the one before.
+    """Return the indices of frames that differ as a whole from the one before.
 
-    The change is the median, over cells of 8 x 8 px, of the difference of their means; a jump is beyond 12 times its
-    median over time, unless more than a fifth of all changes are.
+    The change is the median, over cells of 8 x 8 px, of the difference of means; a jump is beyond 12 times its median
+    over time, unless more than a fifth of all changes are.
     """
     if len(frames) < 2:
         return []
     rows, columns = (max(side // _CELL, 1) for side in frames[0].shape)
     cells = [cv2.resize(f.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA) for f in frames]
     changes = np.array([np.median(np.abs(later - before)) for before, later in itertools.pairwise(cells)])
-    usual, pixel = float(np.median(changes)), _pixel_change(frames)
-    sure = _BEYOND * (1 + (_SURE / len(changes)) ** 2) * usual
-    found = np.flatnonzero(changes > (_PLAIN * pixel if usual < _FAINT * pixel else sure)) + 1
+    found = np.flatnonzero(changes > _BEYOND * (1 + (_SURE / len(changes)) ** 2) * np.median(changes)) + 1
     return found.tolist() if len(found) <= max(2, _FEW * len(changes)) else []
-
-
-def _pixel_change(frames: Sequence[Values]) -> float:
-    """Return the median change of pixels that change."""
-    medians = []
-    for before, later in itertools.pairwise(frames):
-        change = np.abs(later[::4, ::4].astype(np.float64) - before[::4, ::4])
-        if change.any():
-            medians.append(np.median(change[change > 0]))
-    return float(np.median(medians)) if medians else 0.0
 
 
 def pattern_steps(flat: Floats) -> list[int]:
     """Return the frames of a flat window (T, rows, columns) at which the fixed pattern changes.
 
-    The mean of m frames after a frame is compared with that of m before, without offsets of rows and columns. Over n
-    pixels the mean squared difference is 2 sigma^2 / m without a step, with a relative error of sqrt(2 / n). A step is
-    far above the differences 2 m frames earlier and later, and uncorrelated between neighbours. Drift and noise with
-    memory raise all differences alike. Weak steps, and those of rows and columns alone, are not found.
+    The mean of m frames is compared with that of the m before, without offsets of rows and columns. Without a step the
+    mean squared difference over n pixels is 2 sigma^2 / m with a relative error of sqrt(2 / n); a step is far above the
+    differences 2 m frames earlier and later, and uncorrelated between neighbours. Drift and correlated noise raise all
+    differences alike. Weak steps, and those of rows and columns alone, are not found.
     """
     sums = np.concatenate([np.zeros((1, *flat.shape[1:])), np.cumsum(center_lines(flat - flat[0]), axis=0)])
     found: list[int] = []
@@ -226,22 +208,17 @@ def pattern_steps(flat: Floats) -> list[int]:
             others = [logs[at] for at in (place - 2 * width, place + 2 * width) if 0 <= at < len(logs)]
             far = not others or logs[place] - max(others) > max(_STEP_ERRORS * error, np.log(_STEP_RATIO))
             near = any(abs(int(place) + width - other) < 2 * width for other in found)
-            if not near and others and far and _sharp(after[int(place)]):
+            change = after[int(place)]
+            sharp = neighbour_covariance(change) < _STEP_BLUR * float(np.square(change).mean())
+            if not near and others and far and sharp:
                 found.append(int(place) + width)
             elif not near:
                 break
     return sorted(found)
 
 
-def _sharp(change: Floats) -> bool:
-    power = float(np.square(change).mean())
-    along = float((change[:, 1:] * change[:, :-1]).mean())
-    across = float((change[1:] * change[:-1]).mean())
-    return max(along, across) < _STEP_BLUR * power
-
-
 def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -> Stretch:
-    """Return the longest stretch between breaks; raise InputError where it is too short to measure noise."""
+    """Return the longest stretch between breaks; InputError where it is too short to measure noise."""
     ends = [0, *np.searchsorted(new.index, breaks.all), len(new.index)]
     first, last = max(itertools.pairwise(ends), key=lambda pair: pair[1] - pair[0])
     if last - first < LEAST_FRAMES <= len(new.index):

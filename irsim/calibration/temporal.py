@@ -1,4 +1,4 @@
-"""Noise over time: white noise, first-order autoregressive noise and drift of pixels, rows and columns; the level.
+"""Noise over time: white noise, first-order autoregressive noise and drift of pixels, rows and columns.
 
 The structure function D(k), half of the mean squared difference of frames k apart, contains no fixed pattern. For white
 noise of variance w, AR(1) noise of variance s and correlation rho from frame to frame, and a random walk whose variance
@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irsim.calibration.statistics import (
-    LEVEL,
     Estimate,
     Values,
     center_lines,
@@ -53,14 +52,14 @@ _GRID = 20
 
 @dataclass(frozen=True)
 class Memory:
-    """Noise of pixels, rows or columns with a correlated part; sigmas in the units of the frames.
+    """White, AR(1) and drifting noise of pixels, rows or columns; sigmas in the units of the frames.
 
-    white, correlated       sigmas of the white and of the AR(1) part
-    total                   sigma of both
+    white, correlated       of the white and of the AR(1) part
+    total                   of both
     rho, time_constant_s    correlation of the AR(1) part from frame to frame, and time in which it falls to 1/e
-    walk                    sigma of the change by drift after a second; it grows as the root of time
-    left                    sigma of all three in the mean of the frames
-    fixed                   sigma of the fixed pattern: of the mean, less `left`
+    walk                    of the change by drift in a second; it grows as the root of time
+    left                    of all three in the mean of the frames
+    fixed                   of the mean, less `left`
     """
 
     white: Estimate
@@ -74,7 +73,7 @@ class Memory:
 
     @property
     def drift(self) -> Estimate | None:
-        """The walk, where it is significant."""
+        """The walk where it is significant."""
         return self.walk if self.walk.low > 0 else None
 
 
@@ -96,21 +95,13 @@ class Temporal:
     memory: Memory | None
 
 
-@dataclass(frozen=True)
-class Level:
-    """Sigma of the mean of whole frames; time constant of its correlation, frames, None where it is white."""
-
-    sigma: Estimate
-    time_frames: Estimate | None
-
-
 def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None) -> Temporal:
-    """Return structure function, correlations and memory of pixel noise in frames (T, rows, columns) of a flat scene.
+    """Return the noise of pixels over time in frames (T, rows, columns) of a flat scene.
 
-    number  (T,) frame numbers of the camera at `rate_hz`; 0, 1, 2 ... by default
+    number  (T,) frame numbers of the camera at `rate_hz`; default: 0, 1, 2 ...
 
-    Raise InputError for frames that are not finite, too few or too small, for a rate that is not positive, and for
-    numbers that do not rise.
+    InputError for frames that are too few, too small or not finite, a rate that is not positive, and numbers that do
+    not rise.
     """
     check_frames(frames)
     check_size(frames)
@@ -129,7 +120,9 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
     pair, *correlation, rise = jackknife(blocks, statistics)
     memory = None
     if count >= LEAST_MEMORY_FRAMES and rise.low > 0 and correlation[0].low > LEAST_CORRELATION:
-        memory = _fit_pixels(values, taken_at, rate_hz)
+        fit_lags = _fit_lags(taken_at)
+        pictures = [_structure(values, taken_at, lag) for lag in fit_lags] + [np.square(values.mean(axis=0))]
+        memory = _fit_memory(spatial_blocks(np.stack(pictures, axis=-1)), fit_lags, taken_at, rate_hz)
         share = (memory.correlated.value / memory.total.value) ** 2 if memory.total.value else 0.0
         correlation = [_model_correlation(memory, lag, share) for lag in lags]
     differences = tuple(root(float(blocks[:, place].mean())) for place in range(len(lags)))
@@ -137,9 +130,9 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
 
 
 def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[str, Estimate]) -> dict[str, Memory]:
-    """Return the memory of the terms "tv" (rows) and "th" (columns) that are present and correlated over time.
+    """Return the noise over time of "tv" (rows) and "th" (columns) where correlated.
 
-    sigmas  of both terms, without the pixels' own noise in the mean of a line
+    sigmas  of both terms, without the noise of pixels in the mean of a line
     """
     found: dict[str, Memory] = {}
     if _pairs(number, 1)[0].size < LEAST_MEMORY_FRAMES:
@@ -156,41 +149,9 @@ def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[
     return found
 
 
-def fit_level(levels: Floats, known: float, number: Indices) -> Level:
-    """Return sigma and memory of the level of whole frames, a series (T,) that also has white noise of variance
-    `known`.
-
-    Sigmas and time constants on a grid are weighed by the restricted likelihood of an AR(1) series (D. A. Harville,
-    Biometrika 61, 1974); values are medians, ends are quantiles, under a prior that is uniform in both logarithms. A
-    level has memory if that is 20 times likelier than none. A series hardly constrains time constants longer than
-    itself; the upper ends include constants of up to thirty times its length if these are as likely.
-    """
-    count = len(levels)
-    sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)
-    length = int(number[-1] - number[0]) + 1
-    times = np.geomspace(1.0, 30.0 * length, 44)
-    inside = times <= length
-    decays = np.exp(-np.diff(number)[:, None] / times)
-    white = _series_likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
-    table = _series_likelihood(levels, decays, sigmas, known)
-    top = max(white.max(), table.max())
-    none, lasting = white[0] > top - 1.96**2 / 2, table[~inside].max() > top - 1.96**2 / 2
-    white, table = np.exp(white - top), np.exp(table - top)
-    if table[inside].sum() / inside.sum() <= 20 * white.sum():
-        sigma = _quantiles(sigmas, white)
-        return Level(replace(sigma, low=0.0) if none else sigma, None)
-    sigma, time = _quantiles(sigmas, table[inside].sum(axis=0)), _quantiles(times[inside], table[inside].sum(axis=1))
-    if lasting:
-        sigma = replace(sigma, high=max(sigma.high, _quantiles(sigmas, table.sum(axis=0)).high))
-        time = replace(time, high=max(time.high, _quantiles(times, table.sum(axis=1)).high))
-    return Level(sigma, time)
-
-
 def time_freedom(memory: Memory | None, number: Indices) -> float:
-    """Return the degrees of freedom of a series about its mean, of frames with these numbers (T,).
-
-    (tr R)^2 / tr R^2 of the centred correlation matrix R (F. E. Satterthwaite, Biometrics Bulletin 2, 1946).
-    """
+    """Return the degrees of freedom of a series about its mean at frame numbers (T,): (tr R)^2 / tr R^2 of the centred
+    correlation matrix R (F. E. Satterthwaite, Biometrics Bulletin 2, 1946)."""
     count = len(number)
     if memory is None or not memory.total.value:
         return count - 1
@@ -199,12 +160,6 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
     correlation = share * memory.rho.value**apart + (1 - share) * (apart == 0)
     centred = correlation - correlation.mean(axis=0) - correlation.mean(axis=1)[:, None] + correlation.mean()
     return float(np.trace(centred) ** 2 / np.square(centred).sum())
-
-
-def _fit_pixels(values: Floats, number: Indices, rate_hz: float) -> Memory:
-    lags = _fit_lags(number)
-    pictures = [_structure(values, number, lag) for lag in lags] + [np.square(values.mean(axis=0))]
-    return _fit_memory(spatial_blocks(np.stack(pictures, axis=-1)), lags, number, rate_hz)
 
 
 def _fit_lines(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> Memory:
@@ -288,7 +243,7 @@ def _least_squares(
 
 
 def _fit_lags(number: Indices) -> Indices:
-    """Return lags, evenly spaced in their logarithms up to half of the recording, with enough pairs of frames."""
+    """Return lags with enough pairs of frames, evenly spaced in log up to half of the recording."""
     length = int(number[-1] - number[0])
     lags = np.unique(np.geomspace(1, max(length // 2, 3), _FIT_LAGS).round().astype(np.intp))
     return np.array([lag for lag in lags if _pairs(number, int(lag))[0].size >= max(len(number) // 8, 2)] or [1])
@@ -328,31 +283,3 @@ def _model_correlation(memory: Memory, lag: int, share: float) -> Estimate:
     )
     value = share * memory.rho.value**lag
     return Estimate(value, min(low, value), max(high, value))
-
-
-def _series_likelihood(levels: Floats, decays: Floats, sigmas: Floats, known: float) -> Floats:
-    """Return the restricted log likelihood (times, sigmas) of a series, by a Kalman filter.
-
-    decays  (T - 1, times) correlation of the level with that of the frame before
-    """
-    level, noise = np.square(sigmas), known + 1e-12
-    series = np.stack([levels - levels.mean(), np.ones(len(levels))], axis=1)
-    predicted, variance = np.zeros((2, decays.shape[1], len(sigmas))), level
-    sums = np.zeros((4, decays.shape[1], len(sigmas)))
-    for frame, seen in enumerate(series):
-        if frame:
-            kept = decays[frame - 1][:, None]
-            predicted, variance = kept * predicted, kept**2 * variance + (1 - kept**2) * level
-        total = variance + noise
-        new, unit = innovation = seen[:, None, None] - predicted
-        sums += [np.broadcast_to(np.log(total), new.shape), new**2 / total, new * unit / total, unit**2 / total]
-        predicted, variance = predicted + variance / total * innovation, variance * noise / total
-    entropy, squares, crossed, ones = sums
-    return np.asarray(-0.5 * (entropy + np.log(ones / len(levels)) + squares - crossed**2 / ones))
-
-
-def _quantiles(values: Floats, weights: Floats) -> Estimate:
-    """Return the weighted median and interval of values that are evenly spaced in their logarithm."""
-    shares = np.cumsum(weights) / weights.sum() - weights / weights.sum() / 2
-    ends = np.interp([0.5, (1 - LEVEL) / 2, (1 + LEVEL) / 2], shares, np.log(values))
-    return Estimate(*(float(np.exp(end)) for end in ends))

@@ -15,22 +15,20 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from irsim.calibration.statistics import Estimate, Values, check_frames, hull
-from irsim.errors import InputError
+from irsim.calibration.statistics import Estimate, hull
 from irsim.types import Floats
 
 TILE = 1024
 """Side, px, of the field to which the standard deviation refers: that of rendered backgrounds."""
 HANN_FREEDOM = 35 / 128 / (3 / 8) ** 2
-"""N sum w^4 / (sum w^2)^2 of a Hann window w, 1.94: factor by which it reduces the degrees of freedom along each
-axis."""
+"""N sum w^4 / (sum w^2)^2 = 1.94 of a Hann window w: factor that divides the degrees of freedom along an axis."""
 USUAL_BLUR = Estimate(0.6, 0.4, 0.8)
 """Sigma, px, of the blur without a point: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G. C. Holst, Opt.
 Eng. 46, 2007)."""
 _REFERENCE = 0.04
 """Cycles a px at which the strength of the texture is fitted."""
 _AXIS_CYCLES = 2
-"""Cycles a side about the axes that are not fitted, as they contain the noise of rows and columns."""
+"""Half width, cycles a side, of the bands about the axes that are left out, as they contain noise of lines."""
 _COARSE = 512
 """Least side of a picture, px, in which neighbouring frequencies are averaged before the fit."""
 _PRESENT = 30.0
@@ -39,11 +37,8 @@ _STEEPEST = 5.9
 """Least slope along both axes of the spectrum of a single smooth object instead of texture."""
 _NEAR = 0.01
 _PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
-"""Prior weight of log c about half of the longer side, and of log s about 0: pictures hardly constrain larger sizes."""
+"""Prior weight of log c about half of the longer side and of log s about 0: pictures hardly constrain larger sizes."""
 _Z = 1.96
-_LEAST_SIDE = 64
-_LOWEST, _HIGHEST = 4, 0.2
-"""Cycles a side and cycles a px between which slopes are fitted: beyond, blur, noise and sharpening prevail."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +75,8 @@ class Spectrum:
 
 
 def periodogram(picture: Floats) -> Floats:
-    """Return the power spectrum of a picture (rows, columns) less its plane, under a Hann window; 1 for unit white."""
+    """Return the power spectrum of a picture (rows, columns) less its plane under a Hann window; 1 for white noise of
+    unit variance."""
     rows, columns = picture.shape
     y, x = np.mgrid[:rows, :columns]
     plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
@@ -95,8 +91,8 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
 
     blur    sigma of the sharpest point, px; None without a point
 
-    The spectrum is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without
-    a point the likeliest blur is chosen, as a power law and a blur shape the spectrum differently.
+    It is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without a point,
+    the likeliest blur is chosen.
     """
     low = USUAL_BLUR.low if blur is None else min(USUAL_BLUR.low, blur.low)
     high = USUAL_BLUR.high if blur is None else blur.high
@@ -117,8 +113,7 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
 
 @dataclass(frozen=True, eq=False)
 class _Frequencies:
-    """Frequencies x, |y| (Y, X), cycles a px, the power transfer of a blur there, and the number of frequencies
-    averaged in each."""
+    """Frequencies x, |y| (Y, X), cycles a px, each the mean of `count`, and the power transfer of a blur."""
 
     x: Floats
     y: Floats
@@ -131,7 +126,7 @@ class _Frequencies:
         return cls(x, y, np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y**2)), 1.0)
 
     def fitted(self, powers: Floats, shape: tuple[int, int]) -> tuple[_Frequencies, Floats]:
-        """Return the frequencies off the axes and the powers there; means of 2 x 2 or more in a large picture."""
+        """Return the frequencies off the axes and their powers; means of 2 x 2 or more in a large picture."""
         down = np.flatnonzero((self.y[:, 0] * shape[0] > _AXIS_CYCLES + 0.5) & (self.y[:, 0] < 0.5))
         across = np.flatnonzero((self.x[0] * shape[1] > _AXIS_CYCLES + 0.5) & (self.x[0] < 0.5))
         step = max(max(shape) // _COARSE, 1)
@@ -196,7 +191,7 @@ def _exp(value: float) -> float:
 
 
 def _shape(theta: Floats, x: Floats, y: Floats) -> Floats:
-    """Return the power of the texture at frequencies x and |y|, without its strength."""
+    """Return the power of the texture of unit strength at frequencies x and |y|."""
     along = np.exp(theta[3])
     return np.asarray(1 / (1 + (np.exp(theta[4]) * along * x) ** theta[1] + (along * y) ** theta[2]))
 
@@ -211,7 +206,7 @@ def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 
 def _log_variance(theta: Floats) -> float:
-    """Return the log of the texture's variance over a field of TILE x TILE px, unblurred, without its mean."""
+    """Return the log variance of the texture over a field of TILE x TILE px, unblurred and without its mean."""
     half = np.arange(TILE // 2 + 1) / TILE
     shape = _shape(theta, half[None], half[:, None])
     shape[0, 0] = 0
@@ -220,8 +215,7 @@ def _log_variance(theta: Floats) -> float:
 
 
 def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
-    """Return d log S / d theta, (parameters, frequencies), times the root of the number of frequencies averaged in
-    each."""
+    """Return d log S / d theta, (parameters, frequencies), times the root of `at.count`."""
     ends = [
         [np.log(_density(theta + sign * step, at, floor)) for sign in (1, -1)] for step in 1e-3 * np.eye(len(theta))
     ]
@@ -229,8 +223,8 @@ def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 
 def _score(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
-    """Return the parameters that minimise the sum of log S + P / S, and that sum, by Fisher scoring with K. Levenberg's
-    damping (1944)."""
+    """Return the parameters that minimise the sum of log S + P / S, and that sum, by Fisher scoring with the damping of
+    K. Levenberg (1944)."""
 
     def loss_of(theta: Floats) -> float:
         density = _density(theta, at, floor)
@@ -269,9 +263,9 @@ def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -
 
 
 def grey_levels(seen: Floats, spectrum: Spectrum) -> tuple[float, ...]:
-    """Return 17 quantiles of the pixels (N,) of a texture whose skewness or kurtosis is not Gaussian; else none.
+    """Return 17 quantiles of the pixels (N,) of a texture with skewness or kurtosis that is not Gaussian, else ().
 
-    Their variances are 6 / n and 24 / n for n independent values; the spectrum has n = (sum S)^2 / sum S^2.
+    Their variances are 6 / n and 24 / n for n = (sum S)^2 / sum S^2 independent values.
     """
     if spectrum.texture is None:
         return ()
@@ -284,88 +278,3 @@ def grey_levels(seen: Floats, spectrum: Spectrum) -> tuple[float, ...]:
     if max(skewness, kurtosis) < 4:
         return ()
     return tuple(float(value) for value in np.quantile(seen, np.linspace(0.002, 0.998, 17)))
-
-
-@dataclass(frozen=True, slots=True)
-class TextureFigures:
-    """Texture of 8-bit pictures, medians over frames.
-
-    beta            2-D power spectrum ~ f^-beta, from 4 cycles a side to 0.2 cycles a px
-    beta_x, beta_y  the same in strips about the axes
-    bend            slope of the upper half of the frequencies (by log f) less that of the lower
-    spread          standard deviation of grey levels
-    rows            share of the variance between the means of rows: large with a horizon
-    uneven          relative standard deviation of the standard deviations of tiles, 1/8 of the shorter side wide
-    """
-
-    beta: float
-    beta_x: float
-    beta_y: float
-    bend: float
-    spread: float
-    rows: float
-    uneven: float
-
-
-def texture_figures(frames: Values) -> TextureFigures:
-    """Return the texture of frames (T, rows, columns).
-
-    Raise InputError unless the frames are an array of finite numbers, have sides of at least 64 px, and are not all
-    uniform.
-    """
-    check_frames(frames)
-    rows, columns = frames.shape[1:]
-    if min(rows, columns) < _LEAST_SIDE:
-        raise InputError(
-            f"{columns}x{rows} px are too few for a spectrum; allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
-        )
-    pictures = [np.asarray(frame, np.float64) for frame in frames]
-    found = [
-        (*slopes(each), float(each.std()), float(each.mean(axis=1).var() / each.var()), unevenness(each))
-        for each in pictures
-        if each.std() > 0
-    ]
-    if not found:
-        raise InputError("every frame is uniform: there is no texture to measure")
-    return TextureFigures(*(float(value) for value in np.median(found, axis=0)))
-
-
-def slopes(picture: Floats) -> tuple[float, float, float, float]:
-    """Return (beta, beta_x, beta_y, bend) of a picture (rows, columns): Hann window, least squares in log-log.
-
-    Powers are averaged over bands of equal width in log f first, so that high frequencies do not outweigh low ones.
-    """
-    rows, columns = picture.shape
-    window = np.outer(np.hanning(rows), np.hanning(columns))
-    power = np.square(np.abs(np.fft.rfft2((picture - picture.mean()) * window)))
-    fx, fy = np.meshgrid(np.fft.rfftfreq(columns), np.fft.fftfreq(rows))
-    radius = np.hypot(fx, fy)
-    x, y = np.abs(fy) < 1.5 / rows, np.abs(fx) < 1.5 / columns
-    lowest = _LOWEST / min(rows, columns)
-    middle = np.sqrt(lowest * _HIGHEST)
-    return (
-        _slope(radius, power, lowest, _HIGHEST),
-        _slope(radius[x], power[x], lowest, _HIGHEST),
-        _slope(radius[y], power[y], lowest, _HIGHEST),
-        _slope(radius, power, middle, _HIGHEST) - _slope(radius, power, lowest, middle),
-    )
-
-
-def unevenness(picture: Floats) -> float:
-    """Return the relative standard deviation of the standard deviations of square tiles of a picture."""
-    side = min(picture.shape) // 8
-    down, across = (length // side for length in picture.shape)
-    within = picture[: down * side, : across * side].reshape(down, side, across, side).std(axis=(1, 3))
-    return float(within.std() / within.mean())
-
-
-def _slope(frequency: Floats, power: Floats, lowest: float, highest: float) -> float:
-    """Return -d log power / d log f between two frequencies."""
-    kept = (frequency >= lowest) & (frequency <= highest)
-    logs = np.log(frequency[kept])
-    band = np.floor((logs - logs.min()) / 0.15).astype(int)
-    counts = np.bincount(band)
-    there = counts > 0
-    at = np.bincount(band, logs)[there] / counts[there]
-    powers = np.log((np.bincount(band, power[kept])[there] / counts[there]).clip(1e-30))
-    return float(-np.polyfit(at, powers, 1)[0])

@@ -19,11 +19,11 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim._native import COMPILED, kernels
-from irsim.camera.buffers import Int16Image, int16_image, read_only, scratch
+from irsim.camera.buffers import Int16Image, int16_image, scratch
 from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance, Over, Ratio, element_shape
 from irsim.camera.response import Lines
 from irsim.rng import Address, kernel_arguments, normals
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 ANCHOR_CORRELATION = 1e-6
 """Correlation below which frames are drawn independently of each other."""
@@ -162,8 +162,7 @@ def draw_between(decay: float, before: State, after: State, seed: int, *address:
     if COMPILED:
         state = np.empty(before.shape, np.int16)
         kernels.bridge(*kernel_arguments(seed, *address), before, after, weight, sigma / STATE_UNIT, state)
-        state.flags.writeable = False
-        return state
+        return read_only(state)
     mean = np.add(before, after, dtype=np.float32) * np.float32(weight)
     drawn = normals(before.shape, seed, *address, out=scratch(before.shape, "bridge"))
     return int16_image(np.asarray(cv2.scaleAdd(drawn, sigma / STATE_UNIT, mean, dst=mean)), 1.0).values

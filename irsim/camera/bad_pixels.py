@@ -11,13 +11,12 @@ import numpy.typing as npt
 from pydantic import Field
 
 from irsim.camera.ar1 import StationaryBridge
-from irsim.camera.buffers import read_only
 from irsim.camera.noise_base import BLOCK_FRAMES, FrameContext, Noise, NoiseVariance, Ratio
 from irsim.camera.response import Response
 from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Positive
 from irsim.rng import stream, uniforms
-from irsim.types import Bools, Counts, Floats
+from irsim.types import Bools, Counts, Floats, read_only
 
 Address = tuple[int, str, str, str]
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 INT16_MAX = 2**15 - 1
 
@@ -43,8 +43,7 @@ def int16_image(image: Floats, unit: float | None = None) -> Int16Image:
         largest = float(cv2.norm(image, cv2.NORM_INF))
         unit = largest / INT16_MAX if largest > ZERO_MAGNITUDE else 1.0
     values = np.asarray(cv2.addWeighted(image, 1 / unit, image, 0, 0, dtype=cv2.CV_16S), np.int16)
-    values.flags.writeable = False
-    return Int16Image(values, unit)
+    return Int16Image(read_only(values), unit)
 
 
 def int16_sum(image: Floats, finest: float) -> list[Int16Image]:
@@ -66,9 +65,3 @@ def scratch(shape: tuple[int, int], use: str) -> Floats:
     if found is None or found.shape != shape:
         found = buffers[use] = np.empty(shape, np.float32)
     return found
-
-
-def read_only(values: Floats) -> Floats:
-    """Return the same array with its write flag cleared."""
-    values.flags.writeable = False
-    return values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, LiteralString
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -112,83 +112,51 @@ class Camera(Part):
         return filled
 
     @model_validator(mode="after")
-    def _detector_fits(self) -> Camera:
-        time_ms = self.detector.integration_time_ms
-        if time_ms is not None and time_ms * self.rate_hz > 1000:
-            raise _too_long(time_ms, self.rate_hz, ("detector", str(self.detector.integration_key)))
-        for index, noise in enumerate(self.noise):
-            if noise.needs_electrons and not self.detector.counts_electrons:
-                raise PydanticCustomError(
-                    "no_electrons",
-                    "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
-                    {"name": noise.name, "at": ("noise", index, "kind")},
-                )
-        drawing = [
-            (k, noise.name)
-            for k, noise in enumerate(self.noise)
-            if type(noise).draw_electrons is not Noise.draw_electrons
-        ]
-        if len(drawing) > 1:
-            (_, first), (index, name), *_ = drawing
-            raise PydanticCustomError(
-                "counted_twice",
-                "{name} counts electrons that {first} counts already; allowed: one noise that counts them",
-                {"name": name, "first": first, "at": ("noise", index, "kind")},
-            )
+    def _keys_agree(self) -> Camera:
+        """Refuse the first contradiction between keys."""
+        detector, smear, own_ms = self.detector, self.smear, self.detector.integration_time_ms
+        if own_ms is not None and own_ms * self.rate_hz > 1000:
+            raise _too_long(own_ms, self.rate_hz, ("detector", str(detector.integration_key)))
+        self._check_electrons()
+        self._check_optics()
+        if self.range_k[0] >= self.range_k[1]:
+            text = "{low} K is not below {high} K; allowed: the lower temperature first"
+            raise _fault("range_k", text, ("range_k",), low=self.range_k[0], high=self.range_k[1])
+        if reason := band_fault(self.band):
+            raise _fault("band", "{reason}", ("band",), reason=reason)
+        if smear is not None:
+            if smear.time_ms is None and own_ms is None:
+                text = "it is missing; allowed: a time in ms, or a detector of kind electrons with its integration_ms"
+                raise _fault("no_time", text, ("smear", "time_ms"))
+            if self.exposure_ms * self.rate_hz > 1000:
+                raise _too_long(self.exposure_ms, self.rate_hz, ("smear", "time_ms"))
+        if self.optics is not None and (reason := self.optics.fault(self.band)):
+            raise _fault("optics", "{reason}", ("optics", "f_number"), reason=reason)
         return self
 
-    @model_validator(mode="after")
-    def _optics_agree(self) -> Camera:
-        """Require the F-number and pitch of the detector, except in recordings: old ones may differ."""
+    def _check_electrons(self) -> None:
+        """Refuse noise that counts electrons where the detector has none, and a second one."""
+        first = None
+        for index, noise in enumerate(self.noise):
+            at = ("noise", index, "kind")
+            if noise.counts_electrons and not self.detector.counts_electrons:
+                text = "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}"
+                raise _fault("no_electrons", text, at, name=noise.name)
+            if noise.counts_electrons:
+                if first is not None:
+                    text = "{name} counts electrons that {first} counts already; allowed: one noise that counts them"
+                    raise _fault("counted_twice", text, at, name=noise.name, first=first)
+                first = noise.name
+
+    def _check_optics(self) -> None:
+        """Refuse another F-number or pitch than the detector's, except in recordings: old ones may differ."""
         lens, detector = self.optics, self.detector.optics
         if lens is None or detector is None or not is_handwritten():
-            return self
+            return
         for key, value, known in zip(OPTICS_KEYS, (lens.f_number, lens.pitch_um), detector, strict=True):
             if not math.isclose(value, known, rel_tol=1e-6):
-                raise PydanticCustomError(
-                    "two_lenses",
-                    "{value} is not the {key} of the detector, {known}; allowed: {known}, or leave it out",
-                    {"value": f"{value:g}", "key": key, "known": f"{known:g}", "at": ("optics", key)},
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _range_rises(self) -> Camera:
-        if self.range_k[0] >= self.range_k[1]:
-            raise PydanticCustomError(
-                "range_k",
-                "{low} K is not below {high} K; allowed: the lower temperature first",
-                {"low": self.range_k[0], "high": self.range_k[1], "at": ("range_k",)},
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _band_is_supported(self) -> Camera:
-        fault = band_fault(self.band)
-        if fault is not None:
-            raise PydanticCustomError("band", "{fault}", {"fault": fault, "at": ("band",)})
-        return self
-
-    @model_validator(mode="after")
-    def _exposure_fits(self) -> Camera:
-        if self.smear is None:
-            return self
-        if self.smear.time_ms is None and self.detector.integration_time_ms is None:
-            raise PydanticCustomError(
-                "no_time",
-                "it is missing; allowed: a time in ms, or a detector of kind electrons with its integration_ms",
-                {"at": ("smear", "time_ms")},
-            )
-        if self.exposure_ms * self.rate_hz > 1000:
-            raise _too_long(self.exposure_ms, self.rate_hz, ("smear", "time_ms"))
-        return self
-
-    @model_validator(mode="after")
-    def _diffraction_is_supported(self) -> Camera:
-        fault = self.optics.fault(self.band) if self.optics is not None and band_fault(self.band) is None else None
-        if fault is not None:
-            raise PydanticCustomError("optics", "{fault}", {"fault": fault, "at": ("optics", "f_number")})
-        return self
+                text = "{value} is not the {key} of the detector, {known}; allowed: {known}, or leave it out"
+                raise _fault("two_lenses", text, ("optics", key), value=f"{value:g}", key=key, known=f"{known:g}")
 
     @property
     def exposure_ms(self) -> float:
@@ -269,9 +237,10 @@ def _with_detector_optics(optics: Any, detector: Any) -> Any:
     return {**known, **optics} if isinstance(optics, Mapping) else optics
 
 
+def _fault(kind: LiteralString, text: LiteralString, at: tuple[str | int, ...], **values: Any) -> PydanticCustomError:
+    return PydanticCustomError(kind, text, {**values, "at": at})
+
+
 def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCustomError:
-    return PydanticCustomError(
-        "integration",
-        "{time} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms",
-        {"time": time_ms, "rate": rate_hz, "most": f"{1000 / rate_hz:g}", "at": at},
-    )
+    text = "{time} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms"
+    return _fault("integration", text, at, time=time_ms, rate=rate_hz, most=f"{1000 / rate_hz:g}")

@@ -13,12 +13,11 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.camera.ar1 import MarkovBridge, State, draw_between, from_state, to_state
-from irsim.camera.buffers import read_only
 from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance, Ratio, Term, element_shape, line_terms
 from irsim.config.base import Part, Several, Switches
 from irsim.config.quantities import Fraction, NotNegative
 from irsim.rng import normals
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 LONGEST_STEP = 0.004
 """Largest step, a share of the time constant; the drift is constant within a step."""

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.config.base import NamedKind, Several
 from irsim.config.quantities import Fraction, Index
-from irsim.rng import bit_generator
+from irsim.rng import uniforms
 from irsim.types import Bools
 
 BLOCK = 1024
@@ -71,5 +71,5 @@ def arriving_frames(faults: Sequence[FrameFault], count: int, seed: int) -> Sequ
 
 def _uniform(count: int, seed: int, name: str) -> npt.NDArray[np.float64]:
     """Return uniform numbers within 0..1, (count,); those of a frame are the same for any count."""
-    words = [bit_generator(seed, "fault", name, block).random_raw(BLOCK) for block in range(-(-count // BLOCK))]
-    return np.ldexp((np.concatenate(words)[:count] >> np.uint64(11)).astype(np.float64), -53)
+    blocks = [uniforms(BLOCK, seed, "fault", name, block) for block in range(-(-count // BLOCK))]
+    return np.concatenate(blocks)[:count]

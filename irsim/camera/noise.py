@@ -15,22 +15,21 @@ import numpy as np
 from pydantic import Field
 
 from irsim._native import COMPILED, kernels
-from irsim.camera.buffers import read_only, scratch
+from irsim.camera.buffers import scratch
 from irsim.camera.noise_base import (
     BLOCK_FRAMES,
     FrameContext,
     Noise,
     NoiseVariance,
     Ratio,
-    StaticNoise,
     Term,
     gaussian_pattern,
     line_terms,
 )
 from irsim.camera.response import Lines, Response
 from irsim.config.base import Switches
-from irsim.rng import Address, bit_generator, kernel_arguments, normals
-from irsim.types import Box, Floats
+from irsim.rng import Address, kernel_arguments, normals, uniforms
+from irsim.types import Box, Floats, read_only
 
 POISSON_BELOW_E = 200.0
 """Electrons below which the Poisson distribution is drawn; above, its skewness is under 0.07."""
@@ -80,10 +79,6 @@ class Shot(Noise):
 
     stationary: ClassVar[bool] = True
 
-    @property
-    def needs_electrons(self) -> bool:
-        return True
-
     def draw_electrons(self, signal: Floats, response: Response, frame: FrameContext, sigma: float) -> None:
         variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
@@ -101,8 +96,7 @@ class Shot(Noise):
             normal = np.where((signal >= well) | (signal < POISSON_BELOW_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(normal + np.float32(variance)), drawn, signal)
         if dark.size:
-            words = bit_generator(frame.seed, "noise", self.name, "uniform", frame.index).random_raw(signal.size)
-            uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
+            uniform = uniforms(signal.size, frame.seed, "noise", self.name, "uniform", frame.index)[dark] + 2.0**-54
             signal.reshape(-1)[dark] += poisson(np.maximum(means, 0), uniform).astype(np.float32) - means
 
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
@@ -129,7 +123,7 @@ def poisson(means: Floats, uniform: Floats) -> Floats:
     return found
 
 
-class FixedPattern(StaticNoise):
+class FixedPattern(Noise):
     """Fixed-pattern noise: the residual of non-uniformity correction (vh, h and v in 3-D noise terms).
 
     The defaults are those of a fresh correction, tvh:vh:h:v = 1:0.3:0.15:0.08. The terms are those of
@@ -148,17 +142,17 @@ class FixedPattern(StaticNoise):
     redrawn: bool = False
     """True: each correction of the camera leaves another pattern; False: all leave the same."""
 
-    def pattern(self, frame: FrameContext) -> Floats:
+    def fixed_pattern(self, frame: FrameContext) -> Floats:
         number = frame.corrections if self.redrawn else 0
         return gaussian_pattern(
             frame.shape, frame.seed, self.name, line_terms(self.pixel, self.column, self.row), number
         )
 
-    def pattern_variance(self, frame: FrameContext, fixed: bool) -> float:
-        return (self.pixel**2 + self.column**2 + self.row**2) if fixed else 0.0
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance(pixel=(self.pixel**2 + self.column**2 + self.row**2) if fixed else 0.0)
 
 
-class OddEven(StaticNoise):
+class OddEven(Noise):
     """Offset of even rows or columns above odd ones, as from two readout amplifiers."""
 
     stationary: ClassVar[bool] = True
@@ -168,12 +162,12 @@ class OddEven(StaticNoise):
     along: Literal["rows", "columns"] = "rows"
     """Lines that alternate."""
 
-    def pattern(self, frame: FrameContext) -> Floats:
+    def fixed_pattern(self, frame: FrameContext) -> Floats:
         rows, columns = frame.shape
         return _alternating((rows, 1) if self.along == "rows" else (1, columns), self.ratio)
 
-    def pattern_variance(self, frame: FrameContext, fixed: bool) -> float:
-        return self.ratio**2 if fixed else 0.0
+    def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance(pixel=self.ratio**2 if fixed else 0.0)
 
 
 @lru_cache(maxsize=8)

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import is_
-from typing import Annotated, ClassVar, Literal, NamedTuple, TypeVar
+from typing import Annotated, ClassVar, Generic, Literal, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.camera.buffers import Int16Image, int16_image, int16_sum, read_only
+from irsim.camera.buffers import Int16Image, int16_image, int16_sum
 from irsim.camera.response import Lines, Response
 from irsim.config.base import NamedKind
 from irsim.rng import normals
-from irsim.types import Counts, Floats
+from irsim.types import Counts, Floats, read_only
 
 Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
@@ -46,6 +46,7 @@ class FrameContext:
 
 
 Signal = TypeVar("Signal", float, Floats)
+Result = TypeVar("Result")
 
 
 class NoiseVariance(NamedTuple):
@@ -149,9 +150,9 @@ class Noise(NamedKind):
         return self.variance_terms(frame, fixed).overall(signal.astype(np.float64), response)
 
     @property
-    def needs_electrons(self) -> bool:
-        """True where the term requires a signal in electrons."""
-        return False
+    def counts_electrons(self) -> bool:
+        """True where the term draws electrons, which requires a signal in electrons."""
+        return type(self).draw_electrons is not Noise.draw_electrons
 
 
 class Additive(Noise):
@@ -174,16 +175,6 @@ class Additive(Noise):
 
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
         return NoiseVariance(pixel=self.pattern_variance(frame, fixed))
-
-
-class StaticNoise(Additive):
-    """Additive noise with a pattern that is constant over many frames; meanwhile `pattern` returns the same array."""
-
-    def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
-        return None
-
-    def fixed_pattern(self, frame: FrameContext) -> Floats:
-        return self.pattern(frame)
 
 
 # Gaussian terms per pixel, row, column or frame
@@ -219,56 +210,36 @@ def gaussian_pattern(shape: tuple[int, int], seed: int, name: str, terms: tuple[
 # Patterns of several terms
 
 
-class _Kept(NamedTuple):
-    patterns: Sequence[Floats]
-    before: Floats
-    total: Sequence[Int16Image]
+class ArrayCache(Generic[Result]):
+    """Last result of a function of a shape and arrays, kept as long as the arrays are the same objects.
 
-
-class PatternSum:
-    """Cached sums of all fixed patterns and of all but the last one, which alone may change.
-
-    The cache is keyed by the identity of the arrays and changes no result.
+    It changes no result: a term returns the same array as long as its pattern is the same.
     """
 
-    def __init__(self) -> None:
-        self._kept: _Kept | None = None
+    def __init__(self, compute: Callable[[tuple[int, int], Sequence[Floats]], Result]) -> None:
+        self._compute = compute
+        self._kept: tuple[tuple[int, int], Sequence[Floats], Result] | None = None
 
-    def of(self, patterns: Sequence[Floats], frame: FrameContext) -> Sequence[Int16Image]:
-        """Return one or two images (rows, cols) that sum to the patterns; none without patterns."""
-        if not patterns:
-            return ()
+    def of(self, shape: tuple[int, int], arrays: Sequence[Floats]) -> Result:
         kept = self._kept  # read once: another thread may replace it
-        *first, last = patterns
-        if kept is None or kept.before.shape != frame.shape or not _same_arrays(kept.patterns[:-1], first):
-            before = np.zeros(frame.shape, np.float32)
-            for pattern in first:
-                before += pattern
-        elif kept.patterns[-1] is last:
-            return kept.total
-        else:
-            before = kept.before
-        total = int16_sum(np.add(before, last, out=np.empty_like(before), casting="same_kind"), FINEST_UNIT)
-        self._kept = _Kept(patterns, before, total)
-        return total
+        if kept is None or kept[0] != shape or len(kept[1]) != len(arrays) or not all(map(is_, kept[1], arrays)):
+            kept = self._kept = shape, arrays, self._compute(shape, arrays)
+        return kept[2]
 
 
-class GainProduct:
-    """Cached product of the gains of several terms, keyed by the identity of the arrays."""
-
-    def __init__(self) -> None:
-        self._kept: tuple[Sequence[Floats], Int16Image] | None = None
-
-    def of(self, deviations: Sequence[Floats]) -> Int16Image:
-        """Return the relative deviation of the total gain, of one or more (rows, cols) float32."""
-        kept = self._kept  # read once: another thread may replace it
-        if kept is None or not _same_arrays(kept[0], deviations):
-            first, *others = deviations
-            for other in others:
-                first = (1 + first) * (1 + other) - np.float32(1)
-            kept = self._kept = deviations, int16_image(first)
-        return kept[1]
+def pattern_sum(shape: tuple[int, int], patterns: Sequence[Floats]) -> Sequence[Int16Image]:
+    """Return one or two images (rows, cols) that sum to the fixed patterns; none without patterns."""
+    if not patterns:
+        return ()
+    total = np.zeros(shape, np.float32)
+    for pattern in patterns:
+        total += pattern
+    return int16_sum(total, FINEST_UNIT)
 
 
-def _same_arrays(some: Sequence[Floats], others: Sequence[Floats]) -> bool:
-    return len(some) == len(others) and all(map(is_, some, others))
+def gain_product(shape: tuple[int, int], deviations: Sequence[Floats]) -> Int16Image:
+    """Return the relative deviation of the product of several gains, each (rows, cols) float32."""
+    first, *others = deviations
+    for other in others:
+        first = (1 + first) * (1 + other) - np.float32(1)
+    return int16_image(first)

@@ -31,9 +31,11 @@ Lines = tuple[Floats, Floats]
 class Response(Scale):
     """Signal S = linear L + root sqrt(L) + zero of in-band radiance L, W/m²/sr (a `Scale`), and its quantisation.
 
-    well, the signal at which a pixel saturates; noise, the signal of one NETD; netd_mk, the NETD, mK; gain, signal per
-    count; offset, the count of signal 0; full, the highest count; electrons, whether the signal is in electrons (else
-    in counts, with gain 1); read, the read noise in signal.
+    well       signal at which a pixel saturates
+    noise      signal of one NETD; netd_mk  the NETD, mK
+    gain       signal per count; offset  the count of signal 0; full  the highest count
+    electrons  True if the signal is in electrons, False if it is in counts, with gain 1
+    read       read noise, signal
     """
 
     well: float

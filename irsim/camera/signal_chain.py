@@ -19,7 +19,7 @@ from irsim.camera.bloom import Bloom, bloom_variance
 from irsim.camera.buffers import Int16Image, scratch
 from irsim.camera.drift import Correction
 from irsim.camera.noise import NoiseEquivalentRadiance, add_temporal_noise
-from irsim.camera.noise_base import FrameContext, GainProduct, Noise, NoiseVariance, PatternSum
+from irsim.camera.noise_base import ArrayCache, FrameContext, Noise, NoiseVariance, gain_product, pattern_sum
 from irsim.camera.response import Lines, Response
 from irsim.types import Counts, Floats
 
@@ -52,8 +52,10 @@ class SignalChain:
     bloom: Bloom | None = None
     correction: Correction | None = None
     vignetting: Callable[[int], Floats] | None = None
-    _patterns: PatternSum = field(default_factory=PatternSum, init=False, repr=False)
-    _gains: GainProduct = field(default_factory=GainProduct, init=False, repr=False)
+    _patterns: ArrayCache[Sequence[Int16Image]] = field(
+        default_factory=lambda: ArrayCache(pattern_sum), init=False, repr=False
+    )
+    _gains: ArrayCache[Int16Image] = field(default_factory=lambda: ArrayCache(gain_product), init=False, repr=False)
 
     def shown(self, index: int) -> int:
         """Return the frame whose picture is shown at frame `index`: an earlier one while a correction freezes it."""
@@ -64,48 +66,24 @@ class SignalChain:
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return FrameContext(operator.index(index), shape, self.rate_hz, self.seed, last, count)
 
-    def expose(
-        self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
-    ) -> Counts:
+    def expose(self, light: Floats, index: int, spent: bool = False, out: Counts | None = None) -> Counts:
         """Return the counts, (rows, cols) uint16, of light (rows, cols) float32, in-band radiance, W/m²/sr.
 
         Rounded to the nearest (halves to even) and clipped to the bit depth.
 
         spent   True: the memory of the light may be overwritten
         out     memory for the counts
-        steps   number of steps already done (see `step`)
         """
         frame = self.frame_context(index, light.shape)
-        signal = self._step(light, frame, steps, self.steps, spent)
+        signal = light if spent else scratch(light.shape, "signal")
+        self.pixel_signal(light, index, signal, self._gain_deviation(frame))
+        self._draw_white_noise(signal, frame)
+        for noise in self._terms["add"]:
+            noise.add(signal, self.response, frame)
         counts = self.response.counts(signal, out, self._added_images(frame), self._lines(frame))
         for noise in self._terms["replace_counts"]:
             noise.replace_counts(counts, self.response, frame)
         return counts
-
-    @property
-    def steps(self) -> int:
-        """Number of steps up to the signal that is read: pixel signal, white noise, and one for each further term."""
-        return 2 + len(self._terms["add"])
-
-    def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
-        """Apply the steps begin .. end-1 to a frame's picture, (rows, cols) float32.
-
-        The picture is in-band radiance, W/m²/sr, before the first step, and a signal in the units of `response` after
-        it. The memory of a `spent` picture is overwritten.
-        """
-        return self._step(picture, self.frame_context(index, picture.shape), begin, end, spent)
-
-    def _step(self, picture: Floats, frame: FrameContext, begin: int, end: int, spent: bool) -> Floats:
-        signal = picture if spent else scratch(picture.shape, "signal")
-        if begin == 0 < end:
-            self.pixel_signal(picture, frame.index, signal, self._gain_deviation(frame))
-        elif not spent:
-            np.copyto(signal, picture)
-        if begin <= 1 < end:
-            self._draw_white_noise(signal, frame)
-        for noise in self._terms["add"][max(begin, 2) - 2 : max(end, 2) - 2]:
-            noise.add(signal, self.response, frame)
-        return signal
 
     def pixel_signal(
         self, light: Floats, index: int, out: Floats | None = None, gain: Int16Image | None = None
@@ -142,21 +120,20 @@ class SignalChain:
         }
         if len(terms["draw_electrons"]) > 1:
             raise ValueError("at most one noise term may count electrons")
-        terms["fixed_pattern"].sort(
-            key=lambda noise: not noise.stationary
-        )  # patterns that may change come last (`PatternSum`)
+        # The sum is rounded: its order is part of the numbers.
+        terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)
         return terms
 
     def _gain_deviation(self, frame: FrameContext) -> Int16Image | None:
         found = [noise.gain_deviation(frame) for noise in self._terms["gain_deviation"]]
         deviations = [deviation for deviation in found if deviation is not None]
-        return self._gains.of(deviations) if deviations else None
+        return self._gains.of(frame.shape, deviations) if deviations else None
 
     def _added_images(self, frame: FrameContext) -> Sequence[Int16Image]:
         """Return correlated noise and fixed patterns, in units of the signal."""
         correlated = [image for noise in self._terms["correlated_noise"] for image in noise.correlated_noise(frame)]
         found = [noise.fixed_pattern(frame) for noise in self._terms["fixed_pattern"]]
-        fixed = self._patterns.of([pattern for pattern in found if pattern is not None], frame)
+        fixed = self._patterns.of(frame.shape, [pattern for pattern in found if pattern is not None])
         return [Int16Image(values, unit * self.response.noise) for values, unit in (*correlated, *fixed)]
 
     def _lines(self, frame: FrameContext) -> Lines | None:

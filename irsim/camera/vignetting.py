@@ -8,11 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from irsim.camera.buffers import read_only
 from irsim.config.base import Part, Switches
 from irsim.config.quantities import Fraction
 from irsim.geometry.projection import Geometry
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 
 class Vignetting(Part):

@@ -34,7 +34,7 @@ def info(
     opened = open_changed(source, overrides, seed, without)
     recording = opened if isinstance(opened, Recording) else None
     if recording is not None and (damaged := ", ".join(damages(recording))):
-        raise recording.container.damage_error(damaged)
+        raise recording.mcap.damage_error(damaged)
     for label, text in (
         ("scenario" if recording is None else "recording", source),
         *_facts(opened, len(opened) / opened.rate_hz if recording is None else recording.info()["duration_s"]),

@@ -121,7 +121,8 @@ def realism(
     without: WithoutOption = None,
 ) -> None:
     """Compare texture and camera noise with those of real recordings."""
-    from irsim.calibration.realism import check_class, check_sort, measure_realism
+    from irsim.calibration.background_classes import check_class
+    from irsim.calibration.realism import check_sort, measure_realism
     from irsim.calibration.selection import scenario_keys
 
     if like is not None:

@@ -10,11 +10,11 @@ from __future__ import annotations
 import difflib
 import importlib
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, LiteralString, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -37,6 +37,11 @@ Switches = Mapping[str, tuple[Any, ...]]
 """Name of a setting -> its key, the value that switches it off, other values without effect."""
 
 
+def invalid(message: str, at: KeyPath = (), kind: LiteralString = "invalid") -> PydanticCustomError:
+    """Return the error for a validator to raise: a message, and the place `at` below the value that it validates."""
+    return PydanticCustomError(kind, "{message}", {"message": message, **({"at": at} if at else {})})
+
+
 class Part(BaseModel):
     """Frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
 
@@ -49,7 +54,7 @@ class Part(BaseModel):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a mapping, valid or not, with missing keys that follow from others; classes override this."""
+        """Return the mapping `given`, valid or not, with missing keys that follow from others; for subclasses."""
         return given
 
     @classmethod
@@ -133,7 +138,7 @@ _may_import: ContextVar[bool] = ContextVar("may_import", default=True)
 def importing_nothing() -> Iterator[None]:
     """Refuse a kind 'module:Class' within this block unless its module is imported already.
 
-    Use it for texts out of recordings and results files: else their author chooses the code to run.
+    For texts in recordings and results files, whose author would otherwise choose the code to run.
     """
     before = _may_import.set(False)
     try:
@@ -143,7 +148,7 @@ def importing_nothing() -> Iterator[None]:
 
 
 def is_handwritten() -> bool:
-    """Return whether the text being read is the user's own, and not out of a recording or a results file."""
+    """Return whether the text being read is the user's own; False within `importing_nothing`."""
     return _may_import.get()
 
 
@@ -174,28 +179,31 @@ class Family:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
             return self._foreign(word)
-        raise _unknown_kind(
+        raise invalid(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
-            + suggestion(word, self.kinds, self.synonyms)
+            + suggestion(word, self.kinds, self.synonyms),
+            at=("kind",),
         )
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")
         if module not in sys.modules and not _may_import.get():
-            raise _unknown_kind(
+            raise invalid(
                 f"{word!r} is a user's own {self.name} kind, and modules named in this file are not imported; "
-                f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it"
+                f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it",
+                at=("kind",),
             )
         try:
             found = getattr(importlib.import_module(module), name)
         except Exception as error:  # a user's module may raise anything while it is imported
-            raise _unknown_kind(
+            raise invalid(
                 f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
-                "is installed or lies in the working directory"
+                "is installed or lies in the working directory",
+                at=("kind",),
             ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
-            raise _unknown_kind(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
+            raise invalid(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}", at=("kind",))
         return found
 
     def parse(self, value: Any) -> Kind:
@@ -204,11 +212,9 @@ class Family:
             return value
         allowed = ", ".join(self.kinds)
         if not isinstance(value, Mapping):
-            raise PydanticCustomError(
-                "not_a_kind", "expected a mapping with the key 'kind'; allowed kinds: {allowed}", {"allowed": allowed}
-            )
+            raise invalid(f"expected a mapping with the key 'kind'; allowed kinds: {allowed}")
         if "kind" not in value:
-            raise PydanticCustomError("no_kind", "the key 'kind' is missing; allowed: {allowed}", {"allowed": allowed})
+            raise invalid(f"the key 'kind' is missing; allowed: {allowed}")
         chosen = self.find(value["kind"])
         try:
             return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
@@ -247,10 +253,6 @@ class Family:
         }
 
 
-def _unknown_kind(message: str) -> PydanticCustomError:
-    return PydanticCustomError("unknown_kind", "{message}", {"message": message, "at": ("kind",)})
-
-
 def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str] | None = None) -> str:
     """Return "; did you mean 'car'?" where a known word is near, else ''.
 
@@ -269,64 +271,11 @@ def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
     return known[near[0]] if near else None
 
 
-MANY_NAMES = 8
-"""In longer lists of allowed names, similar ones come first."""
-
-
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
-    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?", in a long list similar names first."""
+    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; of more than 8 names similar ones first."""
     known = list(dict.fromkeys(allowed))
-    if len(known) > MANY_NAMES:
+    if len(known) > 8:
         ratios = {name: difflib.SequenceMatcher(None, str(word).lower(), name.lower()).ratio() for name in known}
         known.sort(key=lambda name: -ratios[name] if ratios[name] >= 0.6 else 0.0)
     within = next((f"; did you mean '{each}'?" for each in known if each.endswith(f".{word}")), None)
     return f"there is no '{word}'; allowed: {', '.join(known) or none}{within or suggestion(word, known)}"
-
-
-def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
-    """Yield name and place of each setting of a part and its parts that has an effect and that --without switches off.
-
-    prefix   of the names: 'ID.' of the nearest part with an id
-    """
-    for name, (key, *nothing) in _own_switches(part).items():
-        if getattr(part, key) not in nothing:
-            yield prefix + name, (key,)
-    for key in type(part).model_fields:
-        value = getattr(part, key)
-        several = isinstance(value, tuple)
-        for index, inner in enumerate(value if several else (value,)):
-            if isinstance(inner, Part):
-                for name, place in switches(inner, _switch_prefix(inner, prefix)):
-                    yield name, (key, index, *place) if several else (key, *place)
-
-
-def switched_off(part: AnyPart, names: Collection[str], prefix: str = "") -> AnyPart:
-    """Return the part with the settings `names` at the value without effect; the part itself if nothing changes."""
-    if not names:
-        return part
-    changes = {key: nothing for name, (key, nothing, *_) in _own_switches(part).items() if prefix + name in names}
-    for key in type(part).model_fields:
-        if key not in changes:
-            value = getattr(part, key)
-            if isinstance(value, tuple):
-                other: Any = tuple(_value_off(each, names, prefix) for each in value)
-            else:
-                other = _value_off(value, names, prefix)
-            if other != value:
-                changes[key] = other
-    return part.model_copy(update=changes) if changes else part
-
-
-def _value_off(value: Any, names: Collection[str], prefix: str) -> Any:
-    return switched_off(value, names, _switch_prefix(value, prefix)) if isinstance(value, Part) else value
-
-
-def _own_switches(part: Part) -> dict[str, tuple[Any, ...]]:
-    """Return the switches of a part's class and its bases."""
-    bases = reversed(type(part).__mro__)
-    return {name: setting for base in bases for name, setting in vars(base).get("switches", {}).items()}
-
-
-def _switch_prefix(part: Part, prefix: str) -> str:
-    name = part.name if isinstance(part, NamedKind) else getattr(part, "id", None)
-    return f"{name}." if isinstance(name, str) else prefix

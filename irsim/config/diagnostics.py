@@ -31,7 +31,6 @@ _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal",
 _ID_ERRORS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
 """Most characters of a quoted value."""
-_HEADING = "heading_deg"
 
 
 def validate_part(document: Document, part: type[AnyPart]) -> AnyPart:
@@ -206,7 +205,7 @@ def _problem(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyP
     if kind.startswith("string_"):
         return f"{value_text(given)} is not allowed{allowed}"
     if kind in _RANGES or kind == "int_parsing_size":
-        return f"{value_text(given)} is out of range{allowed}{_direction(path, given, root, value)}"
+        return f"{value_text(given)} is out of range{allowed}"
     if kind == "literal_error" and slot is not None:
         return f"unknown value {value_text(given)}{allowed}{suggestion(given, map(str, get_args(slot.annotation)))}"
     if kind in ("too_long", "too_short", "too_few"):
@@ -221,13 +220,6 @@ def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
         return "unknown key"
     keys = list(part.model_fields) if part is not None else []
     return "unknown key" + allowed_text((["kind", *keys] if slot.family else keys), str(path[-1]))
-
-
-def _direction(path: KeyPath, given: Any, root: Slot, value: Any) -> str:
-    """Return a hint for a speed below 0: the key that gives the direction."""
-    _, part = _parent(path, root, value)
-    turned = part is not None and _HEADING in part.model_fields and str(path[-1]).startswith("speed")
-    return f"; {_HEADING} gives the direction" if turned and isinstance(given, int | float) and given < 0 else ""
 
 
 def _parent(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import os
 import stat
 from collections.abc import Callable, Mapping
@@ -20,12 +19,6 @@ MCAP_MAGIC = b"\x89MCAP"
 
 LONGEST_PIPED = 1 << 26
 """Most bytes of a text that comes through a pipe."""
-
-HEAD = 8192
-"""Bytes at the beginning of a file by which text and binary data are distinguished."""
-
-MOST_CONTROL = 0.1
-"""Largest share of control characters in a text."""
 
 FILE, DIGEST = "file", "digest"
 """Keys of the file that a part is read from and of the digest of its bytes."""
@@ -82,24 +75,8 @@ def begins_as_recording(path: Path) -> bool:
 
 
 def is_binary(path: Path) -> bool:
-    """Return whether the beginning of the file has a zero byte; False where it cannot be read."""
-    return b"\0" in _head(path, HEAD)
-
-
-def is_meant_as_text(path: Path) -> bool:
-    """Return whether a file with zero bytes is mostly text: UTF-16, or UTF-8 with stray zeros."""
-    head = _head(path, HEAD)
-    return is_utf16(head) or _is_text(head, "utf-8")
-
-
-def is_utf16(raw: bytes) -> bool:
-    """Return whether bytes are UTF-16 text: by their byte order mark, or by zeros in every second byte."""
-    head = raw[:HEAD]
-    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return _is_text(head, "utf-16")
-    if head[1::2].count(0) > len(head) / 4:
-        return _is_text(head, "utf-16-le")
-    return head[::2].count(0) > len(head) / 4 and _is_text(head, "utf-16-be")
+    """Return whether the first 8 kB of the file hold a zero byte, as in pictures; False where it cannot be read."""
+    return b"\0" in _head(path, 8192)
 
 
 def _head(path: Path, length: int) -> bytes:
@@ -111,15 +88,6 @@ def _head(path: Path, length: int) -> bytes:
             return file.read(length)
     except (OSError, ValueError):
         return b""
-
-
-def _is_text(head: bytes, encoding: str) -> bool:
-    """Return whether a file's beginning, which may end within a character, has few control characters."""
-    try:
-        text = codecs.getincrementaldecoder(encoding)().decode(head)
-    except UnicodeDecodeError:
-        return False
-    return sum(letter < " " and letter not in "\t\r\n" for letter in text) <= max(1, MOST_CONTROL * len(text))
 
 
 def text_bytes(path: str | os.PathLike[str]) -> bytes:

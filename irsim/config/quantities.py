@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
 
+from irsim.config.base import invalid
 from irsim.config.fields import Located, Plausible
 from irsim.config.paths import absolute_name
 
@@ -64,9 +64,7 @@ Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 def _risen(pair: tuple[float, float]) -> tuple[float, float]:
     least, most = pair
     if least > most:
-        raise PydanticCustomError(
-            "falls", "{least} is above {most}; allowed: the lesser first", {"least": least, "most": most}
-        )
+        raise invalid(f"{least} is above {most}; allowed: the lesser first")
     return pair
 
 

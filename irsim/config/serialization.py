@@ -22,33 +22,32 @@ _LARGEST_WHOLE = 2**53
 _ALLOWED = "text, a number, True, False, None, or a list, tuple or mapping (its keys text) of these"
 
 
-def plain_value(value: Any) -> Any:
-    """Return the plain YAML value of a part, with every key."""
+def plain_value(value: Any, brief: bool = False) -> Any:
+    """Return the plain YAML value of a part, with every key, or without the keys that have their default (`brief`)."""
     if isinstance(value, Part):
-        fields = {name: plain_value(getattr(value, name)) for name in type(value).model_fields}
+        names = _needed_keys(value) if brief else list(type(value).model_fields)
+        fields = {name: plain_value(getattr(value, name), brief) for name in names}
         return {"kind": value.kind, **fields} if isinstance(value, Kind) else fields
     if isinstance(value, tuple | list):
-        return [plain_value(item) for item in value]
+        return [plain_value(item, brief) for item in value]
     if isinstance(value, Mapping):
-        return {key: plain_value(item) for key, item in value.items()}
+        return {key: plain_value(item, brief) for key, item in value.items()}
     return value
 
 
 def brief_value(value: Any) -> Any:
     """Return the plain YAML value of a part, without the keys that have their default."""
-    if isinstance(value, Part):
-        part = type(value)
-        needed = {name: plain_value(getattr(value, name)) for name in part.model_fields}
-        for name, field in part.model_fields.items():
-            if not field.is_required() and needed[name] == plain_value(part.default_for(name, needed)):
-                del needed[name]
-        written = {name: brief_value(getattr(value, name)) for name in needed}
-        return {"kind": value.kind, **written} if isinstance(value, Kind) else written
-    if isinstance(value, tuple | list):
-        return [brief_value(item) for item in value]
-    if isinstance(value, Mapping):
-        return {key: brief_value(item) for key, item in value.items()}
-    return value
+    return plain_value(value, brief=True)
+
+
+def _needed_keys(part: Part) -> list[str]:
+    """Return the keys whose value differs from the default, which may follow from the other needed keys."""
+    fields = type(part).model_fields
+    needed = {name: plain_value(getattr(part, name)) for name in fields}
+    for name, field in fields.items():
+        if not field.is_required() and needed[name] == plain_value(part.default_for(name, needed)):
+            del needed[name]
+    return list(needed)
 
 
 def as_yaml_value(value: Any, name: str) -> Any:
@@ -80,7 +79,9 @@ def _converted(value: Any, name: str, depth: int) -> Any:
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Integral):
-        return _writable(int(value), name)
+        if abs(int(value)) >= 10**LONGEST:
+            raise InputError(f"{name}: the number is too long; allowed: {LONGEST} digits")
+        return int(value)
     if isinstance(value, Real):
         try:
             return float(value)
@@ -93,11 +94,3 @@ def _converted(value: Any, name: str, depth: int) -> Any:
     kind = type(value)
     found = "keys that are not text" if isinstance(value, Mapping) else f"a {kind.__module__}.{kind.__name__}"
     raise InputError(f"{name}: {found} cannot be written as YAML; allowed: {_ALLOWED}")
-
-
-def _writable(number: int, name: str) -> int:
-    try:
-        str(number)
-    except ValueError:
-        raise InputError(f"{name}: the number is too long; allowed: {LONGEST} digits") from None
-    return number

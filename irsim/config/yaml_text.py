@@ -17,7 +17,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from irsim.config.base import KeyPath
-from irsim.config.paths import is_utf16, text_bytes
+from irsim.config.paths import text_bytes
 from irsim.errors import InputError
 
 MOST_VALUES = 100_000
@@ -47,9 +47,6 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NULL = re.compile(r"null|Null|NULL|~|")
 _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
-_BLANK = " \t"
-_LINE_ENDS = "\0\r\n\x85\u2028\u2029"
-"""Characters that end a line, and the zero that ends a text."""
 
 
 @dataclass(frozen=True)
@@ -68,23 +65,17 @@ def read_yaml(path: str | Path) -> Document:
         raw = text_bytes(path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot read it: {_reason(error)}") from None
-    if is_utf16(raw):
-        raise InputError(f"{path}: looks like UTF-16 text, as some editors write; allowed: UTF-8 (save it as that)")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}:{_place_in(raw, error.start)}: this is not UTF-8 text; allowed: UTF-8") from None
-    if "\0" in text:
-        raise InputError(f"{path}:{_place_in(raw, raw.index(0))}: a zero byte stands here; allowed: text, without any")
     return parse_yaml(text, str(path))
 
 
 def parse_yaml(text: str, name: str = "<text>") -> Document:
     """Return the one document in a text; InputError with a line for each fault."""
-    loader = None
     try:
-        loader = _Loader(text)
-        root = loader.get_single_node()
+        root = _Loader(text).get_single_node()
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         column = error.position - text.rfind("\n", 0, error.position)
@@ -93,7 +84,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
             f"{name}:{line}:{column}: the character U+{code:04X} stands here; allowed: printable text"
         ) from None
     except yaml.MarkedYAMLError as error:
-        raise InputError(f"{name}:{_problem(error, loader.tab if loader else None)}") from None
+        raise InputError(f"{name}:{_problem(error)}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{name}: not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
@@ -136,64 +127,6 @@ def on_a_line(value: object) -> str:
     return text if text.isprintable() else repr(value)
 
 
-class _TabScanner(yaml.reader.Reader, yaml.scanner.Scanner):
-    """Scanner that accepts tabs as separation spaces (YAML 1.2.2, 6.2), which PyYAML refuses.
-
-    A tab before the first word of a line indents (6.1) and stays an error, except within [ ] and { } and in lines
-    without a word.
-    """
-
-    def __init__(self, text: str) -> None:
-        yaml.reader.Reader.__init__(self, text)
-        yaml.scanner.Scanner.__init__(self)
-        self._has_tabs = "\t" in text
-        self.tab: yaml.Mark | None = None
-        """Last tab before a possible list entry or key, as in `-<TAB>a: 1`, whose column would be ambiguous."""
-
-    def scan_to_next_token(self) -> None:
-        super().scan_to_next_token()
-        while self.peek() == "\t" and self._separates():
-            if not self.flow_level and self.allow_simple_key:
-                self.tab = self.get_mark()
-                self.allow_simple_key = False
-            self.forward(self._blanks())
-            super().scan_to_next_token()
-
-    def scan_plain_spaces(self, indent: int, start_mark: yaml.Mark) -> list[str] | None:
-        """Return the blanks between words of an unquoted text; none at its end."""
-        if self._has_tabs and (between := self._between()):
-            return [between]
-        found: list[str] | None = super().scan_plain_spaces(indent, start_mark)
-        if self._has_tabs and self.flow_level and found:  # in the next line of the text
-            self.forward(self._blanks())
-        return found
-
-    def _between(self) -> str:
-        """Return blanks with tabs before another word of the line; skip those before its end."""
-        count = self._blanks()
-        follows = self.peek(count)
-        if follows == "#" or "\t" not in (between := self.prefix(count)):
-            return ""
-        self.forward(count)
-        return "" if follows in _LINE_ENDS else between
-
-    def _blanks(self) -> int:
-        """Return the number of blanks at the current position."""
-        count = 0
-        while self.peek(count) in _BLANK:
-            count += 1
-        return count
-
-    def _separates(self) -> bool:
-        """Return whether the tab at the current position separates words and does not indent."""
-        if self.flow_level or self.peek(self._blanks()) in f"#{_LINE_ENDS}":
-            return True
-        before = self.pointer - 1
-        while before >= 0 and self.buffer[before] in _BLANK:
-            before -= 1
-        return before >= 0 and self.buffer[before] not in _LINE_ENDS
-
-
 class _Core(yaml.resolver.BaseResolver):
     """Types of plain scalars by YAML 1.2."""
 
@@ -202,9 +135,10 @@ for _tag, _regexp in (("null", _NULL), ("bool", _BOOL), ("int", _INT), ("float",
     _Core.add_implicit_resolver(_TAG + _tag, re.compile(rf"(?:{_regexp.pattern})\Z"), None)
 
 
-class _Loader(_TabScanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
+class _Loader(yaml.reader.Reader, yaml.scanner.Scanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
     def __init__(self, text: str) -> None:
-        _TabScanner.__init__(self, text)
+        yaml.reader.Reader.__init__(self, text)
+        yaml.scanner.Scanner.__init__(self)
         yaml.parser.Parser.__init__(self)
         yaml.composer.Composer.__init__(self)
         _Core.__init__(self)
@@ -329,16 +263,12 @@ def _reason(error: OSError | ValueError) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _problem(error: yaml.MarkedYAMLError, tab: yaml.Mark | None) -> str:
-    """Return 'line:column: not YAML: problem' on one line; `tab` as in `_TabScanner`."""
+def _problem(error: yaml.MarkedYAMLError) -> str:
+    """Return 'line:column: not YAML: problem' on one line."""
     mark = error.problem_mark or error.context_mark
-    place, problem = f"{mark.line + 1}:{mark.column + 1}: " if mark else " ", error.problem or ""
-    if "'\\t'" in problem and "cannot start" in problem:
-        return f"{place}a tab cannot indent YAML; allowed: spaces"
-    if "'\\t'" in problem and any(part in problem for part in ("expected ' '", "a line break", "indicators")):
-        return f"{place}a tab stands here; allowed: a space"
-    if "not allowed here" in problem and mark and tab and tab.line == mark.line:
-        return f"{tab.line + 1}:{tab.column + 1}: a tab stands before a list's entry or a key here; allowed: spaces"
+    place = f"{mark.line + 1}:{mark.column + 1}: " if mark else " "
+    if "'\\t'" in (error.problem or ""):
+        return f"{place}a tab stands here; allowed: spaces"
     if "single document" in (error.context or ""):
         return f"{place}a second document begins; allowed: one document a file"
     text = ": ".join(part for part in (error.context, error.problem) if part)

@@ -85,7 +85,7 @@ class SceneContext:
         radiance = self.air.surroundings(self.band)
         return self.ambient if radiance is None else radiance
 
-    def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
+    def grey_body_radiance(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
         """Return the radiance of a grey body, W/m2/sr: its emission and its reflection of the surroundings."""
         return grey_body(self.band, temperature_k, emissivity, self.surroundings)
 

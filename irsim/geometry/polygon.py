@@ -7,9 +7,6 @@ the field. The result is exact to rounding and continuous in the vertices; nothi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import accumulate
-
 import numpy as np
 import numpy.typing as npt
 
@@ -25,7 +22,7 @@ whose light would reach across cells."""
 
 def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
     """Return area, y moment and x moment (3, channels, rows, columns) of a flat field; see `row_differences`."""
-    fields = row_differences(start, stop, weights, [size], np.array([len(start)]))[0]
+    fields = row_differences(start, stop, weights, size)
     return np.concatenate([np.cumsum(fields[:2], axis=3), fields[2:]])
 
 
@@ -34,21 +31,17 @@ def as_row_differences(fields: Floats) -> Floats:
     return np.concatenate([np.diff(fields[:2], axis=3, prepend=0.0), fields[2:]])
 
 
-def row_differences(
-    start: Floats, stop: Floats, weights: Floats, sizes: Sequence[tuple[int, int]], counts: Ints
-) -> list[Floats]:
-    """Return the row-wise differences of area and y moment, and the x moment, of flat fields on several grids.
+def row_differences(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
+    """Return the row-wise differences of area and y moment, and the x moment, (3, channels, rows, columns).
 
     start, stop  (n, 2) x, y of the ends of edges; cell (j, i) covers [i, i+1] x [j, j+1]. Outlines run clockwise as
                  seen with y down (positive area)
     weights      (n, channels) step of the field from an edge's outer to its inner side; ones for one polygon of value 1
-    sizes        (rows, columns) of each grid
-    counts       number of edges on each grid, in order
+    size         (rows, columns) of the grid
 
-    Each grid gives an array (3, channels, rows, columns). Moments are about the cell's middle, in cells. Parts outside
-    the grid are cut off.
+    Moments are about the cell's middle, in cells. Parts outside the grid are cut off.
     """
-    rows, columns = np.repeat(np.array(sizes).T, counts, axis=1)
+    rows, columns = size
     (x0, y0), (dx, dy) = np.ascontiguousarray(start.T), np.ascontiguousarray((stop - start).T)
     edge, begin, end = cut_edges(len(start), *_crossings(start, stop, columns, rows))
 
@@ -56,7 +49,7 @@ def row_differences(
     wide, high = dx[edge], dy[edge]
     x, y = x0[edge] + wide * at, y0[edge] + high * at  # midpoint
     column, row = np.floor(x), np.floor(y)
-    seen = np.flatnonzero((row >= 0) & (row < rows[edge]) & (column < columns[edge]))
+    seen = np.flatnonzero((row >= 0) & (row < rows) & (column < columns))
     edge = edge[seen]
     x, y, column, row, length, wide, high = (part[seen] for part in (x, y, column, row, length, wide, high))
     wide *= length
@@ -72,10 +65,8 @@ def row_differences(
     x_moment = -high * (0.125 - ((x - 0.5) ** 2 + wide**2 / 12) / 2)
     y_moment = area * y + high * wide * high / 12
     values = np.stack([area, -high - area, y_moment, -high * y - y_moment, x_moment])
-    planes = [high * (wide + 1) for high, wide in sizes]  # one extra column takes the overflow to the right
-    bases = [0, *accumulate(planes)]
-    cell = (row * (columns[edge] + 1) + column).astype(np.int64) + np.repeat(bases[:-1], counts)[edge]
-    plane, channels = bases[-1], weights.shape[1]
+    cell = (row * (columns + 1) + column).astype(np.int64)  # one extra column takes the overflow to the right
+    plane, channels = rows * (columns + 1), weights.shape[1]
     moment = channels * plane
     places = np.array([0, 1, moment, moment + 1, 2 * moment])[:, None] + cell
     sums = np.bincount(
@@ -83,11 +74,7 @@ def row_differences(
         (weights.T.take(edge, axis=1)[:, None] * values).ravel(),
         minlength=3 * moment,
     )
-    fields = np.asarray(sums, np.float64).reshape(3, channels, plane)
-    return [
-        fields[..., base : base + count].reshape(3, channels, rows, columns + 1)[..., :-1]
-        for base, count, (rows, columns) in zip(bases, planes, sizes, strict=False)
-    ]
+    return np.asarray(sums, np.float64).reshape(3, channels, rows, columns + 1)[..., :-1]
 
 
 def cut_edges(count: int, crossed: Ints, places_cut: Floats) -> tuple[Ints, Floats, Floats]:
@@ -102,10 +89,10 @@ def cut_edges(count: int, crossed: Ints, places_cut: Floats) -> tuple[Ints, Floa
     return np.repeat(edges, cuts + 1), begin, end
 
 
-def _crossings(start: Floats, stop: Floats, columns: Ints, rows: Ints) -> tuple[Ints, Floats]:
-    """Return edge numbers and places 0..1 of the crossings of edges with the lines of their grids."""
+def _crossings(start: Floats, stop: Floats, columns: int, rows: int) -> tuple[Ints, Floats]:
+    """Return edge numbers and places 0..1 of the crossings of edges with the lines of the grid."""
     low, high = start.T.ravel(), stop.T.ravel()  # all x, then all y
-    last_line = np.concatenate([columns, rows])
+    last_line = np.repeat([columns, rows], len(start))
     first = np.maximum(np.floor(np.minimum(low, high)) + 1, 0)
     last = np.minimum(np.ceil(np.maximum(low, high)) - 1, last_line)
     counts = np.maximum(last - first + 1, 0).astype(np.int64)
@@ -121,51 +108,42 @@ def polygon_edges(points: Floats) -> tuple[Floats, Floats]:
     return (points, following) if area >= 0 else (following, points)
 
 
-def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tuple[Floats, Floats]:
-    """Return integrals (grids, channels) and centroids (grids, channels, 2) of flat fields by Green's theorem.
+def centroids(start: Floats, stop: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Return integrals (channels,) and centroids (channels, 2) of flat fields by Green's theorem.
 
     Arguments as in `row_differences`. A centroid is nan where the integral is 0.
     """
-    some, shape = np.flatnonzero(counts), (len(counts), weights.shape[1])
-    first = (np.cumsum(counts) - counts)[some]
-    origin, integral, moment = np.zeros((len(counts), 2)), np.zeros(shape), np.zeros((*shape, 2))
-    origin[some] = start[first]
-    reference = np.repeat(origin, counts, axis=0)
-    a, b = start - reference, stop - reference
+    channels = weights.shape[1]
+    if not len(start):
+        return np.zeros(channels), np.full((channels, 2), np.nan)
+    origin = start[0]
+    a, b = start - origin, stop - origin
     twice = weights * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
-    integral[some] = np.add.reduceat(twice, first) / 2
-    moment[some] = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], first)
+    integral = np.add.reduceat(twice, [0])[0] / 2
+    moment = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], [0])[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        return integral, origin[:, None] + moment / (6 * integral[..., None])
+        return integral, origin + moment / (6 * integral[:, None])
 
 
-def visible_edges(
-    start: Floats, stop: Floats, layer: Ints, glow: Floats, layers: tuple[int, ...] = ()
-) -> tuple[Floats, Floats, Floats, Ints]:
-    """Return (start, stop, weights, layer) of the visible pieces of edges of convex polygons in depth order.
+def visible_edges(start: Floats, stop: Floats, layer: Ints, glow: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return (start, stop, weights) of the visible pieces of edges of convex polygons in depth order.
 
     start, stop  (n, 2) px, edges clockwise as seen with y down, one convex polygon a layer
     layer        (n,) polygon of each edge, rising; layer 0 is the nearest
     glow         (layers,) radiance of each polygon
-    layers       number of layers in each of several independent pictures, in order; empty: one picture
 
-    The returned weights (pieces, 2) are the steps of (opacity, glow) across each piece; `layer` is its polygon. Between
-    pieces the field is flat: an edge of polygon k is visible where no nearer polygon covers it, and separates k from
-    the nearest of the farther polygons that cover it.
+    The returned weights (pieces, 2) are the steps of (opacity, glow) across each piece. Between pieces the field is
+    constant: an edge of polygon k is visible where no nearer polygon covers it, and separates k from the nearest of the
+    farther polygons that cover it.
     """
-    layers = layers or (len(glow),)
-    firsts = np.cumsum(layers) - layers
-    depth = layer - np.repeat(firsts, layers)[layer]
-    edges = np.searchsorted(layer, firsts)
-    side = (np.maximum.reduceat(start, edges) - np.minimum.reduceat(start, edges)).max(axis=1)
-    inset = np.repeat(_INSET_PX * np.minimum(side, 1.0), layers)[layer]
+    inset = _INSET_PX * min((start.max(axis=0) - start.min(axis=0)).max(), 1.0)
     delta = stop - start
     across, down = -delta[:, 1], delta[:, 0]
     length = np.maximum(np.sqrt(across * across + down * down), 1e-300)
-    start = start + np.column_stack([across, down]) * (inset * depth / length)[:, None]
+    start = start + np.column_stack([across, down]) * (inset * layer / length)[:, None]
     stop = start + delta
 
-    edge, polygon, entry, leave = _covered_spans(start, stop, layer, len(glow), layers)
+    edge, polygon, entry, leave = _covered_spans(start, stop, layer, len(glow))
     count, nothing = len(start), len(glow)
     cut, begin, end = cut_edges(count, np.concatenate([edge, edge]), np.concatenate([entry, leave]))
     # For each piece, all polygons that cover a part of its edge.
@@ -190,13 +168,11 @@ def visible_edges(
     cut = cut[heads]
     origin, along = start.take(cut, axis=0), delta.take(cut, axis=0)
     weights = np.stack([bare[heads], gain[heads]], axis=1)
-    return origin + along * begin[heads, None], origin + along * end[tails, None], weights, layer[cut]
+    return origin + along * begin[heads, None], origin + along * end[tails, None], weights
 
 
-def _covered_spans(
-    start: Floats, stop: Floats, layer: Ints, count: int, layers: tuple[int, ...]
-) -> tuple[Ints, Ints, Floats, Floats]:
-    """Return (edge, polygon, entry, leave) of edges that run through other polygons of their picture.
+def _covered_spans(start: Floats, stop: Floats, layer: Ints, count: int) -> tuple[Ints, Ints, Floats, Floats]:
+    """Return (edge, polygon, entry, leave) of edges that run through other polygons.
 
     entry, leave  places 0..1 along the edge. The result is sorted by edge and polygon; only pairs with overlapping
     bounding boxes are tested.
@@ -205,9 +181,8 @@ def _covered_spans(
     first = np.cumsum(sides) - sides
     low, high = np.minimum(start, stop), np.maximum(start, stop)
     lows, highs = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
-    picture = np.repeat(np.arange(len(layers)), layers)
     meet = (lows[:, None, 0] <= highs[:, 0]) & (lows[:, None, 1] <= highs[:, 1])
-    meet &= meet.T & (picture[:, None] == picture)
+    meet &= meet.T
     np.fill_diagonal(meet, False)
     mine, polygon = np.nonzero(meet)
     edge, polygon = _ranges(first[mine], sides[mine]), np.repeat(polygon, sides[mine])

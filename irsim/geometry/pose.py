@@ -45,7 +45,7 @@ class CameraPose:
         return any(self.place.tolist())
 
     @cached_property
-    def climbed_m(self) -> float:
+    def height_gain_m(self) -> float:
         """Height of the camera above its first position, m."""
         return -float(self.place @ self.context.geometry.down) if self.has_moved else 0.0
 

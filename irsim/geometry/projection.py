@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 SINGLE_THREADED = 2**18
 """Multiplications of one matrix product up to which OpenBLAS, numpy's library, stays on one thread (SMP_THRESHOLD_MIN
@@ -60,9 +60,7 @@ def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Flo
 @lru_cache(maxsize=16)
 def _lifted(elevation: float) -> Floats:
     """Return the rotation of the first pointing; cached for all frames."""
-    rotation = gimbal(0.0, elevation, 0.0)
-    rotation.setflags(write=False)
-    return rotation
+    return read_only(gimbal(0.0, elevation, 0.0))
 
 
 @dataclass(frozen=True)

@@ -40,13 +40,7 @@ def power_law(
     Its 2-D power spectrum falls as f^-beta above 1/correlation_px cycles a px and is flat below: white noise is
     filtered by the amplitude (1/correlation_px^2 + f^2)^(-beta/4). A `stretch` above 1 elongates it along x.
     """
-    fx = np.fft.rfftfreq(shape[1])[None, :] * stretch
-    fy = np.fft.fftfreq(shape[0])[:, None]
-    amplitude = (1 / correlation_px**2 + fx**2 + fy**2) ** (-beta / 4)
-    amplitude[0, 0] = 0.0  # mean 0
-    white = normals(shape, seed, *address)
-    field = np.fft.irfft2(np.fft.rfft2(white) * amplitude, s=shape)
-    return np.asarray(field / field.std(), dtype=np.float32)
+    return spectral(shape, beta, None, correlation_px, stretch, seed, *address)
 
 
 def amplitudes(
@@ -77,8 +71,6 @@ def spectral(
     *address: Address,
 ) -> Floats:
     """Return a (rows, columns) float32 periodic Gaussian field of mean 0 and variance 1; see `amplitudes`."""
-    if betas is None:
-        return power_law(shape, beta, correlation_px, stretch, seed, *address)
     frequencies = np.fft.rfftfreq(shape[1])[None, :], np.fft.fftfreq(shape[0])[:, None]
     white = np.fft.rfft2(normals(shape, seed, *address))
     field = np.fft.irfft2(white * amplitudes(*frequencies, beta, betas, correlation_px, stretch), s=shape)

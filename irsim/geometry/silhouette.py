@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +15,7 @@ from irsim.geometry.polygon import centroids, row_differences, visible_edges
 from irsim.geometry.projection import blocked_matmul
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, read_only
 
 Ints = npt.NDArray[np.int64]
 
@@ -49,43 +47,21 @@ class LayeredPolygons(NamedTuple):
     origin: tuple[float, float] = (0.0, 0.0)
 
 
-def draw_sprites(pictures: Sequence[LayeredPolygons]) -> list[Sprite]:
-    """Draw each of several objects alone; without compiled kernels several at once cost little more than one.
+def draw_sprite(picture: LayeredPolygons) -> Sprite:
+    """Draw one object.
 
     The light of each cell is blurred according to its exact area and first moments, so that pixels follow a shift of a
     hundredth of a pixel.
     """
     if COMPILED:
-        return [_draw_compiled(picture) for picture in pictures]
-    if not pictures:
-        return []
-    layers = tuple(len(picture.glow) for picture in pictures)
-    bases = accumulate(layers, initial=0)
-    start, stop = (np.concatenate([picture.edges[end] for picture in pictures]) for end in (0, 1))
-    layer = np.concatenate([picture.edges[2] + base for picture, base in zip(pictures, bases, strict=False)])
-    glow = np.concatenate([picture.glow for picture in pictures])
-    start, stop, weights, layer = visible_edges(start, stop, layer, glow, layers)
-    grids = [Grid.over(picture.window) for picture in pictures]
-    counts = np.bincount(np.repeat(np.arange(len(pictures)), layers)[layer], minlength=len(pictures))
-    corner = np.repeat(
-        [grid.corner - picture.origin for grid, picture in zip(grids, pictures, strict=True)], counts, axis=0
-    )
-    fine = np.repeat([grid.fine for grid in grids], counts)[:, None]
-    cells = [grid.cells for grid in grids]
-    fields = row_differences((start - corner) * fine, (stop - corner) * fine, weights, cells, counts)
-    integrals, centers = centroids(start, stop, weights, counts)
-    drawn = []
-    for picture, grid, field, (area, light), (center, signal_center) in zip(
-        pictures, grids, fields, integrals.tolist(), centers, strict=True
-    ):
-        places = center + picture.origin, (signal_center if light > 0 else center) + picture.origin
-        drawn.append(blur_to_pixels(grid, field, places, area, picture.box, picture.psf, picture.range_m))
-    return drawn
-
-
-def draw_sprite(picture: LayeredPolygons) -> Sprite:
-    """Draw one object."""
-    return draw_sprites([picture])[0]
+        return _draw_compiled(picture)
+    start, stop, weights = visible_edges(*picture.edges, picture.glow)
+    grid = Grid.over(picture.window)
+    corner = grid.corner - picture.origin
+    fields = row_differences((start - corner) * grid.fine, (stop - corner) * grid.fine, weights, grid.cells)
+    (area, light), (center, signal_center) = centroids(start, stop, weights)
+    centers = center + picture.origin, (signal_center if light > 0 else center) + picture.origin
+    return blur_to_pixels(grid, fields, centers, float(area), picture.box, picture.psf, picture.range_m)
 
 
 def _draw_compiled(picture: LayeredPolygons) -> Sprite:
@@ -204,7 +180,7 @@ def _column_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
         whole = np.zeros((pixels + reached - 1, pixels, fine))
         for pixel in range(pixels):
             whole[pixel : pixel + reached, pixel] = shares.T
-        return _frozen(whole.reshape(-1, pixels * fine))
+        return read_only(whole.reshape(-1, pixels * fine))
 
     return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.separable_kernels(fine))
 
@@ -219,16 +195,11 @@ def _row_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     weights = [weight / fine**2 for weight, _, _ in psf.separable_kernels(fine)]
     return tuple(
         (
-            _frozen(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
-            _frozen(np.ascontiguousarray(right_slope.T) * weight),
+            read_only(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
+            read_only(np.ascontiguousarray(right_slope.T) * weight),
         )
         for weight, (right, right_slope) in zip(weights, _column_matrices(psf, pixels, fine), strict=True)
     )
-
-
-def _frozen(matrix: Floats) -> Floats:
-    matrix.flags.writeable = False
-    return matrix
 
 
 def clip_or_corner(box: Box, context: SceneContext) -> Box:

@@ -55,8 +55,8 @@ class Sprite(NamedTuple):
     box        bounding box of the geometry, px
     range_m    distance from the camera, m
     area       px2 covered by the whole object, inside and outside the patch
-    requested  requested contrast against the background
-    contrast   factor on the difference from the background
+    requested  contrast to set against the background; None to leave it
+    contrast   factor by which the difference from the background is scaled
     samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
                all other fields belong to the middle of the exposure
 

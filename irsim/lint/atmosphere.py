@@ -1,4 +1,4 @@
-"""Warnings about the atmosphere, about ranges beyond its fit, and about a sky that does not match it."""
+"""Warnings about the atmosphere, ranges beyond its fit, and a sky that does not match it."""
 
 from __future__ import annotations
 
@@ -9,25 +9,14 @@ import numpy as np
 
 from irsim.config.base import KeyPath
 from irsim.errors import Notice
+from irsim.lint.sampling import sampled_paths
 from irsim.motion import PixelPath
-from irsim.physics.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, fitted_band
-from irsim.physics.radiometry import limits, radiance
+from irsim.physics.climate import FIT_KM
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import sampled_frames
-from irsim.types import Band, BandName
 
 _SAME_RANGE = 1e-9
 """Fraction of a constant range that rounding leaves."""
-_LEAST_WATER = 0.5
-"""Least fraction of the fitted water above the camera for which the fit of the sky holds in all of its band: above some
-1,500 m."""
-_HIGH_K = 220.0
-"""Temperature of the air above the water, K."""
-_ABOVE_WATER: dict[BandName, tuple[str, tuple[float, float]]] = {
-    "mwir": ("carbon dioxide", (4.2, 4.45)),
-    "lwir": ("ozone", (9.4, 9.9)),
-}
-"""Gas that dominates the emission of a clear sky above the water, and the middle of its band, um."""
 
 
 def atmosphere_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
@@ -39,25 +28,21 @@ def atmosphere_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 def target_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
     """Warn of each target outside the range of the fit, with the first reason."""
     context = scenario.context
-    if context.air.preset == "none" or context.objects is None:
+    if context.air.preset == "none":
         return
-    frames = sampled_frames(scenario.frames)
-    places = context.objects.camera_positions(frames, context)
-    climbs = -places @ context.geometry.down
-    for index, target in enumerate(scenario.targets):
-        relative = target.path.positions(frames, context, target.id) - places
-        ranges = np.linalg.norm(relative, axis=-1)
-        rises = -relative @ context.geometry.down
-        for k in (end for of in (ranges, rises, climbs) for end in (of.argmin(), of.argmax())):
+    down = context.geometry.down
+    for path in sampled_paths(scenario, sampled_frames(scenario.frames)):
+        ranges, rises, gains = np.linalg.norm(path.relative, axis=-1), -path.relative @ down, -path.camera @ down
+        for k in (extreme for values in (ranges, rises, gains) for extreme in (values.argmin(), values.argmax())):
             elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
-            reason = context.air.beyond_fit(context.band, float(ranges[k]), elevation, float(climbs[k]))
+            reason = context.air.beyond_fit(context.band, float(ranges[k]), elevation, float(gains[k]))
             if reason is not None:
-                constant = (
-                    np.ptp(ranges) <= _SAME_RANGE * ranges.max() and not FIT_KM[0] <= ranges[k] * 1e-3 <= FIT_KM[1]
-                )
-                written = constant and isinstance(target.path, PixelPath) and target.path.ground_m is None
-                place = ("targets", index, "path", *(("range_m",) if written else ()))
-                yield Notice(place, reason if constant else f"frame {frames[k]:.0f}: {reason}")
+                constant = np.ptp(ranges) <= _SAME_RANGE * ranges.max()
+                if not constant or FIT_KM[0] <= ranges[k] * 1e-3 <= FIT_KM[1]:
+                    yield Notice(path.at, f"frame {path.frames[k]:.0f}: {reason}")
+                else:
+                    in_pixels = isinstance(path.target.path, PixelPath) and path.target.path.ground_m is None
+                    yield Notice((*path.at, "range_m") if in_pixels else path.at, reason)
                 break
 
 
@@ -72,33 +57,6 @@ def layer_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
         reason = context.air.beyond_fit(context.band, range_m, context.geometry.elevation_rad)
         if reason is not None:
             yield Notice((*place, "range_m"), reason)
-
-
-def sky_above_fit(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a sky preset seen from above most of the water, in a band with another share of the remaining gas."""
-    context, preset = scenario.context, scenario.sky_preset
-    climate = next((climate for name, climate in CLIMATES.items() if name == preset), None)
-    fitted = fitted_band(context.band)
-    if climate is None or fitted is None or scenario.background.clear(context) is None:
-        return
-    height_km = context.air.altitude_m * 1e-3
-    left = math.exp((FIT_HEIGHT_KM - height_km) / climate.gas_km[fitted])
-    gas, (low, high) = _ABOVE_WATER[fitted]
-    times = _share(context.band, (low, high)) / _share(fitted, (low, high))
-    if left < _LEAST_WATER and not 0.5 <= times <= 2:
-        yield Notice(
-            ("atmosphere", "altitude_m"),
-            f"above {height_km * 1e3:.0f} m the clear sky emits mostly by {gas} at {low:g} to {high:g} um; the "
-            f"camera's band has {times:.1f} times the share of {fitted}, the band of the fit of {preset}: the sky is "
-            f"too {'cold' if times > 1 else 'warm'}",
-        )
-
-
-def _share(band: Band, part: tuple[float, float]) -> float:
-    """Return the fraction of the radiance in a band, of a black body at _HIGH_K, that lies in a part of it, um."""
-    (low, high), (lowest, highest) = limits(band), part
-    common = max(low, lowest), min(high, highest)
-    return float(radiance(common, _HIGH_K) / radiance(band, _HIGH_K)) if common[0] < common[1] else 0.0
 
 
 def ground_beyond_fit(scenario: Scenario) -> Iterator[Notice]:

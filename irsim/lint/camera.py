@@ -23,8 +23,8 @@ _BEADS_PX = 1.2
 _MAX_NETD_MK = 1000.0
 """Round limit by the authors: commercial cameras have 20 to 100 mK."""
 _LEAST_NOISE = 0.3
-"""Counts. A smaller sigma depends on where between two counts a pixel lies: 0.11 to 0.50 for a sigma of 0.2.
-A sigma of 0.3 becomes 0.31 to 0.50; over all pixels the root of the sum of both variances, within 1 %."""
+"""Counts. Rounding makes a sigma of 0.2 counts 0.11 to 0.50, as the pixel's mean lies near a count or between two; one
+of 0.3 becomes 0.31 to 0.50."""
 _NO_NOISE = 1e-3
 """Counts: a fit of a camera without noise yields no more."""
 _APERTURE_RATIO = 1.25
@@ -32,7 +32,7 @@ _APERTURE_RATIO = 1.25
 
 
 def netd_implausible(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of an implausible NETD, such as one in other units; not where severities or ranges raise it on purpose."""
+    """Warn of an implausible NETD, such as one in other units, unless severities or ranges set it."""
     camera, key = scenario.camera, "netd_mk"
     intended = {"camera", f"camera.{key}"} & {*scenario.severities, *scenario.vary}
     if camera.netd_mk > _MAX_NETD_MK and key in camera.detector.camera_keys and not intended:
@@ -51,10 +51,8 @@ def noise_below_one_count(scenario: Scenario) -> Iterator[Notice]:
     sensor = camera.signal_chain(scenario.seed, scenario.is_on)
     moment, response = sensor.frame_context(0, (1, 1)), sensor.response
     signal = response.at(float(radiance(camera.band, NETD_K)))
-    variance = NoiseVariance.total(noise.variance_terms(moment, False) for noise in sensor.noises).overall(
-        signal, response
-    )
-    counts = math.sqrt(variance) / response.gain
+    terms = NoiseVariance.total(noise.variance_terms(moment, False) for noise in sensor.noises)
+    counts = math.sqrt(terms.overall(signal, response)) / response.gain
     if _NO_NOISE < counts < _LEAST_NOISE:
         yield Notice(
             ("camera", "bits"),
@@ -88,8 +86,8 @@ def motion_blur_steps_too_few(scenario: Scenario) -> Iterator[Notice]:
     visibility = TargetVisibility(scenario)
     share = camera.exposure_ms * 1e-3 * camera.rate_hz / smear.steps
     moves = [(_pan_px(visibility.camera), "the background")]
-    for name, course in visibility.trajectories.items():
-        pixels = visibility.camera.seen(course.positions)
+    for name, trajectory in visibility.trajectories.items():
+        pixels = visibility.camera.project(trajectory.positions)
         in_view = np.array([camera.geometry.inside(x, y) for x, y in pixels.tolist()])
         steps = np.hypot(*np.diff(pixels, axis=0).T)
         moves.append((np.where(in_view[1:] & in_view[:-1], steps, 0.0), name))

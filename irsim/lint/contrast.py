@@ -24,26 +24,20 @@ _ENOUGH = 0.95
 
 def contrast_unreachable(scenario: Scenario) -> Iterator[Notice]:
     """Warn of each point, alone and without flicker, in the first frame where it falls short."""
-    requests = [
-        (index, key)
-        for index, target in enumerate(scenario.targets)
-        for key in ("contrast_k", "scr")
-        if getattr(target.shape, key, None) is not None
-        and scenario.is_on(target.id)
-        and target.path.begins < scenario.frames
-    ]
-    scene = _ContrastProbe(scenario)
-    for index, key in requests:
-        target = scenario.targets[index]
-        wanted = getattr(target.shape, key)
-        first = max(target.path.begins, 0)
+    probe = _ContrastProbe(scenario)
+    for index, target in enumerate(scenario.targets):
+        if not scenario.is_on(target.id) or target.path.begins >= scenario.frames:
+            continue
+        key = next((key for key in ("contrast_k", "scr") if getattr(target.shape, key, None) is not None), None)
+        if key is None:
+            continue
+        wanted, first = getattr(target.shape, key), max(target.path.begins, 0)
         for frame in np.unique(np.linspace(first, scenario.frames - 1, _FRAMES).round()).astype(int).tolist():
-            reason = scene.shortfall(target.id, frame, key, wanted)
+            reason = probe.shortfall(target.id, frame, key, wanted)
             if reason is not None:
                 requested = f"an SCR of {wanted:g}" if key == "scr" else f"{wanted:g} K"
-                yield Notice(
-                    ("targets", index, "shape", key), f"{target.id} requires {requested}: at frame {frame} {reason}"
-                )
+                message = f"{target.id} requires {requested}: at frame {frame} {reason}"
+                yield Notice(("targets", index, "shape", key), message)
                 break
 
 
@@ -58,7 +52,7 @@ class _ContrastProbe:
         return Renderer(self.scenario)
 
     def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
-        """Return the reason against the wanted contrast; None where it is reached, or the point does not exist."""
+        """Return the reason why the contrast falls short; None where it is reached, or the point does not exist."""
         piece = self._point(name, frame)
         if piece is None:
             return None
@@ -76,7 +70,7 @@ class _ContrastProbe:
         return None if self.scenario.background.has_noise else self._cut_off(light, sprite.box, frame)
 
     def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
-        """Return the reason where saturation leaves too little of the contrast of a box, or None."""
+        """Return the reason if saturation leaves too little of the contrast of a box, else None."""
         sensor = self.renderer.sensor
         response = sensor.response
         whole = ring_contrast(
@@ -91,7 +85,7 @@ class _ContrastProbe:
         return None
 
     def _point(self, name: str, frame: int) -> NamedSprite | None:
-        trajectory = next(trajectory for trajectory in self.renderer.courses if trajectory.target.id == name)
+        trajectory = next(trajectory for trajectory in self.renderer.trajectories if trajectory.target.id == name)
         if not trajectory.target.exists(frame):
             return None
         pose = self.renderer.pose(frame)
@@ -99,4 +93,4 @@ class _ContrastProbe:
         if sprite is None or sprite.requested is None:
             return None
         constant = sprite._replace(requested=replace(sprite.requested, gain=1.0))
-        return NamedSprite(name, constant, True, trajectory.first_m(frame, pose))
+        return NamedSprite(name, constant, True, trajectory.range_from_origin_m(frame, pose))

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from irsim.backgrounds.ground_texture import LEAST_SINE
 from irsim.errors import Notice
-from irsim.motion import CameraTrajectory, CrossesM, MetrePath
+from irsim.lint.sampling import SampledPath, sampled_paths, world_directions
+from irsim.motion import CrossesM, MetrePath
+from irsim.motion.camera_trajectory import camera_positions
 from irsim.physics.atmosphere import EARTH_KM
 from irsim.scenario.model import Scenario
-from irsim.scenario.visibility import MAX_FRAMES, frames_present, sampled_frames
-from irsim.targets.target import Target
+from irsim.scenario.visibility import MAX_FRAMES, sampled_frames
 from irsim.types import Floats
 
 _SLIDE_PX = 1.0
@@ -40,8 +42,8 @@ def ground_above_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Warn of ground in pictures that lie above the horizon."""
     if not scenario.background.endless:
         return
-    frames = sampled_frames(scenario.frames)
-    down = _sines(scenario, frames).max(axis=1)
+    frames, sines = _corner_sines(scenario)
+    down = sines.max(axis=1)
     if down.min() < 0:
         frame, lowest = frames[down.argmin()], np.degrees(np.arcsin(-down.min()))
         yield Notice(
@@ -52,15 +54,11 @@ def ground_above_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 
 def ground_near_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of ground of a given depth in pictures up to the horizon, near which it is not drawn as a plane.
-
-    Pictures that lie above the horizon have a warning of their own.
-    """
+    """Warn of ground of a given depth in pictures up to the horizon, near which it is not drawn as a plane."""
     background = scenario.background
     if not background.endless or background.surface_m is None:
         return
-    frames = sampled_frames(scenario.frames)
-    sines = _sines(scenario, frames)
+    frames, sines = _corner_sines(scenario)
     highest = sines.min(axis=1)
     if sines.max(axis=1).min() >= 0 and highest.min() < LEAST_SINE:
         frame, above = frames[highest.argmin()], np.degrees(np.arcsin(-highest.min()))
@@ -72,17 +70,25 @@ def ground_near_horizon(scenario: Scenario) -> Iterator[Notice]:
         )
 
 
+def _corner_sines(scenario: Scenario) -> tuple[Floats, Floats]:
+    """Return sampled frames (n,), and the sines of the depression angles of the picture's corners in them, (n, 4)."""
+    right, bottom = (length - 1 for length in scenario.camera.size)
+    frames, directions = world_directions(scenario, np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]]))
+    return frames, directions[..., 1]
+
+
 def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
     """Warn of ground at infinity below a moving camera."""
-    context, background, cast = scenario.context, scenario.background, scenario.context.objects
-    if not background.endless or background.surface_m is not None or cast is None:
+    context, background = scenario.context, scenario.background
+    if not background.endless or background.surface_m is not None:
         return
     frames = sampled_frames(scenario.frames)
-    places = cast.camera_positions(frames, context)
-    moved_m = float(np.linalg.norm(places, axis=1).max())
+    moved_m = float(np.linalg.norm(camera_positions(scenario.motions, frames, context), axis=1).max())
     if moved_m == 0:
         return
-    nearest = _nearest(scenario, frames, places)
+    enabled = (path for path in sampled_paths(scenario, frames) if scenario.is_on(path.target.id))
+    ranges = [(max(float(np.linalg.norm(path.relative, axis=1).min()), 1.0), path.target.id) for path in enabled]
+    nearest = min(ranges, default=None)
     slides = moved_m / (nearest[0] * context.geometry.ifov_rad) if nearest else np.inf
     if slides > _SLIDE_PX and (nearest or moved_m > _MOVED_M):
         example = f": {nearest[1]} slides over it by {slides:.0f} px" if nearest else ""
@@ -92,136 +98,107 @@ def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
         )
 
 
-def target_off_ground_level(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets on a ground (`ground_m`) other than the background's.
+class _PathOverGround(NamedTuple):
+    """Path of a target over level ground or sea.
 
-    The path is that of a target's center, so it may lie above the ground by half the target's length.
+    level     depth of the surface below the camera's first position, m
+    ground_m  the same as the path gives it, None if it does not
+    depth_m   (n,) depth of the target below the surface
+    range_m   (n,) range from the camera's first position
+    hills_m   (n,) height of the highest hills above the surface
     """
-    background = scenario.background
+
+    path: SampledPath
+    level: float
+    ground_m: float | None
+    depth_m: Floats
+    range_m: Floats
+    hills_m: Floats
+
+    @property
+    def half_m(self) -> float:
+        """Return half the length of the target, m: the height of its center over the ground is no more."""
+        return getattr(self.path.target.shape, "length_m", 0.0) / 2
+
+
+def _paths_over_ground(scenario: Scenario) -> Iterator[_PathOverGround]:
+    """Yield the paths of all targets, if the background has a surface at a given depth."""
+    background, down = scenario.background, scenario.context.geometry.down
     level = background.surface_m
     if level is None:
         return
-    for index, target in enumerate(scenario.targets):
-        ground_m = target.path.level_m
-        if ground_m is None:
-            continue
-        _, _, range_m = _depths(scenario, target, level)
-        hills_m = _HILL_SIGMAS * getattr(background, "hills_mrad", 0.0) * 1e-3 * float(range_m.max(initial=0))
-        near = max(_LEVEL_TOLERANCE * level, _DEPTH_M) + hills_m
-        half_m = getattr(target.shape, "length_m", 0.0) / 2
-        if not -near <= level - ground_m <= max(near, half_m + hills_m):
+    for path in sampled_paths(scenario, sampled_frames(scenario.frames, MAX_FRAMES)):
+        range_m = np.linalg.norm(path.positions, axis=1)
+        hills_m = _HILL_SIGMAS * getattr(background, "hills_mrad", 0.0) * 1e-3 * range_m
+        yield _PathOverGround(path, level, path.target.path.level_m, path.positions @ down - level, range_m, hills_m)
+
+
+def target_off_ground_level(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of targets on a ground (`ground_m`) other than the background's."""
+    surface = scenario.background.surface
+    for each in _paths_over_ground(scenario):
+        name, level, ground_m, hills_m = each.path.target.id, each.level, each.ground_m, float(each.hills_m.max())
+        near_m = max(_LEVEL_TOLERANCE * level, _DEPTH_M) + hills_m
+        if ground_m is not None and not -near_m <= level - ground_m <= max(near_m, each.half_m + hills_m):
             yield Notice(
-                ("targets", index, "path", "ground_m"),
-                f"the {background.surface} is {level:g} m below the camera, but {target.id} moves {ground_m:g} m below "
-                f"it and is {'farther' if ground_m > level else 'nearer'} than the {background.surface} it stands on; "
-                f"try {level:g}",
+                (*each.path.at, "ground_m"),
+                f"the {surface} is {level:g} m below the camera, but {name} moves {ground_m:g} m below it and is "
+                f"{'farther' if ground_m > level else 'nearer'} than the {surface} it stands on; try {level:g}",
             )
 
 
 def target_below_ground(scenario: Scenario) -> Iterator[Notice]:
     """Warn of targets below the ground or sea, which does not hide them; not of those with a `ground_m`."""
-    level = scenario.background.surface_m
-    if level is None:
-        return
     surface = scenario.background.surface
-    for index, target in enumerate(scenario.targets):
-        if target.path.level_m is not None:
-            continue
-        frames, depth_m, range_m = _depths(scenario, target, level)
+    for each in _paths_over_ground(scenario):
+        target, level, depth_m = each.path.target, each.level, each.depth_m
         in_metres = isinstance(target.path, MetrePath | CrossesM)
         allowed_m = _DEPTH_M if in_metres else max((RANGE_TOLERANCE - 1) * level, _DEPTH_M)
-        if depth_m.max(initial=0) > allowed_m:
+        if each.ground_m is None and depth_m.max() > allowed_m:
             first = int(np.argmax(depth_m > allowed_m))
-            there = range_m[first] * level / (level + depth_m[first])
+            there = each.range_m[first] * level / (level + depth_m[first])
             yield Notice(
-                ("targets", index, "path"),
-                f"at frame {frames[first]:.0f} {target.id} goes below the {surface}, {level:g} m under the camera, by "
-                f"{depth_m.max():.3g} m at most, and is drawn in front of it: it is at {range_m[first]:.0f} m where "
-                f"the {surface} is at {there:.0f} m",
+                each.path.at,
+                f"at frame {each.path.frames[first]:.0f} {target.id} goes below the {surface}, {level:g} m under the "
+                f"camera, by {depth_m.max():.3g} m at most, and is drawn in front of it: it is at "
+                f"{each.range_m[first]:.0f} m where the {surface} is at {there:.0f} m",
             )
 
 
 def target_above_ground(scenario: Scenario) -> Iterator[Notice]:
     """Warn of standing or floating targets high above the ground or sea; not of those with a `ground_m`."""
-    background = scenario.background
-    level = background.surface_m
-    if level is None:
-        return
-    for index, target in enumerate(scenario.targets):
-        if not target.shape.grounded or target.path.level_m is not None:
-            continue
-        frames, depth_m, range_m = _depths(scenario, target, level)
-        hills_m = getattr(background, "hills_mrad", 0.0) * 1e-3 * range_m
-        high = -depth_m - getattr(target.shape, "length_m", 0.0) / 2 - _HILL_SIGMAS * hills_m
-        if high.max(initial=0) > _HEIGHT_M:
+    for each in _paths_over_ground(scenario):
+        target, level = each.path.target, each.level
+        high = -each.depth_m - each.half_m - each.hills_m
+        if target.shape.grounded and each.ground_m is None and high.max() > _HEIGHT_M:
             first = int(np.argmax(high > _HEIGHT_M))
             yield Notice(
-                ("targets", index, "path"),
-                f"at frame {frames[first]:.0f} {target.id}, a {target.shape.kind}, is {-depth_m[first]:.3g} m above "
-                f"the {background.surface}, {level:g} m under the camera; to place it on the ground, "
-                f"use a path in pixels below the horizon with ground_m: {level:g}",
+                each.path.at,
+                f"at frame {each.path.frames[first]:.0f} {target.id}, a {target.shape.kind}, is "
+                f"{-each.depth_m[first]:.3g} m above the {scenario.background.surface}, {level:g} m under the camera; "
+                f"to place it on the ground, use a path in pixels below the horizon with ground_m: {level:g}",
             )
 
 
 def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Warn of targets whose center a round earth would hide, where the background gives the camera's height."""
-    context, cast, level = scenario.context, scenario.context.objects, scenario.background.surface_m
-    if level is None or cast is None:
+    level, down = scenario.background.surface_m, scenario.context.geometry.down
+    if level is None:
         return
-    sampled = sampled_frames(scenario.frames, MAX_FRAMES)
-    down = context.geometry.down
-    for index, target in enumerate(scenario.targets):
-        frames = frames_present(target, sampled)
-        if not len(frames):
-            continue
-        camera, places = cast.camera_positions(frames, context), target.path.positions(frames, context, target.id)
-        eye_m, middle_m = np.maximum(level - camera @ down, 0.0), np.maximum(level - places @ down, 0.0)
-        range_km = np.linalg.norm(places - camera, axis=1) * 1e-3
-        seen_km = horizon_km(eye_m) + horizon_km(middle_m)
-        if (range_km > seen_km).any():
-            first = int(np.argmax(range_km > seen_km))
+    for path in sampled_paths(scenario, sampled_frames(scenario.frames, MAX_FRAMES)):
+        eye_m, middle_m = (np.maximum(level - points @ down, 0.0) for points in (path.camera, path.positions))
+        range_km = np.linalg.norm(path.relative, axis=1) * 1e-3
+        limit_km = horizon_km(eye_m) + horizon_km(middle_m)
+        if (range_km > limit_km).any():
+            first = int(np.argmax(range_km > limit_km))
             yield Notice(
-                ("targets", index, "path"),
-                f"at frame {frames[first]:.0f} {target.id} is {range_km[first]:.3g} km away; from a camera "
+                path.at,
+                f"at frame {path.frames[first]:.0f} {path.target.id} is {range_km[first]:.3g} km away; from a camera "
                 f"{eye_m[first]:.3g} m up a round earth hides a target {middle_m[first]:.3g} m up beyond "
-                f"{seen_km[first]:.3g} km, but the {scenario.background.surface} here is flat",
+                f"{limit_km[first]:.3g} km, but the {scenario.background.surface} here is flat",
             )
 
 
 def horizon_km(height_m: Floats) -> Floats:
     """Return the range of the horizon of a round earth in standard air from heights, m, (n,)."""
-    return np.asarray(np.sqrt(2 * EARTH_KM / (1 - _REFRACTION) * np.maximum(height_m, 0.0) * 1e-3))
-
-
-def _nearest(scenario: Scenario, frames: Floats, places: Floats) -> tuple[float, str] | None:
-    """Return the least range of a target, m, and its id; None without targets."""
-    ranges = []
-    for target in scenario.shown.targets:
-        there = np.array([target.exists(int(frame)) for frame in frames])
-        if scenario.is_on(target.id) and there.any():
-            offsets = target.path.positions(frames[there], scenario.context, target.id) - places[there]
-            ranges.append((max(float(np.linalg.norm(offsets, axis=1).min()), 1.0), target.id))
-    return min(ranges, default=None)
-
-
-def _sines(scenario: Scenario, frames: Floats) -> Floats:
-    """Return the sines of the angles of the picture's corners below the level in frames, (n, 4)."""
-    context = scenario.context
-    mount = CameraTrajectory.of(scenario.motions, frames, context)
-    right, bottom = (length - 1 for length in scenario.camera.size)
-    corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]])
-    rotations = [context.geometry.world_rotation(turns) for turns in mount.turns]
-    return np.array([(mount.lens(k).directions(corners) @ each)[:, 1] for k, each in enumerate(rotations)])
-
-
-def _depths(scenario: Scenario, target: Target, level: float) -> tuple[Floats, Floats, Floats]:
-    """Return the frames in which a target exists, its depth below the surface and its range in them, m, each (n,).
-
-    level   depth of the surface below the camera's first position, m
-    """
-    context = scenario.context
-    frames = frames_present(target, sampled_frames(scenario.frames, MAX_FRAMES))
-    if not len(frames):
-        return frames, frames, frames
-    places = target.path.positions(frames, context, target.id)
-    return frames, np.asarray(places @ context.geometry.down - level), np.linalg.norm(places, axis=1)
+    return np.asarray(np.sqrt(2 * EARTH_KM / (1 - _REFRACTION) * height_m * 1e-3))

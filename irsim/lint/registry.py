@@ -1,4 +1,4 @@
-"""Checks of a scenario: each yields warnings about values that are legal but doubtful."""
+"""Table of the checks of a scenario: each yields warnings about values that are legal but doubtful."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from irsim.lint import (
     ground,
     motion,
     occluders,
-    placement,
     recording,
     saturation,
     targets,
@@ -33,16 +32,13 @@ CHECKS: tuple[Check, ...] = (
     atmosphere.target_beyond_fit,
     atmosphere.layer_beyond_fit,
     atmosphere.ground_beyond_fit,
-    atmosphere.sky_above_fit,
     atmosphere.sky_unlike_atmosphere,
     saturation.background_saturated,
     backgrounds.sky_inverted,
     backgrounds.clouds_colder_than_sky,
-    backgrounds.below_space_temperature,
     backgrounds.cloud_features_too_large,
     backgrounds.projection_distorted,
     backgrounds.clutter_too_dense,
-    backgrounds.too_many_windows,
     camera.aperture_mismatch,
     ground.ground_above_horizon,
     ground.ground_near_horizon,
@@ -57,7 +53,6 @@ CHECKS: tuple[Check, ...] = (
     motion.acceleration_implausible,
     motion.speed_implausible,
     motion.crossing_without_contact,
-    motion.crossing_angle_changed,
     camera.netd_implausible,
     camera.noise_below_one_count,
     camera.shot_noise_missing,
@@ -67,26 +62,21 @@ CHECKS: tuple[Check, ...] = (
     targets.shape_implausible,
     targets.rotation_aliased,
     contrast.contrast_unreachable,
-    targets.path_after_last_frame,
     targets.event_after_last_frame,
-    targets.target_always_absent,
+    targets.target_in_no_frame,
     ground.target_off_ground_level,
     ground.target_below_ground,
     ground.target_above_ground,
     ground.target_beyond_horizon,
     targets.target_out_of_picture,
-    occluders.target_mostly_occluded,
+    targets.target_mostly_occluded,
     occluders.occluder_without_effect,
-    placement.placed_occluder_excessive,
+    occluders.placed_occluder_excessive,
 )
 
 
 def lint(scenario: Scenario, done: Callable[[], None] | None = None) -> Iterator[Notice]:
-    """Yield the warnings of a scenario, such as of a path longer than those of the atmosphere's fit; none of disabled
-    parts.
-
-    done   called after each of CHECKS, some of which take seconds
-    """
+    """Yield the warnings of the enabled parts of a scenario; `done` is called after each of CHECKS."""
     for check in CHECKS:
         yield from _enabled(scenario, (check,))
         if done is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from irsim.camera.sensor import Sensor
 from irsim.config.quantities import SCALE_K
 from irsim.errors import Notice
 from irsim.geometry.context import SceneContext
+from irsim.lint.sampling import elevation_range
 from irsim.physics.radiometry import temperature
 from irsim.render.exposure import Instant
 from irsim.scenario.model import Scenario
@@ -38,7 +40,7 @@ _SKY_ELEVATIONS = 65
 def background_saturated(scenario: Scenario) -> Iterator[Notice]:
     """Warn of a clear sky, a ground or a sea that saturates, all of it or in a large part of the picture."""
     camera, response = scenario.camera, scenario.camera.response()
-    for name, light, share in _bare(scenario):
+    for name, light, share in _regions(scenario):
         signal = response.signal(light.astype(np.float32))
         least, most = temperature(scenario.context.band, np.array([light.min(), light.max()])).tolist()
         for beyond, above, lies in (
@@ -92,9 +94,9 @@ def agc_range_unused(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _background_clipped(scenario: Scenario, black: int, white: int) -> Iterator[Notice]:
-    """Yield the warning of a background without clutter that is all black or all white, apart from noise."""
+    """Yield the warning of a background that is all black or all white, apart from clutter and noise."""
     response = scenario.camera.response()
-    signals = [response.signal(part.light.astype(np.float32)).ravel() for part in _bare(scenario)]
+    signals = [response.signal(part.light.astype(np.float32)).ravel() for part in _regions(scenario)]
     if not signals:
         return
     counts = np.clip(np.concatenate(signals) / response.gain + response.offset, 0, response.full)
@@ -125,7 +127,7 @@ def clahe_tiles_too_small(scenario: Scenario) -> Iterator[Notice]:
         )
 
 
-class _Bare(NamedTuple):
+class _Region(NamedTuple):
     """Part of a background without objects: name, samples of its radiance, W/m2/sr, and fraction of the picture."""
 
     name: str
@@ -133,55 +135,43 @@ class _Bare(NamedTuple):
     share: float
 
 
-def _bare(scenario: Scenario) -> Iterator[_Bare]:
-    """Yield the clear sky, and the ground or sea, as far as visible."""
-    yield from _sky(scenario)
-    yield from _ground(scenario)
-
-
-def _sky(scenario: Scenario) -> Iterator[_Bare]:
-    """Yield the clear sky at the elevations of the camera at rest."""
+def _regions(scenario: Scenario) -> Iterator[_Region]:
+    """Yield the clear sky of the camera at rest, and the ground or sea, as far as visible."""
     background, context = scenario.background, scenario.context
-    axis, half = context.geometry.elevation_rad, math.atan(context.geometry.ifov_rad * context.geometry.size[1] / 2)
-    lowest = axis - half if background.surface_m is None else max(axis - half, 0.0)
+    bottom, top = elevation_range(context)
+    lowest = bottom if background.surface_m is None else max(bottom, 0.0)
     clear = background.clear(context)
-    if clear is not None and axis + half > lowest:
-        elevations = np.linspace(lowest, axis + half, _SKY_ELEVATIONS)[None]
-        yield _Bare("the clear sky", clear.radiance(elevations), (axis + half - lowest) / (2 * half))
-
-
-def _ground(scenario: Scenario) -> Iterator[_Bare]:
-    """Yield the pixels below the horizon, or of an endless ground, in _GROUND_FRAMES frames."""
-    context = scenario.context
-    camera = Instant.of(scenario.model_copy(update={"targets": ()}), context)  # their trajectories are not needed
-    below = _ground_radiance(_GroundView(scenario.background.bare, context, camera, scenario.frames))
+    if clear is not None and top > lowest:
+        elevations = np.linspace(lowest, top, _SKY_ELEVATIONS)[None]
+        yield _Region("the clear sky", clear.radiance(elevations), (top - lowest) / (top - bottom))
+    still = Instant.of(scenario.model_copy(update={"targets": ()}), context)  # trajectories of targets are not needed
+    camera = still.camera
+    motion = tuple(each.tobytes() for each in (camera.turns, camera.places, camera.zooms))
+    below = _ground_radiance(_GroundView(background.bare, context, scenario.frames, motion, still))
     if below.size:
         pixels = math.prod(context.geometry.size) * min(scenario.frames, _GROUND_FRAMES)
-        yield _Bare(f"the {scenario.background.surface}", below, below.size / pixels)
+        yield _Region(f"the {background.surface}", below, below.size / pixels)
 
 
+@dataclass(frozen=True)
 class _GroundView:
-    """Everything that the radiance of a ground or sea without objects depends on: a cache key that severities share."""
+    """Values that determine the radiance of a ground or sea without objects: a cache key that severities share."""
 
-    def __init__(self, background: Background, context: SceneContext, now: Instant, frames: int) -> None:
-        self.background, self.context, self.now, self.frames = background, context, now, frames
-        self._motion = tuple(each.tobytes() for each in (now.mount.turns, now.mount.places, now.mount.zooms))
-
-    def __hash__(self) -> int:
-        return hash(self._motion)
-
-    def __eq__(self, other: object) -> bool:
-        mine = (self.frames, self._motion, self.context, self.background)
-        return isinstance(other, _GroundView) and mine == (other.frames, other._motion, other.context, other.background)
+    background: Background = field(hash=False)
+    context: SceneContext = field(hash=False)
+    frames: int
+    motion: tuple[bytes, ...]
+    instant: Instant = field(compare=False)
 
 
 @lru_cache(maxsize=1)
 def _ground_radiance(view: _GroundView) -> Floats:
-    """Return the radiance of the pixels below the horizon, W/m2/sr, (n,); cached for all warnings and severities."""
+    """Return the radiance of the pixels below the horizon, or of an endless ground, in _GROUND_FRAMES frames, W/m2/sr,
+    (n,); cached for all warnings and severities."""
     light = view.background.ground_radiance(view.context)
     if light is None:
         return np.zeros(0)
     frames = sampled_frames(view.frames, _GROUND_FRAMES).astype(int).tolist()
-    below = np.concatenate([light(view.now.view_direction(frame)) for frame in frames])
+    below = np.concatenate([light(view.instant.view_direction(frame)) for frame in frames])
     below.setflags(write=False)
     return below

@@ -1,18 +1,28 @@
-"""Warnings about targets: their shape, when they exist, and whether they are in the picture."""
+"""Warnings about targets: their shape, when they exist, and whether they are in the picture and not hidden."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
+import numpy as np
+
+from irsim.config.base import KeyPath
 from irsim.errors import Notice
+from irsim.lint.sampling import target_to_follow
 from irsim.motion import CameraTrajectory
+from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import MAX_FRAMES, frames_present, sampled_frames
+from irsim.targets.target import Target
+from irsim.types import Floats
 
 _STILL = 0.05
 """Fraction of the period at which a rotating part looks the same that its apparent rotation covers in all frames."""
 _MOST = 0.5
-"""Fraction of frames outside the picture from which a target is reported."""
+"""Fraction of frames from which a target outside the picture, or more than half hidden, is reported."""
+_RENDERED_FRAMES = 24
+"""Frames, spread evenly, whose ground truth is rendered."""
 
 
 def shape_implausible(scenario: Scenario) -> Iterator[Notice]:
@@ -37,16 +47,8 @@ def rotation_aliased(scenario: Scenario) -> Iterator[Notice]:
                 yield Notice(("targets", index, "shape", key), message)
 
 
-def path_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets whose path begins after the last frame."""
-    for index, target in enumerate(scenario.targets):
-        if target.path.begins > scenario.frames - 1:
-            begins = f"its path begins at frame {target.path.begins:g}, after the last, {scenario.frames - 1}"
-            yield Notice(("targets", index, "path"), f"{target.id} exists in no frame: {begins}")
-
-
 def event_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of events after the last frame."""
+    """Warn of events of targets and of the camera after the last frame."""
     last = scenario.frames - 1
     for at, frame in _beginnings(scenario):
         if frame > last:
@@ -58,7 +60,7 @@ def event_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
                 yield Notice(at, f"it lasts until frame {until}, after the last, {last}")
 
 
-def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int]]:
+def _beginnings(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
     """Yield path and frame of absences, and of events of the camera at listed frames."""
     for index, target in enumerate(scenario.targets):
         for number, (first, _) in enumerate(target.absent):
@@ -71,35 +73,77 @@ def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int
             yield ("camera", "correction", "frames", number), frame
 
 
-def target_always_absent(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets that are absent in all frames."""
+def target_in_no_frame(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of targets that exist in no frame: their path begins too late, or they are absent."""
+    last = scenario.frames - 1
     for index, target in enumerate(scenario.targets):
+        begins = target.path.begins
+        if begins > last:
+            reason = f"exists in no frame: its path begins at frame {begins:g}, after the last, {last}"
+            yield Notice(("targets", index, "path"), f"{target.id} {reason}")
         if target.absent and not any(map(target.exists, range(scenario.frames))):
             yield Notice(("targets", index, "absent"), f"{target.id} exists in no frame")
 
 
 def target_out_of_picture(scenario: Scenario) -> Iterator[Notice]:
     """Warn of a target to follow whose center is outside the picture in most frames, of at most MAX_FRAMES."""
-    scenario = scenario.shown
-    index, target = next(
-        ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
-        (0, None),
-    )
-    if target is None or not scenario.is_on(target.id):
+    followed = target_to_follow(scenario)
+    if followed is None:
         return
-    frames = sampled_frames(scenario.frames, MAX_FRAMES)
-    frames = frames_present(target, frames)
-    context = scenario.context
-    places = []
+    (index, target), context = followed, scenario.context
+    frames = frames_present(target, sampled_frames(scenario.frames, MAX_FRAMES))
+    pixels = []
     if len(frames):
-        mount = CameraTrajectory.of(scenario.motions, frames, context)
-        places = mount.seen(target.path.positions(frames, context, target.id)).tolist()
-    inside = sum(scenario.camera.geometry.inside(x, y) for x, y in places)
-    outside = len(places) - inside
-    at = ("targets", index, "path")
+        camera = CameraTrajectory.of(scenario.motions, frames, context)
+        pixels = camera.project(target.path.positions(frames, context, target.id)).tolist()
+    inside = sum(scenario.camera.geometry.inside(x, y) for x, y in pixels)
+    outside, at = len(pixels) - inside, ("targets", index, "path")
     if not inside:
         yield Notice(at, f"{target.id}, the target to follow, is never in the picture")
-    elif outside > _MOST * len(places):
+    elif outside > _MOST * len(pixels):
         which = "in which it exists" if scenario.frames <= MAX_FRAMES else "checked"
-        message = f"is outside the picture in {outside} of the {len(places)} frames {which}; irsim info lists them"
+        message = f"is outside the picture in {outside} of the {len(pixels)} frames {which}; irsim info lists them"
         yield Notice(at, f"{target.id}, the target to follow, {message}")
+
+
+def target_mostly_occluded(scenario: Scenario) -> Iterator[Notice]:
+    """Warn of a target to follow that is more than half hidden in most frames.
+
+    An occluder placed to hide it counts only where the target is hidden in all frames.
+    """
+    placed = {occluder.name for occluder in scenario.occluders if occluder.hides is not None}
+    followed = target_to_follow(scenario)
+    if followed is None:
+        return
+    index, target = followed
+    frames = frames_present(target, sampled_frames(scenario.frames, _RENDERED_FRAMES))
+    nearer = _nearer(scenario, target, frames)
+    if not nearer:
+        return
+    enough_visible = 1 if nearer <= placed else (1 - _MOST) * len(frames)
+    renderer, in_view, hidden = Renderer(scenario), 0, list[tuple[str, ...]]()
+    for frame in frames.astype(int).tolist():
+        truth = renderer.scene(frame)[1].target(target.id)
+        if truth is not None and truth.in_view is not False:
+            in_view += 1
+            if truth.hidden and truth.occluders:
+                hidden.append(truth.occluders)
+            elif in_view - len(hidden) >= enough_visible:
+                return
+    unplaced = sum(not placed.issuperset(by) for by in hidden)
+    if hidden and (len(hidden) == in_view or unplaced > _MOST * in_view):
+        by = " and ".join(dict.fromkeys(chain(*hidden)))
+        yield Notice(
+            ("targets", index, "path"),
+            f"{target.id}, the target to follow, is more than half hidden by {by} in {len(hidden)} of the {in_view} "
+            "frames checked; irsim info lists all of them",
+        )
+
+
+def _nearer(scenario: Scenario, target: Target, frames: Floats) -> set[str]:
+    """Return the names of occluders and layers nearer than the target; without any, nothing needs to be rendered."""
+    positions = target.path.positions(frames, scenario.context, target.id)
+    farthest_m = float(np.linalg.norm(positions, axis=1).max(initial=0.0))
+    occluders = ((occluder.name, occluder.range_m) for occluder in scenario.occluders)
+    surfaces = ((part, surface.range_m) for part, _, surface in scenario.background.parallax_surfaces())
+    return {part for part, range_m in (*occluders, *surfaces) if range_m < farthest_m and scenario.is_on(part)}

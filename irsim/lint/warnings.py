@@ -21,9 +21,8 @@ from irsim.lint.values import implausible_values
 from irsim.recording import open_recording
 from irsim.scenario.loader import apply_overrides, read_document, scenario_document
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement import infeasible
 from irsim.scenario.severity import apply_severity
-from irsim.scenario.validation import notice_line, scenario_with, short_text, validate_scenario
+from irsim.scenario.validation import infeasible, notice_line, scenario_with, short_text, validate_scenario
 from irsim.scenario.variation import Variation
 
 Progress = Callable[[int, int], None]

@@ -26,8 +26,7 @@ AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
 
 def euler(angles_deg: Floats) -> Floats:
-    """Return the (..., 3, 3) rotations of (..., 3) yaw, pitch, roll, degrees: body vectors to vectors of the old
-    axes."""
+    """Return the rotations (..., 3, 3) from body to level axes of yaw, pitch, roll (..., 3), degrees."""
     yaw, pitch, roll = np.moveaxis(np.radians(np.asarray(angles_deg, dtype=np.float64)), -1, 0)
     cy, sy, cp, sp, cr, sr = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
     rows = [
@@ -49,9 +48,7 @@ def angles_deg(rotations: Floats) -> Floats:
 
 SMOOTHED_S = 0.5
 """Half-width of the window in which velocity and acceleration are fitted, s, for every law but `Arrow`: about the time
-in which a multirotor tilts from level flight into a brake. The fit underestimates a turn of 1 rad/s by 2 %; positions
-with 5 cm of white noise tilt a multirotor by 0.6 degrees."""
-
+in which a multirotor tilts from level flight into a brake. The fit underestimates a turn of 1 rad/s by 2 %."""
 _SAMPLES = np.linspace(-SMOOTHED_S, SMOOTHED_S, 11)
 """Times of the samples to which a parabola is fitted, s."""
 
@@ -76,11 +73,11 @@ class BoundPath:
 
     def motion(self, frames: Floats) -> tuple[Floats, Floats]:
         """Return velocity (n, 3) m/s and acceleration (n, 3) m/s² along `axes`, by a least-squares parabola."""
-        around = np.add.outer(_SAMPLES * self.context.rate_hz, frames)
-        places = self.positions(around.ravel()).reshape(len(_SAMPLES), len(frames), 3)
-        bent = _SAMPLES**2 - np.mean(_SAMPLES**2)
-        velocity = _weighed(places, _SAMPLES / np.sum(_SAMPLES**2))
-        acceleration = _weighed(places, 2 * bent / np.sum(bent**2))
+        times = np.add.outer(_SAMPLES * self.context.rate_hz, frames)
+        positions = self.positions(times.ravel()).reshape(len(_SAMPLES), len(frames), 3)
+        square = _SAMPLES**2 - np.mean(_SAMPLES**2)
+        velocity = _weighted_sum(positions, _SAMPLES / np.sum(_SAMPLES**2))
+        acceleration = _weighted_sum(positions, 2 * square / np.sum(square**2))
         return self._along_axes(velocity), self._along_axes(acceleration)
 
     def _along_axes(self, vectors: Floats) -> Floats:
@@ -88,16 +85,16 @@ class BoundPath:
 
 
 class Posture(ABC):
-    """Law that gives the attitude of a body from its path alone. A frame has the same attitude in every call."""
+    """Law that gives the attitude of a body from its path, for each frame independently of the others in the call."""
 
     @abstractmethod
     def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
         """Return (n, 3, 3) rotations from body to first camera frame at frame numbers (n,), fractional or not."""
 
 
-def _weighed(places: Floats, weights: Floats) -> Floats:
+def _weighted_sum(positions: Floats, weights: Floats) -> Floats:
     """Return (n, 3) sums of positions (k, n, 3) by weights (k,). A matrix product would round differently with n."""
-    return np.asarray(np.sum(places * weights[:, None, None], axis=0))
+    return np.asarray(np.sum(positions * weights[:, None, None], axis=0))
 
 
 LEAST_LIFT = 0.25
@@ -117,13 +114,12 @@ class Upright(Posture):
     """Largest turn rate, degrees a second. The default is a choice: a person turns about in one second."""
 
     def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
-        whole, before, velocity, acceleration = _moving(bound, frames)
-        heading = _headings(before, math.radians(self.turn_deg_s) / bound.context.rate_hz)
-        return np.asarray(bound.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
+        whole, at_whole, velocity, acceleration = _sampled(bound, frames)
+        heading = _headings(at_whole, math.radians(self.turn_deg_s) / bound.context.rate_hz)
+        return np.asarray(bound.axes @ _body_axes(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
-        """Return the body's up axis, (n, 3) unit vectors, from (n, 3) m/s and (n, 3) m/s², all as (right, ahead,
-        up)."""
+        """Return the up axes, unit vectors, from m/s and m/s²; each (n, 3) right, ahead, up."""
         return np.broadcast_to([0.0, 0.0, 1.0], velocity.shape)
 
 
@@ -147,13 +143,13 @@ class Rotorcraft(Upright):
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
         drag = STANDARD_GRAVITY * math.tan(math.radians(self.tilt_deg)) / self.speed_m_s
         force = acceleration + drag * velocity * [1.0, 1.0, 0.0]
-        most = STANDARD_GRAVITY * math.tan(math.radians(self.steepest_deg))
-        force *= most / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), most)
+        largest = STANDARD_GRAVITY * math.tan(math.radians(self.steepest_deg))
+        force *= largest / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), largest)
         push = force[:, :2]
         lift = np.maximum(force[:, 2] + STANDARD_GRAVITY, LEAST_LIFT * STANDARD_GRAVITY)
-        strength = np.linalg.norm(push, axis=1)
-        tilt = np.minimum(np.arctan2(strength, lift), math.radians(self.steepest_deg))
-        level = push * (np.sin(tilt) / np.maximum(strength, np.finfo(float).tiny))[:, None]
+        length = np.linalg.norm(push, axis=1)
+        tilt = np.minimum(np.arctan2(length, lift), math.radians(self.steepest_deg))
+        level = push * (np.sin(tilt) / np.maximum(length, np.finfo(float).tiny))[:, None]
         return np.concatenate([level, np.cos(tilt)[:, None]], axis=1)
 
 
@@ -172,66 +168,66 @@ class Pitched(Upright):
     """Largest bank, degrees. The bank is that of coordinated flight: tan(bank) = lateral acceleration / g."""
 
     def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
-        whole, before, _, acceleration = _moving(bound, frames)
-        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, bound.context.rate_hz))
+        whole, at_whole, _, acceleration = _sampled(bound, frames)
+        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._yaw_pitch(at_whole, bound.context.rate_hz))
         level = np.zeros(len(frames))
         right = np.stack([np.cos(yaw), -np.sin(yaw), level], axis=-1)
         upright = np.stack([-np.sin(pitch) * np.sin(yaw), -np.sin(pitch) * np.cos(yaw), np.cos(pitch)], axis=-1)
-        most = math.radians(self.bank_deg)
-        bank = np.arctan2(np.sum(acceleration * right, axis=1), STANDARD_GRAVITY).clip(-most, most)[:, None]
-        return np.asarray(bound.axes @ _held(np.cos(bank) * upright + np.sin(bank) * right, yaw))
+        limit = math.radians(self.bank_deg)
+        bank = np.arctan2(np.sum(acceleration * right, axis=1), STANDARD_GRAVITY).clip(-limit, limit)[:, None]
+        return np.asarray(bound.axes @ _body_axes(np.cos(bank) * upright + np.sin(bank) * right, yaw))
 
-    def _followed(self, velocity: Floats, rate_hz: float) -> tuple[Floats, Floats]:
+    def _yaw_pitch(self, velocity: Floats, rate_hz: float) -> tuple[Floats, Floats]:
         """Return heading and pitch (n,), rad, at whole frames from 0, for velocities (n, 3) m/s."""
-        most, steepest = math.radians(self.turn_deg_s) / rate_hz, math.radians(self.steepest_deg)
+        limit, steepest = math.radians(self.turn_deg_s) / rate_hz, math.radians(self.steepest_deg)
         slope = np.arctan2(velocity[:, 2], np.linalg.norm(velocity[:, :2], axis=1))
-        wanted = slope.clip(-steepest, steepest)
+        pitch = slope.clip(-steepest, steepest)
         if self.levels:
             fall = steepest * (math.pi / 2 - np.abs(slope)) / (math.pi / 2 - steepest)
-            wanted = np.sign(slope) * np.minimum(np.abs(wanted), fall)
-        return _headings(velocity, most), _followed(wanted, np.linalg.norm(velocity, axis=1), most, 0.0)
+            pitch = np.sign(slope) * np.minimum(np.abs(pitch), fall)
+        return _headings(velocity, limit), _rate_limited(pitch, np.linalg.norm(velocity, axis=1), limit, 0.0)
 
 
-def _moving(bound: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _sampled(bound: BoundPath, frames: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the whole frames from 0, the velocities there, and velocities and accelerations at `frames` (n,).
 
     Units are m and s, along the axes of the path.
     """
     whole = np.arange(math.ceil(frames.max(initial=0.0)) + 1.0)
-    moments, places = np.unique(np.concatenate([whole, frames]), return_inverse=True)
-    velocity, acceleration = bound.motion(moments)
-    at_whole, asked = places[: len(whole)], places[len(whole) :]
-    return whole, velocity[at_whole], velocity[asked], acceleration[asked]
+    times, numbers = np.unique(np.concatenate([whole, frames]), return_inverse=True)
+    velocity, acceleration = bound.motion(times)
+    at_whole, at_frames = numbers[: len(whole)], numbers[len(whole) :]
+    return whole, velocity[at_whole], velocity[at_frames], acceleration[at_frames]
 
 
-def _headings(velocity: Floats, most: float) -> Floats:
+def _headings(velocity: Floats, limit: float) -> Floats:
     """Return headings (n,), rad from ahead to the right, at whole frames from 0.
 
-    They follow the horizontal direction of velocities (n, 3) m/s by at most `most` rad a frame.
+    They follow the horizontal direction of velocities (n, 3) m/s by at most `limit` rad a frame.
     """
     level = velocity[:, :2]
-    return _followed(np.arctan2(level[:, 0], level[:, 1]), np.linalg.norm(level, axis=1), most, math.pi / 2)
+    return _rate_limited(np.arctan2(level[:, 0], level[:, 1]), np.linalg.norm(level, axis=1), limit, math.pi / 2)
 
 
-def _followed(wanted: Floats, speed: Floats, most: float, standing: float) -> Floats:
-    """Return angles (n,), rad, that follow `wanted` by at most `most` rad a frame at speeds (n,) m/s.
+def _rate_limited(angles: Floats, speed: Floats, limit: float, at_rest: float) -> Floats:
+    """Return angles (n,), rad, that follow `angles` by at most `limit` rad a frame at speeds (n,) m/s.
 
-    standing  the first angle of a body at rest
+    at_rest  the first angle of a body at rest
     """
-    limits = most * np.minimum(speed / TURNING_M_S, 1.0) ** 2
-    angle = float(wanted[0]) if speed[0] >= STANDING_M_S else standing
+    limits = limit * np.minimum(speed / TURNING_M_S, 1.0) ** 2
+    angle = float(angles[0]) if speed[0] >= STANDING_M_S else at_rest
     followed = [angle]
-    for goal, limit in zip(wanted[1:].tolist(), limits[1:].tolist(), strict=True):
-        angle += min(max(math.remainder(goal - angle, math.tau), -limit), limit)
+    for goal, most in zip(angles[1:].tolist(), limits[1:].tolist(), strict=True):
+        angle += min(max(math.remainder(goal - angle, math.tau), -most), most)
         followed.append(angle)
     return np.array(followed)
 
 
-def _held(up: Floats, heading: Floats) -> Floats:
-    """Return (n, 3, 3) rotations from body to (right, ahead, up), for up axes (n, 3), none level, at yaw (n,) rad."""
+def _body_axes(up: Floats, heading: Floats) -> Floats:
+    """Return rotations (n, 3, 3) from body to (right, ahead, up), for up axes (n, 3), none level, at yaw (n,) rad."""
     ahead = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
-    leant = np.sum(up[:, :2] * ahead, axis=1, keepdims=True)
-    nose = np.concatenate([ahead * up[:, 2:], -leant], axis=1)
+    sink = np.sum(up[:, :2] * ahead, axis=1, keepdims=True)
+    nose = np.concatenate([ahead * up[:, 2:], -sink], axis=1)
     nose = nose / np.linalg.norm(nose, axis=1, keepdims=True)
     return np.stack([nose, np.cross(nose, up), -up], axis=-1)
 
@@ -242,8 +238,8 @@ STEEPEST_BANK_DEG = 80.0
 _STEP = 0.5
 """Half-width of the central difference that gives the velocity of an arrow, frames."""
 _ROLL_S = 0.25
-"""Half-width of the central difference that gives the acceleration of an aeroplane, s: about the time in which a
-fighter rolls into a bank. It underestimates a turn of 1 rad/s by 0.5 %."""
+"""Half-width of the second difference that gives the acceleration of an aeroplane, s: about the time in which a fighter
+rolls into a bank. It underestimates a turn of 1 rad/s by 0.5 %."""
 _STANDING_M = 1e-6
 """Least displacement per frame, m, that gives an arrow a direction."""
 
@@ -259,9 +255,9 @@ class Arrow(Posture):
     banks: bool = False
 
     def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
-        wide = _ROLL_S * bound.context.rate_hz
-        around = np.add.outer([-wide, -_STEP, 0.0, _STEP, wide], frames).ravel()
-        entry, before, here, after, exit = np.split(bound.positions(around), 5)
+        roll = _ROLL_S * bound.context.rate_hz
+        times = np.add.outer([-roll, -_STEP, 0.0, _STEP, roll], frames).ravel()
+        earlier, before, here, after, later = np.split(bound.positions(times), 5)
         step = after - before
         length = np.linalg.norm(step, axis=1, keepdims=True)
         nose = np.where(length > 2 * _STEP * _STANDING_M, step, [1.0, 0.0, 0.0])
@@ -271,7 +267,7 @@ class Arrow(Posture):
         right = np.where(level > 1e-9, right / np.maximum(level, 1e-9), np.cross(nose, [1.0, 0.0, 0.0]))
         body = np.stack([nose, right, np.cross(nose, right)], axis=-1)
 
-        acceleration = (entry - 2 * here + exit) / _ROLL_S**2
+        acceleration = (earlier - 2 * here + later) / _ROLL_S**2
         sideways = np.sum(acceleration * right, axis=1) if self.banks else np.zeros(len(frames))
         bank = np.degrees(np.arctan2(sideways, STANDARD_GRAVITY)).clip(-STEEPEST_BANK_DEG, STEEPEST_BANK_DEG)
         return np.asarray(body @ euler(bank[:, None] * [0.0, 0.0, 1.0]))
@@ -279,16 +275,15 @@ class Arrow(Posture):
 
 ARROW, AEROPLANE, UPRIGHT = Arrow(), Arrow(banks=True), Upright()
 MULTIROTOR = Rotorcraft(speed_m_s=20.0, tilt_deg=35.0, steepest_deg=35.0, turn_deg_s=200.0)
-"""DJI Mavic 2, data sheet: at most 72 km/h, 35 degrees of tilt and 200 degrees a second, in its sport mode. The model
-tilts by 26 degrees at 50 km/h; the limit of the other mode on the data sheet is 25."""
+"""DJI Mavic 2, data sheet: at most 72 km/h, 35 degrees of tilt and 200 degrees a second, in its sport mode."""
 HELICOPTER = Rotorcraft(speed_m_s=70.0, tilt_deg=5.0, steepest_deg=60.0, turn_deg_s=60.0)
-"""A choice: drag of a twelfth of the weight at a cruise of 136 knots. More bank than 60 degrees is aerobatics
-(14 CFR 91.307)."""
+"""A choice: drag of a twelfth of the weight at a cruise of 136 knots; more than 60 degrees is aerobatics (14 CFR
+91.307)."""
 BIRD = Pitched(steepest_deg=60.0, bank_deg=60.0, turn_deg_s=180.0)
 """Choices: a bird that turns at a bank of 60 degrees carries twice its weight."""
 VEHICLE = Pitched(steepest_deg=31.0, levels=True, turn_deg_s=60.0)
-"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet); roads are far less steep. The rate is a choice. A
-steeper path does not follow the ground, such as one up or down the picture at a constant range."""
+"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet). The rate is a choice. Steeper paths do not follow
+the ground, such as one up the picture at a constant range."""
 
 PostureName = Literal["arrow", "aeroplane", "bird", "multirotor", "helicopter", "vehicle", "upright"]
 POSTURES: dict[PostureName, Posture] = {

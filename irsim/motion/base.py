@@ -6,12 +6,13 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, LiteralString
 
 import numpy as np
+from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Kind, NamedKind
-from irsim.config.quantities import TOP_SPEED, Degrees, Height, NotNegative, Range, Speed, Triple
+from irsim.config.quantities import TOP_SPEED, Degrees, Height, NotNegative, Pair, PixelSpeed, Range, Speed, Triple
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import gimbal
 from irsim.types import Floats
@@ -49,9 +50,13 @@ HORIZON = 1e-4
 """Sine of the least depression angle at which ground is visible: 100 km away from a height of 10 m."""
 
 
+def path_error(message: LiteralString, *at: str | int, **values: object) -> PydanticCustomError:
+    """Return a validation error at a key, its message filled with `values`."""
+    return PydanticCustomError("motion", message, {**values, "at": at} if at else values)
+
+
 class Path(Kind):
-    """Path of a target. Subclasses have a closed form or integrate from frame 0, so a position does not depend on the
-    other frames of the call."""
+    """Path of a target, in closed form or integrated from frame 0: each position is independent of other frames."""
 
     @abstractmethod
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
@@ -75,14 +80,11 @@ class Path(Kind):
         return {}
 
     def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
-        """Return the reason why the path is infeasible at one of the frame numbers (n,); None if it is feasible."""
+        """Return the reason if the path is infeasible at one of the frame numbers (n,), else None."""
         return None
 
     def dynamics(self, context: SceneContext) -> Dynamics | None:
-        """Return transition and noise between frames, for filters and for bounds over several frames (docs/moments.md).
-
-        None for a scripted path, or one that is linear in no mode.
-        """
+        """Return transition and noise between frames (docs/moments.md); None unless the path is linear in each mode."""
         return None
 
 
@@ -116,10 +118,9 @@ def world_to_first(vectors: Floats, context: SceneContext) -> Floats:
 
 
 class PixelPath(Path):
-    """Path in pixels of the unmoved camera, with a range that changes at a constant rate.
+    """Path in pixels of the unmoved camera, that is in directions, with a range that changes at a constant rate.
 
-    A pixel denotes a direction, so a rotation of the camera moves the target in the picture. A target at a negative
-    range is behind the camera.
+    A target at a negative range is behind the camera.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"ground_m": ("range_m", "closing_m_s")}
@@ -164,10 +165,27 @@ class PixelPath(Path):
         return np.asarray(context.geometry.directions(pixels) @ context.geometry.down)
 
 
-class CameraMotion(NamedKind):
-    """Motion of the camera: a rotation, a translation, or a change of focal length.
+class HeadedPixelPath(PixelPath):
+    """Path in pixels with a start, a speed and a heading."""
 
-    The motions of a list add up. Every method takes frame numbers (n,), fractional or not.
+    start: Pair
+    """[x, y] at frame 0, px."""
+    speed: PixelSpeed = 2.0
+    """Speed, px per frame."""
+    heading_deg: Degrees = 0.0
+    """Direction at frame 0, degrees: 0 right, 90 down."""
+
+
+def unit(heading_deg: float) -> Floats:
+    """Return the unit vector (2,) of a heading in the picture: 0 right, 90 down."""
+    heading = np.radians(heading_deg)
+    return np.array([np.cos(heading), np.sin(heading)])
+
+
+class CameraMotion(NamedKind):
+    """Rotation or translation of the camera, or change of its focal length; those of a list add up.
+
+    Every method takes frame numbers (n,), fractional or not.
     """
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:

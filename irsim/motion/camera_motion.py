@@ -8,13 +8,12 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Name, Several, Switches
 from irsim.config.quantities import NotNegative, Pair, Positive, Triple, Turning, Velocity
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
-from irsim.motion.base import CameraMotion, MetrePath, world_to_first
+from irsim.motion.base import CameraMotion, MetrePath, path_error, world_to_first
 from irsim.motion.paths import METRE_PATHS
 from irsim.rng import stream
 from irsim.types import Floats
@@ -33,11 +32,11 @@ class Pan(CameraMotion):
         return np.asarray(frames)[:, None] / context.rate_hz * rates
 
 
-AT_ONCE = 1024
+_BLOCK = 1024
 """Frames evaluated together, which bounds the memory."""
 
 
-def shaking(rms_px: float, angular: Floats, phases: Floats, frames: Floats, context: SceneContext) -> Floats:
+def sinusoids(rms_px: float, angular: Floats, phases: Floats, frames: Floats, context: SceneContext) -> Floats:
     """Return (n, 3) rad at frame numbers (n,): azimuth and elevation of that rms at zoom 1, no roll.
 
     A sum of sinusoids of equal power with angular frequencies (2, waves), rad/s, and phases (2, waves), rad. The
@@ -46,8 +45,8 @@ def shaking(rms_px: float, angular: Floats, phases: Floats, frames: Floats, cont
     seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / context.rate_hz
     amplitude = rms_px * context.geometry.ifov_rad * np.sqrt(2 / angular.shape[-1])
     turned = np.zeros((len(seconds), 3))
-    for first in range(0, len(seconds), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
+    for first in range(0, len(seconds), _BLOCK):
+        some = slice(first, first + _BLOCK)
         turned[some, :2] = amplitude * np.cos(angular * seconds[some] + phases).sum(axis=-1)
     return turned
 
@@ -72,7 +71,7 @@ class Jitter(CameraMotion):
         rng = stream(context.seed, self.name, "jitter")
         angular = rng.standard_normal((2, _WAVES)) / self.correlation_s
         phases = rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        return shaking(self.rms_px, angular, phases, frames, context)
+        return sinusoids(self.rms_px, angular, phases, frames, context)
 
 
 Line = Annotated[tuple[Positive, NotNegative, NotNegative], Field(strict=False)]
@@ -114,20 +113,16 @@ class Shake(CameraMotion):
     @model_validator(mode="after")
     def _has_power(self) -> Shake:
         if any(b[0] <= a[0] for a, b in pairwise(self.spectrum)):
-            raise PydanticCustomError(
-                "shake", "the frequencies do not rise; allowed: rising frequencies", {"at": ("spectrum",)}
-            )
+            raise path_error("the frequencies do not rise; allowed: rising frequencies", "spectrum")
         if not any(density for _, density in self.spectrum):
-            raise PydanticCustomError(
-                "shake", "the spectrum has no power; allowed: a density above 0", {"at": ("spectrum",)}
-            )
+            raise path_error("the spectrum has no power; allowed: a density above 0", "spectrum")
         return self
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:
         rng = stream(context.seed, self.name, "shake")
         slices = (np.arange(_SHAKE_WAVES) + rng.random((2, _SHAKE_WAVES))) / _SHAKE_WAVES
         hertz, phases = self._frequencies(slices), rng.uniform(0, 2 * np.pi, (2, _SHAKE_WAVES))
-        return shaking(self.rms_px, 2 * np.pi * hertz, phases, frames, context)
+        return sinusoids(self.rms_px, 2 * np.pi * hertz, phases, frames, context)
 
     def _frequencies(self, shares: Floats) -> Floats:
         """Return the frequencies, Hz, below which `shares` 0..1 of the power lie."""
@@ -155,7 +150,7 @@ class Zoom(CameraMotion):
     @model_validator(mode="after")
     def _frames_rise(self) -> Zoom:
         if any(b[0] <= a[0] for a, b in pairwise(self.factors)):
-            raise PydanticCustomError("zoom", "the frames do not rise; allowed: rising frames", {"at": ("factors",)})
+            raise path_error("the frames do not rise; allowed: rising frames", "factors")
         return self
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
@@ -212,23 +207,22 @@ class Tracks(CameraMotion):
         if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to follow; allowed: a target of the scenario")
         frames = np.asarray(frames, dtype=np.float64)
-        seen = context.objects.target_positions(self.target, frames - self.lag_s * context.rate_hz, context)
-        seen = seen - context.objects.camera_positions(frames, context)
+        sight = context.objects.target_positions(self.target, frames - self.lag_s * context.rate_hz, context)
+        sight = sight - context.objects.camera_positions(frames, context)
         geometry = context.geometry
-        world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
+        world = sight @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
         azimuth, elevation = _angles(world)
         place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
-        # Pixel of the first focal length that corresponds to `place` at the zoom of each frame.
-        nearer = 1 - 1 / context.objects.zooms(frames, context)
-        directions = geometry.directions(place + nearer[:, None] * (geometry.principal - place))
+        # Pixel of the first focal length in the direction of `place` at the zoom of each frame.
+        inwards = 1 - 1 / context.objects.zooms(frames, context)
+        directions = geometry.directions(place + inwards[:, None] * (geometry.principal - place))
         aside, above = _angles(directions)
         # The first estimate is exact on the optical axis; three Newton steps make it exact in the whole picture.
         turns = np.stack([azimuth - aside, elevation - above - geometry.elevation_rad, np.zeros(len(frames))], axis=-1)
         turns[:, 0] = np.unwrap(turns[:, 0])
         for _ in range(3):
-            rotations = np.stack([geometry.world_rotation(turn) for turn in turns])
-            now = _angles(np.einsum("nji,nj->ni", rotations, directions))
-            turns[:, 0] += _near(azimuth - now[0])
+            now = _angles(np.einsum("nji,nj->ni", geometry.world_rotation(turns), directions))
+            turns[:, 0] += (azimuth - now[0] + np.pi) % (2 * np.pi) - np.pi
             turns[:, 1] += elevation - now[1]
         return turns
 
@@ -237,8 +231,3 @@ def _angles(vectors: Floats) -> tuple[Floats, Floats]:
     """Return azimuth (right) and elevation (up), rad, of vectors (n, 3) x right, y down, z ahead."""
     x, y, z = vectors.T
     return np.arctan2(x, z), np.arctan2(-y, np.hypot(x, z))
-
-
-def _near(angles: Floats) -> Floats:
-    """Return angles wrapped to -pi..pi."""
-    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)

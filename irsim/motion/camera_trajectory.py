@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -39,16 +39,12 @@ class CameraTrajectory:
         """Return the geometry of frame `index` with its zoom."""
         return self.geometry.zoomed(float(self.zooms[index]))
 
-    def rotation(self, index: int) -> Floats:
-        """Return the (3, 3) rotation from the first camera frame to that of frame `index`."""
-        return _rotation(self.geometry, tuple(self.turns[index].tolist()))
-
     @cached_property
     def rotations(self) -> Floats:
-        """Rotations of all frames, (n, 3, 3), equal to `rotation` to the last bit."""
+        """Rotations from the first camera frame to that of each frame, (n, 3, 3)."""
         return self.geometry.rotation(self.turns)
 
-    def seen(self, points: Floats) -> Floats:
+    def project(self, points: Floats) -> Floats:
         """Return (n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the
         camera."""
         pixels = self.geometry.project(np.einsum("nij,nj->ni", self.rotations, points - self.places))
@@ -56,14 +52,6 @@ class CameraTrajectory:
             return pixels
         principal = self.geometry.principal
         return np.asarray(principal + (pixels - principal) * self.zooms[:, None])
-
-
-@lru_cache(maxsize=8)
-def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
-    """Return the rotation of a turn, cached for all parts of a frame and all frames of a fixed camera."""
-    rotation = geometry.rotation(np.array(turn))
-    rotation.flags.writeable = False
-    return rotation
 
 
 def camera_positions(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:

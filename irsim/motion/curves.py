@@ -8,10 +8,10 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
 from irsim.config.quantities import Number
+from irsim.motion.base import path_error
 from irsim.types import Floats
 
 Leg = Annotated[tuple[Number, Number, Number], Field(strict=False)]
@@ -23,13 +23,14 @@ def check_legs(legs: Sequence[tuple[float, float, float]]) -> None:
     ends = [end for leg in legs for end in leg[:2]]
     for index, (first, last, _) in enumerate(legs):
         if first < 0 or last <= first:
-            raise PydanticCustomError(
-                "turns",
+            raise path_error(
                 "the turn from frame {first} to {last} is impossible; allowed: [from, to, rate] with 0 <= from < to",
-                {"first": first, "last": last, "at": ("turns", index)},
+                *("turns", index),
+                first=first,
+                last=last,
             )
     if any(b < a for a, b in pairwise(ends)):
-        raise PydanticCustomError("turns", "the turns overlap; allowed: turns one after the other", {"at": ("turns",)})
+        raise path_error("the turns overlap; allowed: turns one after the other", "turns")
 
 
 def arcs(frames: Floats, legs: Sequence[tuple[float, float, float]], speed: float) -> Floats:
@@ -75,11 +76,11 @@ class Spline:
 
     def at(self, parameters: Floats) -> Floats:
         """Return points (..., d) at parameters (...)."""
-        return self._evaluate(np.asarray(parameters, dtype=np.float64))[0]
+        return self._evaluate(parameters)[0]
 
     def slope(self, parameters: Floats) -> Floats:
         """Return derivatives (..., d) by the parameter."""
-        return self._evaluate(np.asarray(parameters, dtype=np.float64))[1]
+        return self._evaluate(parameters)[1]
 
     def at_distance(self, distances: Floats) -> Floats:
         """Return points (..., d) at arc lengths (...) from the first point."""
@@ -98,6 +99,7 @@ class Spline:
         return self.at(parameter) + (distances - inside)[..., None] * tangent
 
     def _evaluate(self, parameter: Floats) -> tuple[Floats, Floats]:
+        """Return points and derivatives, each (..., d)."""
         inside = np.clip(parameter, self.knots[0], self.knots[-1])
         span = np.clip(np.searchsorted(self.knots, inside, side="right") - 1, 0, len(self.knots) - 2)
         width = (self.knots[span + 1] - self.knots[span])[..., None]

@@ -10,23 +10,20 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
-from irsim.config.quantities import (
-    LARGEST,
-    TOP_SPEED,
-    Degrees,
-    NotNegative,
-    Number,
-    Pair,
-    PixelSpeed,
-    Positive,
-    Turning,
-)
+from irsim.config.quantities import LARGEST, TOP_SPEED, NotNegative, Number, Positive, Turning
 from irsim.geometry.context import SceneContext
 from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.base import Dynamics, HeadedPath, PixelPath, constant_velocity, frames_of, world_to_first
+from irsim.motion.base import (
+    Dynamics,
+    HeadedPath,
+    HeadedPixelPath,
+    constant_velocity,
+    frames_of,
+    path_error,
+    world_to_first,
+)
 from irsim.motion.curves import chord
 from irsim.rng import stream
 from irsim.types import Floats
@@ -37,7 +34,7 @@ _STEER = 2.5
 """Largest steering rate over that of a half-circle that fits the band. Steering begins softly and lags: with 2.5 the
 path stayed in its box in 75 runs of 600 frames at 1 to 6 px per frame."""
 
-Turns = Annotated[float, Field(ge=1, le=LARGEST)]
+Frames = Annotated[float, Field(ge=1, le=LARGEST)]
 Edges = Annotated[tuple[Number, Number, Number, Number], Field(strict=False)]
 """(least of the first axis, least of the second, most of the first, most of the second)."""
 
@@ -67,7 +64,9 @@ class RandomTurns:
         """Return positions (n, 2) at frame numbers (n,)."""
         frames = np.asarray(frames, dtype=np.float64)
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
-        x, y, heading, rate = _states(self, _rounded_up(int(whole.max(initial=0)) + 1), context.seed, name)[whole].T
+        # A power of two: calls for slightly more frames share one cached sequence.
+        count = 1 << int(whole.max(initial=0)).bit_length()
+        x, y, heading, rate = _states(self, count, context.seed, name)[whole].T
         # Within a frame the turn rate holds: an arc, whose chord is exact at fractions too.
         return np.stack([x, y], axis=-1) + chord(self.speed, heading, rate, frames - whole)
 
@@ -90,11 +89,6 @@ class RandomTurns:
             return steer, min(max(off / self.ease, -hardest), hardest)
 
         return steering
-
-
-def _rounded_up(count: int) -> int:
-    """Return the next power of two, so that calls for slightly more frames share one cached sequence."""
-    return 1 << (count - 1).bit_length()
 
 
 @lru_cache(maxsize=4)
@@ -122,37 +116,31 @@ def _states(turns: RandomTurns, count: int, seed: int, name: str) -> Floats:
     return states
 
 
-def _check(box: tuple[float, float, float, float] | None, key: str, names: str) -> None:
+def _check_box(box: tuple[float, float, float, float] | None, key: str, names: str) -> None:
     """Check that a box is not empty; PydanticCustomError at `key`."""
     if box is not None and (box[0] >= box[2] or box[1] >= box[3]):
-        raise PydanticCustomError("box", "the box is empty; allowed: {names} that rise", {"names": names, "at": (key,)})
+        raise path_error("the box is empty; allowed: {names} that rise", key, names=names)
 
 
-class Manoeuvre(PixelPath):
+class Manoeuvre(HeadedPixelPath):
     """Coordinated turns at constant speed, with turn rates drawn at random times and approached smoothly.
 
     Near the edge of `keep_in_px` the path steers back, faster than `turn_deg` if necessary. The limit of 1 rad per
     frame is too low for a box that is crossed in a few frames. With `turn_deg: 0` the path is straight until it steers.
     """
 
-    start: Pair
-    """[x, y] at frame 0, px."""
-    speed: PixelSpeed = 2.0
-    """Speed, px per frame."""
-    heading_deg: Degrees = 0.0
-    """Direction at frame 0, degrees: 0 right, 90 down."""
     turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
     """Largest random turn rate, degrees per frame; rates are uniform in ± turn_deg."""
-    hold_frames: Turns = 30.0
+    hold_frames: Frames = 30.0
     """Mean length of one turn, frames."""
-    ease_frames: Turns = 5.0
+    ease_frames: Frames = 5.0
     """Time constant of the turn rate, frames."""
     keep_in_px: Edges | None = None
     """[left, top, right, bottom] of the region of the path, px. Default: the frame less a tenth on each side."""
 
     @model_validator(mode="after")
     def _box_is_open(self) -> Manoeuvre:
-        _check(self.keep_in_px, "keep_in_px", "[left, top, right, bottom]")
+        _check_box(self.keep_in_px, "keep_in_px", "[left, top, right, bottom]")
         return self
 
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
@@ -192,7 +180,7 @@ class ManoeuvreM(HeadedPath):
 
     @model_validator(mode="after")
     def _box_is_open(self) -> ManoeuvreM:
-        _check(self.keep_in_m, "keep_in_m", "[west, south, east, north]")
+        _check_box(self.keep_in_m, "keep_in_m", "[west, south, east, north]")
         return self
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
@@ -273,18 +261,12 @@ class TurnRateChain:
         return switching
 
 
-class Jump(PixelPath):
+class Jump(HeadedPixelPath):
     """Constant speed in the picture, with a turn rate that jumps at random among a few values."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
-    speed: PixelSpeed = 2.0
-    """Speed, px per frame."""
-    heading_deg: Degrees = 0.0
-    """Direction at frame 0, degrees: 0 right, 90 down."""
     rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
     """Turn rates, degrees per frame, positive clockwise; the first holds at frame 0."""
-    hold_frames: Annotated[float, Field(ge=1, le=LARGEST)] = 30.0
+    hold_frames: Frames = 30.0
     """Mean length of a turn, frames; the next rate is drawn uniformly from the others."""
 
     @property

@@ -15,8 +15,7 @@ from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Number, Pai
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.base import Dynamics, Path, constant_velocity
-from irsim.motion.scripted import unit
+from irsim.motion.base import Dynamics, Path, constant_velocity, unit
 from irsim.types import Floats
 
 
@@ -105,7 +104,7 @@ class Crossing(RelativePath):
     """Frame of the closest approach of the two positions."""
 
     @abstractmethod
-    def parting_px(self, context: SceneContext) -> float:
+    def separation_speed_px(self, context: SceneContext) -> float:
         """Return the relative speed at that frame, px per frame at the other's range."""
 
 
@@ -132,7 +131,7 @@ class Crosses(Crossing):
         heading = np.degrees(np.arctan2(step[1], step[0])) if np.hypot(*step) > STILL_PX else 0.0
         return here, step, self.speed * unit(heading + self.angle_deg), float(np.linalg.norm(around[1]))
 
-    def parting_px(self, context: SceneContext) -> float:
+    def separation_speed_px(self, context: SceneContext) -> float:
         _, step, own, _ = self.meeting(context)
         return float(np.hypot(*(own - step)))
 
@@ -182,7 +181,7 @@ class CrossesM(Crossing):
         own = self.speed_m_s * (math.cos(angle) * ahead + math.sin(angle) * aside)
         return here, velocity, own, np.cross(aside, ahead)
 
-    def parting_px(self, context: SceneContext) -> float:
+    def separation_speed_px(self, context: SceneContext) -> float:
         here, velocity, own, _ = self.meeting(context)
         across_m = np.linalg.norm(own - velocity) / context.rate_hz
         return float(across_m / (np.linalg.norm(here) * context.geometry.ifov_rad))

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
 from irsim.config.quantities import (
@@ -25,22 +24,24 @@ from irsim.config.quantities import (
 )
 from irsim.geometry.context import SceneContext
 from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.base import Dynamics, HeadedPath, MetrePath, PixelPath, constant_velocity, offsets_along_heading
+from irsim.motion.base import (
+    Dynamics,
+    HeadedPath,
+    HeadedPixelPath,
+    MetrePath,
+    PixelPath,
+    constant_velocity,
+    offsets_along_heading,
+    path_error,
+    unit,
+)
 from irsim.motion.curves import Legs, Spline, arcs, check_legs
 from irsim.types import Floats
 
 
-def unit(heading_deg: float) -> Floats:
-    """Return the unit vector (2,) of a heading in the picture: 0 right, 90 down."""
-    heading = np.radians(heading_deg)
-    return np.array([np.cos(heading), np.sin(heading)])
-
-
-class Straight(PixelPath):
+class Straight(HeadedPixelPath):
     """Straight line in the picture at constant speed."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
     speed: PixelSpeed = 0.0
     """Speed, px per frame."""
     heading_deg: Degrees = 0.0
@@ -70,15 +71,9 @@ class StraightM(MetrePath):
         return constant_velocity(self.axis_names, 1 / context.rate_hz)
 
 
-class Turns(PixelPath):
+class Turns(HeadedPixelPath):
     """Constant speed in the picture, turning at given rates over given frames and straight between."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
-    speed: PixelSpeed = 2.0
-    """Speed, px per frame."""
-    heading_deg: Degrees = 0.0
-    """Direction at frame 0, degrees: 0 right, 90 down."""
     turns: Legs = ()
     """List of [from frame, to frame, degrees per frame]; positive turns clockwise."""
 
@@ -117,11 +112,9 @@ def swing(times: Floats, period: float, phase_deg: float) -> Floats:
     return np.asarray(np.sin(2 * np.pi * times / period + phase) - np.sin(phase))
 
 
-class Weave(PixelPath):
+class Weave(HeadedPixelPath):
     """A sinusoid about a straight line in the picture; `amplitude_px: 0` is the line itself."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
     speed: PixelSpeed = 0.0
     """Speed along the line, px per frame."""
     heading_deg: Degrees = 0.0
@@ -165,28 +158,21 @@ class WeaveM(HeadedPath):
         return self.displaced(ahead, aside * math.cos(tilt), up, context)
 
 
-def _check(points: tuple[tuple[float, ...], ...], frames: tuple[float, ...] | None, speed: float | None) -> None:
+def _check_waypoints(
+    points: tuple[tuple[float, ...], ...], frames: tuple[float, ...] | None, speed: float | None
+) -> None:
     """Check frames and speed of waypoints; PydanticCustomError at the wrong key."""
     if frames is None and speed is None:
-        raise PydanticCustomError("waypoints", "neither 'frames' nor a speed is given; allowed: one of them", {})
+        raise path_error("neither 'frames' nor a speed is given; allowed: one of them")
     if frames is not None and speed is not None:
-        raise PydanticCustomError(
-            "waypoints", "'frames' and a speed exclude each other; allowed: one of them", {"at": ("frames",)}
-        )
+        raise path_error("'frames' and a speed exclude each other; allowed: one of them", "frames")
     if frames is not None and len(frames) != len(points):
-        raise PydanticCustomError(
-            "waypoints",
-            "frames: {frames}, points: {points}; allowed: one frame for each point",
-            {"frames": len(frames), "points": len(points), "at": ("frames",)},
-        )
+        message = "frames: {frames}, points: {points}; allowed: one frame for each point"
+        raise path_error(message, "frames", frames=len(frames), points=len(points))
     if frames is not None and any(b <= a for a, b in pairwise(frames)):
-        raise PydanticCustomError("waypoints", "the frames do not rise; allowed: rising frames", {"at": ("frames",)})
+        raise path_error("the frames do not rise; allowed: rising frames", "frames")
     if speed is not None and any(a == b for a, b in pairwise(points)):
-        raise PydanticCustomError(
-            "waypoints",
-            "two consecutive points are equal; allowed with a speed: points that differ",
-            {"at": ("points",)},
-        )
+        raise path_error("two consecutive points are equal; allowed with a speed: points that differ", "points")
 
 
 def _along(points: tuple[tuple[float, ...], ...], at: tuple[float, ...] | None, speed: float, frames: Floats) -> Floats:
@@ -211,7 +197,7 @@ class Waypoints(PixelPath):
 
     @model_validator(mode="after")
     def _one_pace(self) -> Waypoints:
-        _check(self.points, self.frames, self.speed)
+        _check_waypoints(self.points, self.frames, self.speed)
         return self
 
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
@@ -230,7 +216,7 @@ class WaypointsM(MetrePath):
 
     @model_validator(mode="after")
     def _one_pace(self) -> WaypointsM:
-        _check(self.points, self.frames, self.speed_m_s)
+        _check_waypoints(self.points, self.frames, self.speed_m_s)
         return self
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
@@ -244,26 +230,23 @@ Steepness = Annotated[float, Field(gt=0, le=90)]
 def _check_dive(at_frame: float, pull_out_frame: float | None) -> None:
     """Check that the pull-out follows the dive; PydanticCustomError at `pull_out_frame`."""
     if pull_out_frame is not None and pull_out_frame <= at_frame:
-        raise PydanticCustomError(
-            "dive",
-            "the pull-out comes before the dive; allowed: a frame after at_frame {first}",
-            {"first": at_frame, "at": ("pull_out_frame",)},
-        )
+        message = "the pull-out comes before the dive; allowed: a frame after at_frame {first}"
+        raise path_error(message, "pull_out_frame", first=at_frame)
 
 
-def _flown(
+def _dive(
     frames: Floats, speed: float, at_frame: float, angle_deg: float, rate: float, pull_out_frame: float | None
 ) -> Floats:
     """Return the displacement ahead and down since frame 0, (n, 2), at frame numbers (n,).
 
     speed: length per frame;  rate: pitch rate, rad per frame
     """
-    took = math.radians(angle_deg) / rate
-    over = at_frame + took
-    legs = [(at_frame, over, rate)]
+    duration = math.radians(angle_deg) / rate
+    end = at_frame + duration
+    legs = [(at_frame, end, rate)]
     if pull_out_frame is not None:
-        out = max(pull_out_frame, over)
-        legs.append((out, out + took, -rate))
+        out = max(pull_out_frame, end)
+        legs.append((out, out + duration, -rate))
     return arcs(frames, legs, speed)
 
 
@@ -293,16 +276,14 @@ class Dive(MetrePath):
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         rate = self.pull_g * STANDARD_GRAVITY / self.speed_m_s / context.rate_hz
         speed = self.speed_m_s / context.rate_hz
-        ahead, down = _flown(frames, speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame).T
+        ahead, down = _dive(frames, speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame).T
         start = self.to_first(np.array(self.start_m), context)
         return np.asarray(start + offsets_along_heading(ahead, np.zeros_like(ahead), -down, self.heading_deg, context))
 
 
-class DivePx(PixelPath):
+class DivePx(HeadedPixelPath):
     """Dive seen from the side: straight across the picture, an arc down, and optionally a pull-out."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Speed along the path, px per frame."""
     heading_deg: Degrees = 0.0
@@ -324,7 +305,7 @@ class DivePx(PixelPath):
 
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         rate = math.radians(self.turn_deg)
-        way = _flown(frames, self.speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame)
+        way = _dive(frames, self.speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame)
         clockwise = 90 if math.cos(math.radians(self.heading_deg)) >= 0 else -90
         axes = np.stack([unit(self.heading_deg), unit(self.heading_deg + clockwise)])
         return np.asarray(np.asarray(self.start) + way @ axes)

@@ -8,20 +8,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.config.quantities import (
-    LARGEST,
-    TOP_SPEED,
-    Degrees,
-    NotNegative,
-    Pair,
-    PixelSpeed,
-    Positive,
-    Triple,
-    Velocity,
-)
+from irsim.config.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, PixelSpeed, Positive, Triple, Velocity
 from irsim.geometry.context import SceneContext
-from irsim.motion.base import Dynamics, HeadedPath, MetrePath, PixelPath, frames_of
-from irsim.motion.scripted import unit
+from irsim.motion.base import Dynamics, HeadedPath, HeadedPixelPath, MetrePath, frames_of, unit
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -31,7 +20,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 def _response(times: Floats, correlation: float) -> Floats:
     """Return (n, 3) position, speed, acceleration at `times` (n,) after a unit step of a decaying acceleration."""
     x = times / correlation
-    # (x - 1 + e^-x) / x^2 loses its digits near 0: there its series, exact to 1e-16 at 1e-3.
+    # (x - 1 + e^-x) / x^2 cancels near 0; its series there is exact to 1e-16 at 1e-3.
     small = x < 1e-3
     safe = np.where(small, 1.0, x)
     bend = np.where(small, 0.5 - x / 6 + x**2 / 24 - x**3 / 120, (safe + np.expm1(-safe)) / safe**2)
@@ -52,7 +41,7 @@ def singer(step: float, sigma: float, correlation: float) -> tuple[Floats, Float
     return transition, density * step / 2 * np.einsum("n,ni,nj->ij", _WEIGHTS, responses, responses)
 
 
-def _flown(
+def _displacement(
     frames: Floats, context: SceneContext, name: str, step: float, sigma: float, correlation: float, axes: int
 ) -> Floats:
     """Return the displacement (n, axes) from constant velocity, with a stationary acceleration at frame 0."""
@@ -86,15 +75,11 @@ def _dynamics(axes: tuple[str, ...], step: float, sigma: float, correlation: flo
     return Dynamics.single(state, np.kron(np.eye(len(axes)), transition), np.kron(np.eye(len(axes)), noise))
 
 
-class Singer(PixelPath):
+class Singer(HeadedPixelPath):
     """Constant velocity in the picture plus correlated random acceleration (Singer); `sigma: 0` is straight."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Speed at frame 0, px per frame."""
-    heading_deg: Degrees = 0.0
-    """Direction at frame 0, degrees: 0 right, 90 down."""
     sigma: NotNegative = 0.05
     """Standard deviation of the acceleration on each axis, px per frame^2."""
     correlation_frames: Positive = 30.0
@@ -102,8 +87,8 @@ class Singer(PixelPath):
 
     def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         steady = self.speed * np.asarray(frames)[:, None] * unit(self.heading_deg)
-        flown = _flown(frames, context, name, 1.0, self.sigma, self.correlation_frames, 2)
-        return np.asarray(np.asarray(self.start) + steady + flown)
+        random = _displacement(frames, context, name, 1.0, self.sigma, self.correlation_frames, 2)
+        return np.asarray(np.asarray(self.start) + steady + random)
 
     def dynamics(self, context: SceneContext) -> Dynamics:
         return _dynamics(("x", "y"), 1.0, self.sigma, self.correlation_frames)
@@ -124,8 +109,8 @@ class SingerM(MetrePath):
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         step = 1 / context.rate_hz
         steady = step * np.asarray(frames)[:, None] * np.asarray(self.velocity_m_s)
-        flown = _flown(frames, context, name, step, self.sigma_m_s2, self.correlation_s, 3)
-        return self.to_first(np.asarray(self.start_m) + steady + flown, context)
+        random = _displacement(frames, context, name, step, self.sigma_m_s2, self.correlation_s, 3)
+        return self.to_first(np.asarray(self.start_m) + steady + random, context)
 
     def dynamics(self, context: SceneContext) -> Dynamics:
         return _dynamics(self.axis_names, 1 / context.rate_hz, self.sigma_m_s2, self.correlation_s)
@@ -176,11 +161,9 @@ class StopAndGoProfile:
         return np.maximum.accumulate(times.ravel() + 1e-9 * np.arange(times.size)), speeds.ravel()
 
 
-class StopAndGo(PixelPath):
+class StopAndGo(HeadedPixelPath):
     """Straight line in the picture with alternating movement and stops."""
 
-    start: Pair
-    """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Speed while moving, px per frame."""
     heading_deg: Degrees = 0.0

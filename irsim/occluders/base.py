@@ -31,7 +31,7 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 class Occluder(NamedKind):
     """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
 
-    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement_all` turns an
+    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement` turns an
     intent into a place.
     """
 
@@ -55,32 +55,20 @@ class Occluder(NamedKind):
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:
         given = [key for key in self.placement_keys if getattr(self, key) is not None]
+        missing = [key for key in self.placement_keys if key not in given]
         needed = " and ".join(self.placement_keys)
+        if self.hides is None and missing:
+            raise misplaced(missing[0], f"it is missing; allowed: {needed}, or 'hides' and 'frames'")
+        if self.hides is None and self.frames is not None:
+            raise misplaced("frames", "'frames' needs a target to hide; allowed: with 'hides'")
         if self.hides is None:
-            missing = [key for key in self.placement_keys if key not in given]
-            if missing:
-                raise PydanticCustomError(
-                    "no_place", "it is missing; allowed: {needed}, or 'hides' and 'frames'",
-                    {"needed": needed, "at": (missing[0],)},
-                )  # fmt: skip
-            if self.frames is not None:
-                raise PydanticCustomError(
-                    "intent", "'frames' needs a target to hide; allowed: with 'hides'", {"at": ("frames",)}
-                )
             return self
         if given:
-            raise PydanticCustomError(
-                "two_places", "its place follows from 'hides'; allowed: {needed}, or 'hides'",
-                {"needed": needed, "at": (given[0],)},
-            )  # fmt: skip
+            raise misplaced(given[0], f"its place follows from 'hides'; allowed: {needed}, or 'hides'")
         if self.frames is None:
-            raise PydanticCustomError(
-                "intent", "'hides' needs the frames to hide it in; allowed: [first, last] frame", {"at": ("frames",)}
-            )
+            raise misplaced("frames", "'hides' needs the frames to hide it in; allowed: [first, last] frame")
         if self.frames[1] < self.frames[0]:
-            raise PydanticCustomError(
-                "intent", "its last frame is before its first; allowed: [first, last] frame", {"at": ("frames",)}
-            )
+            raise misplaced("frames", "its last frame is before its first; allowed: [first, last] frame")
         return self
 
     @abstractmethod
@@ -113,6 +101,11 @@ class Occluder(NamedKind):
     def placed(self, **place: object) -> Self:
         """Return a copy with a place and without intent."""
         return self.model_copy(update={"hides": None, "frames": None, **place})
+
+
+def misplaced(key: str, reason: str) -> PydanticCustomError:
+    """Return the error for a key of the place."""
+    return PydanticCustomError("place", "{reason}", {"reason": reason, "at": (key,)})
 
 
 def required(value: T | None) -> T:
@@ -181,7 +174,7 @@ def _draw_facets(occluder: Opaque, pose: CameraPose) -> Sprite | None:
     edges = [polygon_edges(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in polygons])
-    glow = context.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
+    glow = context.grey_body_radiance(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
     distance_m = pose.distance_m(bounding_box(np.concatenate([points for points, _ in facets])), occluder.range_m)
     layers = LayeredPolygons((start, stop, layer), glow, box, window, pose.zoomed.psf, distance_m)
     return arrays_frozen(draw_sprite(layers))

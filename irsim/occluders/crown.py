@@ -1,4 +1,4 @@
-"""The crown of an occluding tree: a normalised leaf mask, its largest gapless window, and its textured billboard.
+"""The crown of an occluding tree: a normalised leaf mask, its largest gapless window, and its light.
 
 Numbers without a source were chosen by eye.
 """
@@ -136,49 +136,41 @@ class TreeTemperatures:
     emissivity: float
 
 
-@dataclass(frozen=True, eq=False)
-class Billboard:
-    """Flat upright picture.
+def projected_fields(light: Floats, corners: Floats, grid: Grid) -> Floats:
+    """Return area, y moment and x moment of (cover, light) in the cells of a grid, (3, 2, rows, columns).
 
-    light  (rows, cols, 2) float32, the covered share of each cell and that share times its radiance
+    light    (rows, cols, 2) float32 of a flat upright picture, as of `crown_light`
+    corners  (4, 2) px, projected outer corners of the picture, clockwise from the top left one
+
+    The picture is averaged to the size of the samples, then sampled at the quarters of each cell: it keeps its area,
+    blurred by half a cell.
     """
-
-    light: Floats
-
-    def fields(self, corners: Floats, grid: Grid) -> Floats:
-        """Return area, y moment and x moment of (cover, light) in the cells of a grid, (3, 2, rows, columns).
-
-        corners  (4, 2) px, projected outer corners of the picture, clockwise from the top left one
-
-        The picture is averaged to the size of the samples, then sampled at the quarters of each cell: it keeps its
-        area, blurred by half a cell.
-        """
-        rows, columns, _ = self.light.shape
-        own = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], np.float32)
-        places = (corners - grid.corner) * grid.fine * SAMPLES
-        to_places = cv2.getPerspectiveTransform(own, places.astype(np.float32))
-        size = SAMPLES * grid.cells[1], SAMPLES * grid.cells[0]
-        edge = np.linalg.norm(places - np.roll(places, 1, axis=0), axis=1)
-        fewer = [max(1, min(length, round(float(seen)))) for length, seen in ((columns, edge[1]), (rows, edge[2]))]
-        averaged = cv2.resize(self.light, fewer, interpolation=cv2.INTER_AREA)
-        shrink = np.diag([columns / fewer[0], rows / fewer[1], 1.0])
-        middles = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
-        matrix = np.linalg.inv(middles) @ to_places @ shrink @ middles
-        seen = cv2.warpPerspective(averaged, matrix, size, flags=cv2.INTER_LINEAR)
-        quarters = seen.reshape(grid.cells[0], SAMPLES, grid.cells[1], SAMPLES, 2)
-        upper, lower = quarters[:, 0], quarters[:, 1]
-        whole, change = upper + lower, lower - upper
-        # The middle of a quarter lies a quarter of the cell from the cell's middle.
-        area = (whole[:, :, 0] + whole[:, :, 1]) / 4
-        down, right = (change[:, :, 0] + change[:, :, 1]) / 16, (whole[:, :, 1] - whole[:, :, 0]) / 16
-        return np.moveaxis(np.stack([area, down, right]).astype(np.float64), -1, 1)
+    rows, columns, _ = light.shape
+    own = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], np.float32)
+    places = (corners - grid.corner) * grid.fine * SAMPLES
+    to_places = cv2.getPerspectiveTransform(own, places.astype(np.float32))
+    size = SAMPLES * grid.cells[1], SAMPLES * grid.cells[0]
+    edge = np.linalg.norm(places - np.roll(places, 1, axis=0), axis=1)
+    fewer = [max(1, min(length, round(float(seen)))) for length, seen in ((columns, edge[1]), (rows, edge[2]))]
+    averaged = cv2.resize(light, fewer, interpolation=cv2.INTER_AREA)
+    shrink = np.diag([columns / fewer[0], rows / fewer[1], 1.0])
+    middles = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    matrix = np.linalg.inv(middles) @ to_places @ shrink @ middles
+    seen = cv2.warpPerspective(averaged, matrix, size, flags=cv2.INTER_LINEAR)
+    quarters = seen.reshape(grid.cells[0], SAMPLES, grid.cells[1], SAMPLES, 2)
+    upper, lower = quarters[:, 0], quarters[:, 1]
+    whole, change = upper + lower, lower - upper
+    # The middle of a quarter lies a quarter of the cell from the cell's middle.
+    area = (whole[:, :, 0] + whole[:, :, 1]) / 4
+    down, right = (change[:, :, 0] + change[:, :, 1]) / 16, (whole[:, :, 1] - whole[:, :, 0]) / 16
+    return np.moveaxis(np.stack([area, down, right]).astype(np.float64), -1, 1)
 
 
 @lru_cache(maxsize=32)
-def crown_billboard(
+def crown_light(
     texture: CrownTexture, temperatures: TreeTemperatures, lowest: bool, several: bool, context: SceneContext
-) -> Billboard:
-    """Return the billboard of a crown.
+) -> Floats:
+    """Return the covered share of each cell of a crown and that share times its radiance, (rows, cols, 2) float32.
 
     Of several crowns only the lowest has visible wood: leaves of the next crown lie behind the gaps of the others.
     """
@@ -188,5 +180,7 @@ def crown_billboard(
         wood_k = temperatures.wood_k + temperatures.spread_k * BARK * texture.side
         kelvin = np.where(texture.leaves, kelvin, wood_k)
     cover = (texture.leaves | texture.wood).astype(np.float32)
-    glow = context.glow(np.maximum(kelvin, 1.0), temperatures.emissivity).astype(np.float32)
-    return arrays_frozen(Billboard(np.stack([cover, cover * glow], axis=-1)))
+    glow = context.grey_body_radiance(np.maximum(kelvin, 1.0), temperatures.emissivity).astype(np.float32)
+    light = np.stack([cover, cover * glow], axis=-1)
+    light.flags.writeable = False
+    return light

@@ -130,7 +130,7 @@ class Smoke(Occluder):
         depth = -math.log(1 - self.opacity) * grown * left / scale**0.5
         profile, kelvin = self._fields(u, v, blurred, context.seed, pose.time)
         alpha = -np.expm1(-depth * profile)
-        emission = alpha * context.glow(kelvin, 1.0)
+        emission = alpha * context.grey_body_radiance(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
         distance_m = pose.distance_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
         return Sprite(x0, y0, alpha, alpha, emission, center, center, box, distance_m, float(alpha.sum()))

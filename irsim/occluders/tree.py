@@ -10,7 +10,6 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.errors import counted
@@ -19,16 +18,17 @@ from irsim.geometry.polygon import as_row_differences, coverage, polygon_edges
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_to_view
 from irsim.geometry.sprite import Sprite
-from irsim.occluders.base import Occluder, Size, bounding_box, cached_by_pose, required
+from irsim.occluders.base import Occluder, Size, bounding_box, cached_by_pose, misplaced, required
 from irsim.occluders.crown import (
     BARK,
     CORE,
     THICK,
     CrownTexture,
     TreeTemperatures,
-    crown_billboard,
+    crown_light,
     crown_texture,
     largest_gapless,
+    projected_fields,
 )
 from irsim.occluders.solid import foot_below_picture
 from irsim.rng import stream
@@ -98,21 +98,14 @@ class Tree(Occluder):
     @model_validator(mode="after")
     def _crowns_end_above_the_foot(self) -> Self:
         if self.hides is None and self.height_px is not None and self.crown_px is not None:
-            tall, tiers = self.crown_px[1], self.tiers or 1
-            deep, most = tall * _lower_ends()[tiers - 1], _fitting(self.height_px / tall)
+            high, tall, tiers = self.height_px, self.crown_px[1], self.tiers or 1
+            most = _fitting(high / tall)
             if most == 0:
-                raise PydanticCustomError(
-                    "crown", "its crown would reach {deep} px below its foot; allowed: {high} px high at most",
-                    {"deep": f"{tall - self.height_px:.4g}", "high": f"{self.height_px:g}", "at": ("crown_px",)},
-                )  # fmt: skip
+                deep = f"its crown would reach {tall - high:.4g} px below its foot"
+                raise misplaced("crown_px", f"{deep}; allowed: {high:g} px high at most")
             if most < tiers:
-                raise PydanticCustomError(
-                    "crown", "so many crowns end {deep} px below its foot; allowed: {most} at most in {high} px",
-                    {
-                        "deep": f"{deep - self.height_px:.4g}", "most": most, "high": f"{self.height_px:g}",
-                        "at": ("tiers",),
-                    },
-                )  # fmt: skip
+                deep = f"so many crowns end {tall * _lower_ends()[tiers - 1] - high:.4g} px below its foot"
+                raise misplaced("tiers", f"{deep}; allowed: {most} at most in {high:g} px")
         return self
 
     def draw(self, pose: CameraPose) -> Sprite | None:
@@ -235,14 +228,14 @@ def _draw_tree(tree: Tree, pose: CameraPose) -> Sprite | None:
     temperatures = TreeTemperatures(*tree.warmth(context), tree.spread_k, tree.emissivity)
     several, below = len(textures) > 1, range(len(textures) - 1, -1, -1)
     pictures = (
-        crown_billboard(texture, temperatures, lower == 0, several, context).fields(crown, grid)
+        projected_fields(crown_light(texture, temperatures, lower == 0, several, context), crown, grid)
         for texture, crown, lower in zip(textures, crowns, below, strict=True)
     )
     fields = reduce(_in_front, pictures)
     if len(trunk):
         ends = [polygon_edges(piece) for piece in trunk.reshape(-1, 4, 2)]
         start, stop = ((np.concatenate(end) - grid.corner) * grid.fine for end in zip(*ends, strict=True))
-        light = np.stack([np.ones(len(kelvin)), context.glow(kelvin, tree.emissivity)], axis=1)
+        light = np.stack([np.ones(len(kelvin)), context.grey_body_radiance(kelvin, tree.emissivity)], axis=1)
         fields = _in_front(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2

@@ -110,15 +110,15 @@ class Atmosphere(Part):
         return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
 
     def path(
-        self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0, climbed_m: float = 0.0
+        self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0, height_gain_m: float = 0.0
     ) -> tuple[Floats, Floats]:
         """Return (transmittance, path radiance in W/m2/sr) from the camera to a range, m, at an elevation, rad.
 
-        `climbed_m` is the height of a moving camera above its first place. Arrays broadcast; each element costs some
+        `height_gain_m`: height of a moving camera above its first place. Arrays broadcast; each element costs some
         80 steps, so images should be interpolated from a few nodes.
         """
         along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
-        return self._path(band, along, elevation, _STEPS, climbed_m)
+        return self._path(band, along, elevation, _STEPS, height_gain_m)
 
     def transmittance(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> Floats:
         """Return the transmittance from the camera to a range, m, at an elevation, rad."""
@@ -205,7 +205,7 @@ class Atmosphere(Part):
                 "do not have in common",
             )
 
-    def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
+    def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, height_gain_m: float = 0.0) -> str | None:
         """Return the reason why a path lies outside the fit; None inside it. Arguments as of `path`."""
         if self.preset == "none":
             return None
@@ -213,7 +213,7 @@ class Atmosphere(Part):
         along = range_m * 1e-3
         if not shortest <= along <= longest:
             return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
-        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
+        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, height_gain_m)
         share = equivalent_path(stations, self._climate.gas(_fitted(band), heights))[-1] / along
         if abs(share - 1) > GAS_TOLERANCE:
             top = max(heights) * 1e3
@@ -241,11 +241,13 @@ class Atmosphere(Part):
     def _climate(self) -> Climate:
         return CLIMATES["us_standard" if self.preset == "none" else self.preset]
 
-    def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
+    def _stations(
+        self, along: Floats, elevation: Floats, steps: int, height_gain_m: float = 0.0
+    ) -> tuple[Floats, Floats]:
         """Return stations along paths and their heights, (..., n) km each: dense near both ends, with the tops of rain
         and fog."""
         along, rise = along[..., None], np.sin(elevation)[..., None]
-        base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
+        base = EARTH_KM + (self.altitude_m + height_gain_m) * 1e-3
         places = along * relative_stations(steps)
         cuts = [
             np.minimum(np.maximum(cut, 0), along)
@@ -265,9 +267,9 @@ class Atmosphere(Part):
         return [top for there, top in ends if there]
 
     def _path(
-        self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
+        self, band: Band, along: Floats, elevation: Floats, steps: int, height_gain_m: float = 0.0
     ) -> tuple[Floats, Floats]:
-        places, heights = self._stations(along, elevation, steps, climbed_m)
+        places, heights = self._stations(along, elevation, steps, height_gain_m)
         total = self._molecular_and_haze_depth(band, places, heights)
         if self.rain_mm_h:
             total = total + rain_extinction(self.rain_mm_h) * length_below(places, heights, RAIN_TOP_KM)

@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.physics.psf import PSF, SUPPORT_SIGMAS, KernelTerm
-from irsim.types import Floats
+from irsim.physics.psf import PSF, SUPPORT_SIGMAS, KernelTerm, full_width
+from irsim.types import Floats, read_only
 
 AIRY_SUPPORT = 24.0
 """Half width of the drawn area in Airy widths (wavelength x F-number). 0.8 % of an Airy pattern's light lies farther
@@ -160,9 +160,7 @@ def _separable_kernels(psf: LensPSF, fine: int) -> tuple[KernelTerm, ...]:
         np.ascontiguousarray((waves @ vectors).T).reshape(-1, *offsets.shape)
         for waves in (series.cosines(offsets.ravel(), fine), series.slopes(offsets.ravel(), fine))
     )
-    even.setflags(write=False)
-    rising.setflags(write=False)
-    return tuple(zip(weights.tolist(), even, rising, strict=True))
+    return tuple(zip(weights.tolist(), read_only(even), read_only(rising), strict=True))
 
 
 @lru_cache(maxsize=64)
@@ -170,11 +168,7 @@ def _fwhm_px(psf: LensPSF) -> float:
     def light(offset: float) -> float:
         return float(psf.pixel_integral(np.zeros(1), np.array([offset]))[0, 0])
 
-    low, high, half = 0.0, float(psf.support_px), light(0.0) / 2
-    for _ in range(50):
-        middle = (low + high) / 2
-        low, high = (middle, high) if light(middle) > half else (low, middle)
-    return low + high
+    return full_width(light, float(psf.support_px), 50)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 _THIN = 1e-6
 """Optical depth of a step below which its mean transmittance is that of its ends: the difference loses its digits."""
@@ -16,9 +16,7 @@ _THIN = 1e-6
 def relative_stations(steps: int) -> Floats:
     """Return stations along a path of length 1, as many steps from the camera as from the end. Read only."""
     near = np.linspace(0, 1, steps + 1) ** 2
-    places = np.unique(np.round([near, 1 - near], 12))  # 0.6^2 and 1 - 0.8^2 are one place
-    places.setflags(write=False)
-    return places
+    return read_only(np.unique(np.round([near, 1 - near], 12)))  # 0.6^2 and 1 - 0.8^2 are one place
 
 
 def _running_sums(steps: Floats) -> Floats:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import Floats, read_only
 
 SUPPORT_SIGMAS = 6.0
 """Half width, in sigmas, of the area on which a Gaussian is drawn: 2e-9 of its light falls outside."""
@@ -68,11 +68,14 @@ class GaussianPSF(PSF):
 
     @cached_property
     def support_px(self) -> int:
-        return gaussian_support_px(self.sigma_px)
+        return math.ceil(SUPPORT_SIGMAS * self.sigma_px + 0.5) if self.sigma_px else 0
 
-    @property
+    @cached_property
     def fwhm_px(self) -> float:
-        return gaussian_fwhm_px(self.sigma_px)
+        """1 px without blur, 2.355 sigma in the limit of wide blur."""
+        return full_width(
+            lambda offset: float(gaussian_integral(np.array([offset]), self.sigma_px)[0]), 1.0 + 2.5 * self.sigma_px, 60
+        )
 
     def otf(self, down: Floats, across: Floats) -> Floats:
         return np.asarray(np.exp(-2 * np.pi**2 * self.sigma_px**2 * (down**2 + across**2)))
@@ -100,25 +103,13 @@ def gaussian_integral(offsets: Floats, sigma_px: float) -> Floats:
     return np.asarray((upper - lower) / 2, dtype=np.float64)
 
 
-def gaussian_support_px(sigma_px: float) -> int:
-    """Return the half width of the drawn area, whole px."""
-    return math.ceil(SUPPORT_SIGMAS * sigma_px + 0.5) if sigma_px else 0
-
-
-@lru_cache(maxsize=256)
-def gaussian_fwhm_px(sigma_px: float) -> float:
-    """Return the full width at half maximum, px, of blur and pixel together: 1 px without blur, 2.355 sigma in the
-    limit of wide blur."""
-    low, high = 0.0, 1.0 + 2.5 * sigma_px
-    half = _density(0.0, sigma_px) / 2
-    for _ in range(60):
+def full_width(light: Callable[[float], float], high: float, halvings: int) -> float:
+    """Return the full width at half maximum of falling light at an offset from 0 to `high`, by bisection."""
+    low, half = 0.0, light(0.0) / 2
+    for _ in range(halvings):
         middle = (low + high) / 2
-        low, high = (middle, high) if _density(middle, sigma_px) > half else (low, middle)
+        low, high = (middle, high) if light(middle) > half else (low, middle)
     return low + high
-
-
-def _density(offset: float, sigma_px: float) -> float:
-    return float(gaussian_integral(np.array([offset]), sigma_px)[0])
 
 
 @lru_cache(maxsize=64)
@@ -140,9 +131,7 @@ def gaussian_kernels(support: int, fine: int, sigma_px: float) -> tuple[Floats, 
     total = even.sum(axis=1, keepdims=True)
     slope = slope / total - even * slope.sum(axis=1, keepdims=True) / total**2
     even /= total
-    even.setflags(write=False)
-    slope.setflags(write=False)
-    return even, slope
+    return read_only(even), read_only(slope)
 
 
 def _pixel_antiderivatives(offsets: Floats, sigma: float) -> tuple[Floats, Floats]:

@@ -141,9 +141,9 @@ def slope(band: Band, temperature_k: float) -> float:
 def hemisphere(sky: Callable[[Floats], Floats]) -> float:
     """Return the mean radiance, W/m2/sr, over all directions of a sky, given by elevation, rad.
 
-    Solid angle is uniform in the sine of elevation; Gauss-Legendre, within 1e-6 for the skies here. Averaged over all
-    orientations, a matt surface reflects half the mean of the sky and half the mean of the ground: the mean of
-    max(n w, 0) over normals n is 1/4 for any direction w.
+    Solid angle is uniform in the sine of elevation; Gauss-Legendre, within 1e-6 for the skies here. The mean of
+    max(n w, 0) over all normals n is the same for any direction w: a matt surface of random orientation reflects half
+    the mean of the sky and half the mean of the ground.
     """
     elevations, weights = _elevation_quadrature()
     return float(np.sum(weights * sky(elevations)))

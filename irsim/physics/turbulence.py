@@ -40,10 +40,7 @@ class Turbulence(Part):
 
     def tilt_rms(self, band: Band) -> float:
         """Return the standard deviation of the angle of arrival on one axis, rad."""
-        if self.cn2 == 0:
-            return 0.0
-        wavelength = wavelength_m(band)
-        return tilt_rad(fried_m(self.cn2, self.path_m, wavelength), self.aperture_m, wavelength)
+        return tilt_rad(self._r0(band), self.aperture_m, wavelength_m(band)) if self.cn2 else 0.0
 
     def blur_rms(self, band: Band) -> float:
         """Return the sigma of the Gaussian blur of one short exposure, rad.
@@ -53,10 +50,11 @@ class Turbulence(Part):
         """
         if self.cn2 == 0:
             return 0.0
-        wavelength = wavelength_m(band)
-        r0 = fried_m(self.cn2, self.path_m, wavelength)
-        tilt = tilt_rad(r0, self.aperture_m, wavelength)
-        return math.sqrt(max(long_exposure_rad(r0, wavelength) ** 2 - tilt**2, 0.0))
+        long = long_exposure_rad(self._r0(band), wavelength_m(band))
+        return math.sqrt(max(long**2 - self.tilt_rms(band) ** 2, 0.0))
+
+    def _r0(self, band: Band) -> float:
+        return fried_m(self.cn2, self.path_m, wavelength_m(band))
 
     def tilt_angles(self, frames: Floats, band: Band, rate_hz: float, seed: int) -> Floats:
         """Return azimuth, elevation and roll of the image, (n, 3) rad, at frame numbers (n,); roll is 0."""

@@ -26,13 +26,10 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class DigestRecord(Part):
-    """MCAP metadata record: a text for each field and a digest of all of them.
-
-    Metadata records have no CRC, and decoding of all messages depends on these.
-    """
+    """MCAP metadata record: a text for each field and a digest of all texts, as metadata records have no CRC."""
 
     def to_record(self) -> dict[str, str]:
-        """Return the record's keys and texts; a field that is None has no key."""
+        """Return the texts of the record by key; a field that is None has no key."""
         values = self.model_dump(mode="json", exclude_none=True)
         as_text = self._kept_as_text()
         texts = {key: value if key in as_text else json.dumps(value) for key, value in values.items()}
@@ -40,13 +37,13 @@ class DigestRecord(Part):
 
     @classmethod
     def from_record(cls, record: Mapping[str, str]) -> Self:
-        """Return the value of a record; InputError, without a file name, where it is damaged."""
+        """Return the value of a record; InputError, without the name of the file, where it is damaged."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
             raise InputError("damaged: its metadata does not match its digest")
         as_text = cls._kept_as_text()
         try:
-            # A recording may come from an untrusted source: no module that it names is imported.
+            # An untrusted recording must not import the modules that it names.
             with importing_nothing():
                 return cls.model_validate(
                     {key: text if key in as_text else json.loads(text) for key, text in texts.items()}
@@ -60,7 +57,7 @@ class DigestRecord(Part):
 
     @classmethod
     def _kept_as_text(cls) -> set[str]:
-        """Return the fields that are always text; all others are stored as JSON."""
+        """Return the names of fields of text; all others are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
 
 
@@ -77,12 +74,12 @@ class Header(DigestRecord):
     """Record before the first frame. Optional fields are None where unknown."""
 
     version: str
-    """irsim's version that wrote the file."""
+    """Version of irsim."""
     format: Annotated[int, Field(ge=1, le=FORMAT)] = FORMAT
     name: str
-    """The source's name."""
+    """Name of the source."""
     source_hash: str | None = None
-    """The source's hash; None for imported frames."""
+    """Hash of the source; None for imported frames."""
     input: Literal["rendered", "imported"]
     """Origin of the frames."""
     size: Size

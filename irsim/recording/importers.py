@@ -17,10 +17,10 @@ from irsim.camera.agc import Agc
 from irsim.config.paths import begins_as_recording, check_input, path_of
 from irsim.errors import InputError, counted, expect_text, is_number, whole_number
 from irsim.recording import recover
-from irsim.recording.chunks import Compression
 from irsim.recording.header import Header
-from irsim.recording.images import ALLOWED, Picture, Pictures, Video, open_pictures
+from irsim.recording.images import ALLOWED, Picture, Pictures, open_pictures
 from irsim.recording.labels import Labels, read_labels
+from irsim.recording.mcap_writer import Compression
 from irsim.recording.output import check_output
 from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
@@ -49,21 +49,21 @@ def import_frames(
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
-    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF, a numpy array of frames
-    x rows x columns (.npy, .npz) or a video as a recording, and return its path.
+    """Write pictures as a recording and return its path.
 
+    source       folder of PNG or TIFF (8 or 16 bit, in natural order of names), TIFF of several pages, numpy array of
+                 frames x rows x columns (.npy, .npz), video, or damaged recording
     truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and other truth are None
     rate_hz      default: the video's own, 30 for pictures
     agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
     bits         bit depth of counts in 16-bit pictures; default: 16
     accuracy_px  error of the truth's centres; default: DEFAULT_ACCURACY_PX
     follow       id of the target to track, in the CSV or in the recording; default: the first
-    compression  of the recording's chunks; default: none
+    compression  of the chunks; default: none
     progress     called with the number of frames done
 
-    A damaged recording is taken, too: its intact frames are copied (`recording.recover`), and only `progress` of the
-    above is allowed. Colours are converted to grey. InputError, one line with its place, for wrong input; no file is
-    written then.
+    Colours are converted to grey. Intact frames of a damaged recording are copied (`recording.recover`), with no option
+    but `progress`. InputError, one line with its place, for wrong input; no file is written then.
     """
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))
@@ -80,7 +80,8 @@ def import_frames(
     }
     given = {key: value for key, value in options.items() if value is not None}
     if begins_as_recording(source):
-        _refuse_given(source, given)
+        if given:
+            raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(given)}")
         return recover(source, out, progress)
     _check_given(source, given)
     bits = None if bits is None else whole_number("bits", bits, 1)
@@ -91,9 +92,23 @@ def import_frames(
     if labels is not None and pictures.count is not None:
         labels.check_end(pictures.count)
     rate, notes = _rate(source, pictures, rate_hz)
-    reading = iter(pictures)
+    reading = pictures.read()
     first = next(reading)
-    header = _header(name_of(source) if name is None else name, first, rate, labels, accuracy, agc, bits)
+    stored = 8 * first.image.itemsize
+    if bits is not None and bits > stored:
+        raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
+    header = Header(
+        version=__version__,
+        name=name_of(source) if name is None else name,
+        input="imported",
+        size=first.image.shape[::-1],
+        bits=bits or stored,
+        rate_hz=rate,
+        follow=None if labels is None else labels.follow,
+        has_truth=labels is not None,
+        accuracy_px=0.0 if labels is None else accuracy,
+        agc=agc or default_agc(stored),
+    )
     with writing(out, header, compression="none" if compression is None else compression) as writer:
         done, with_colours = _write_pictures(writer, header, labels, first, reading, progress)
         if labels is not None:
@@ -103,13 +118,13 @@ def import_frames(
 
 
 def name_of(source: Path) -> str:
-    """Return a folder's name, or a file's without its ending; bytes that are not UTF-8 become U+FFFD."""
+    """Return the name of a folder, or of a file without its ending; U+FFFD for bytes that are not UTF-8."""
     real = source.resolve()
     return os.fsencode(real.name if real.is_dir() else real.stem).decode("utf-8", "replace")
 
 
 def _check_given(source: Path, given: Mapping[str, Any]) -> None:
-    """Raise InputError where an option is of a wrong type or out of range, or needs a truth and there is none."""
+    """Raise InputError for an option of a wrong type, out of range, or of the truth where none is given."""
     low, high = RATES_HZ
     if "rate" in given and not (is_number(given["rate"]) and low <= given["rate"] <= high):
         raise InputError(f"rate {reprlib.repr(given['rate'])}: allowed: a number from {low:g} to {high:g} Hz")
@@ -127,48 +142,15 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
         raise InputError(f"{source}: a target to track is of the truth; allowed with truth only (truth=CSV)")
 
 
-def _refuse_given(source: Path, given: Mapping[str, Any]) -> None:
-    """Raise InputError where an option was given for a recording, which has its own."""
-    if given:
-        raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(given)}")
-
-
 def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float, list[str]]:
-    """Return the frame rate and, where the default is used, a note."""
+    """Return the frame rate, Hz, and notes on it."""
     if given is not None:
         return float(given), []
     if pictures.rate_hz is not None:
         return pictures.rate_hz, []
-    if isinstance(pictures, Video):
+    if pictures.is_video:
         raise InputError(f"{source}: this video states no frame rate; give one (rate_hz=HZ)")
     return DEFAULT_RATE_HZ, [f"no rate was given: {DEFAULT_RATE_HZ:g} Hz assumed"]
-
-
-def _header(
-    name: str,
-    first: Picture,
-    rate_hz: float,
-    labels: Labels | None,
-    accuracy_px: float,
-    agc: Agc | None,
-    bits: int | None,
-) -> Header:
-    """Return the header for pictures like the first; InputError where they have fewer than `bits` bits."""
-    stored = 8 * first.image.itemsize
-    if bits is not None and bits > stored:
-        raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
-    return Header(
-        version=__version__,
-        name=name,
-        input="imported",
-        size=(first.image.shape[1], first.image.shape[0]),
-        bits=bits or stored,
-        rate_hz=rate_hz,
-        follow=None if labels is None else labels.follow,
-        has_truth=labels is not None,
-        accuracy_px=0.0 if labels is None else accuracy_px,
-        agc=agc or default_agc(stored),
-    )
 
 
 def _write_pictures(
@@ -179,31 +161,29 @@ def _write_pictures(
     others: Iterator[Picture],
     progress: Callable[[int], None] | None,
 ) -> tuple[int, int]:
-    """Write all pictures; return their number and how many had colours."""
+    """Write all pictures; return their number and the number of those with colours."""
     done, with_colours = 0, 0
     for picture in chain([first], others):
-        _write_picture(writer, header, labels, picture, first, done)
+        _check_picture(picture, first, header.bits)
+        time = done / header.rate_hz
+        truth = None if labels is None else labels.truth(done, time, header.size)
+        writer.add(Frame(picture.image, done, time, header.bits), truth)
         done, with_colours = done + 1, with_colours + picture.had_colours
         if progress is not None:
             progress(done)
     return done, with_colours
 
 
-def _write_picture(
-    writer: RecordingWriter, header: Header, labels: Labels | None, picture: Picture, first: Picture, index: int
-) -> None:
+def _check_picture(picture: Picture, first: Picture, bits: int) -> None:
+    """Raise InputError for a picture of another size or type than the first, or with a count above `bits` bits."""
     image = picture.image
     if image.shape != first.image.shape or image.dtype != first.image.dtype:
         raise InputError(
             f"{picture.place}: is {_described(picture)} but {first.place} is {_described(first)}; "
             "allowed: one size and type for all"
         )
-    if header.bits < 8 * image.itemsize and (highest := int(np.max(image))) >= 2**header.bits:
-        raise InputError(f"{picture.place}: has the count {highest}; allowed: {header.bits} bits")
-    time = index / header.rate_hz
-    writer.add(
-        Frame(image, index, time, header.bits), None if labels is None else labels.truth(index, time, header.size)
-    )
+    if bits < 8 * image.itemsize and (highest := int(np.max(image))) >= 2**bits:
+        raise InputError(f"{picture.place}: has the count {highest}; allowed: {bits} bits")
 
 
 def _described(picture: Picture) -> str:
@@ -212,10 +192,10 @@ def _described(picture: Picture) -> str:
 
 
 def _notes(pictures: Pictures, header: Header, labels: Labels | None, done: int, with_colours: int) -> Iterator[str]:
-    """Yield the assumptions about the pictures and the truth that the user should know."""
+    """Yield the assumptions about the pictures and the truth."""
     if labels is not None:
         yield from (*labels.notes, *labels.outside_note(header.size), *labels.gap_note(done))
     if with_colours:
         yield f"{with_colours} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)"
-    if isinstance(pictures, Video) and pictures.container_count not in (None, done):
-        yield f"the video states {counted(pictures.container_count, 'frame')}; {done} could be decoded"
+    if pictures.stated not in (None, done):
+        yield f"the video states {counted(pictures.stated, 'frame')}; {done} could be decoded"

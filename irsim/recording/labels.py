@@ -29,9 +29,9 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 @dataclass(frozen=True)
 class Labels:
-    """Labelled targets of each frame; a frame without an entry has none.
+    """Labelled targets by frame; a frame without an entry has none.
 
-    rows   frames of each target's rows, including rows with blank numbers
+    rows   frames with a row of each target, blank rows included
     last   highest frame with a row, and its line
     notes  changes of ids
     """
@@ -45,28 +45,37 @@ class Labels:
 
     def truth(self, index: int, time: float, size: tuple[int, int]) -> Truth:
         """Return the truth of a frame of `size` (columns, rows), with `in_view` of each target."""
-        return Truth(index, time, tuple(_with_view(target, size) for target in self.targets.get(index, ())))
+        targets = (replace(target, in_view=_is_in(target, size)) for target in self.targets.get(index, ()))
+        return Truth(index, time, tuple(targets))
 
     def outside_note(self, size: tuple[int, int]) -> tuple[str, ...]:
-        """Return a note with the number of boxes wholly outside a picture of `size` (columns, rows); () for none."""
+        """Return a note of the number of boxes wholly outside a picture of `size` (columns, rows); () for none."""
         columns, rows = size
         boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
-        outside = [frame for frame, box in boxes if not _overlaps(box, columns, rows)]
+        # Pixel i reaches from i - 1/2 to i + 1/2.
+        outside = [
+            frame
+            for frame, box in boxes
+            if box.right <= -0.5 or box.left >= columns - 0.5 or box.bottom <= -0.5 or box.top >= rows - 0.5
+        ]
         if not outside:
             return ()
-        count = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
-        return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
+        first = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
+        return (f"boxes outside the picture of {columns}x{rows} px: {first}",)
 
     def gap_note(self, frames: int) -> tuple[str, ...]:
-        """Return a note of the targets with frames without a row between their first and last row; without such
-        targets, a note where all rows end before the last frame; else ().
-
-        Otherwise labels of every tenth frame, or of the first minute, would silently become targets that are mostly
-        absent.
-        """
+        """Return a note of targets that lack rows between their first and their last, else of rows that end before the
+        last frame, else (): labels of every tenth frame are no targets that are mostly absent."""
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
-            return self._early_end_note(frames)
+            end, _ = self.last
+            if end == frames - 1:
+                return ()
+            return (
+                f"the rows end at frame {end} of 0 to {frames - 1}: after it, in "
+                f"{counted(frames - 1 - end, 'frame')}, nothing is taken to be there; "
+                "write rows with blank numbers where that is so",
+            )
         whole = counted(frames, "frame")
         named = [f"for {name} in {missing} of {whole}" for name, missing in islice(gappy.items(), _MAX_NAMED)]
         if len(gappy) > _MAX_NAMED:
@@ -74,16 +83,6 @@ class Labels:
         return (
             f"no row {', '.join(named)}: taken as absent there; "
             "write a row for each frame, with blank numbers where a target is absent",
-        )
-
-    def _early_end_note(self, frames: int) -> tuple[str, ...]:
-        end, _ = self.last
-        if end == frames - 1:
-            return ()
-        after = counted(frames - 1 - end, "frame")
-        return (
-            f"the rows end at frame {end} of 0 to {frames - 1}: after it, in {after}, nothing is taken to be there; "
-            "write rows with blank numbers where that is so",
         )
 
     def check_end(self, frames: int) -> None:
@@ -95,32 +94,24 @@ class Labels:
             )
 
 
-def _overlaps(box: Box, columns: int, rows: int) -> bool:
-    """Return whether a box overlaps a picture; pixel i reaches from i - 1/2 to i + 1/2."""
-    return box.right > -0.5 and box.left < columns - 0.5 and box.bottom > -0.5 and box.top < rows - 0.5
-
-
-def _with_view(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
-    """Return the target with `in_view`: whether its centre is in a picture of `size` (columns, rows)."""
-    in_view = all(-0.5 <= at <= side - 0.5 for at, side in zip(target.center, size, strict=True))
-    return replace(target, in_view=in_view)
+def _is_in(target: TargetTruth, size: tuple[int, int]) -> bool:
+    """Return True where the centre of a target is in a picture of `size` (columns, rows)."""
+    return all(-0.5 <= at <= side - 0.5 for at, side in zip(target.center, size, strict=True))
 
 
 def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> Labels:
-    """Read boxes by top-left corner and size in px, whole or fractional.
-
-    Blank numbers, and frames without a row, mean absent; a row with blank numbers and without an id is of all targets.
+    """Read boxes by frame, counted from 0, top left corner and size, px; InputError with file:line.
 
     follow  id of the target to track, or its name; default: the first target
 
-    Frames count from 0. A frame may have several rows with different ids. An id becomes a valid name: characters other
-    than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that does not begin with a letter; the
-    name without an id is 'target'. Centres are of whole-pixel boxes: cx = x + (w - 1)/2. InputError with file:line.
+    A target is absent in frames without its row and in blank rows; a blank row without an id is of all targets. In an
+    id, characters other than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that does not begin
+    with a letter; without an id the name is 'target'. Centres are those of whole pixels: cx = x + (w - 1)/2.
     """
     rows = list(_rows(path))
     names: dict[str, str] = {}
     boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
-    frames_by_id: dict[str, set[int]] = {}  # by ids as the file has them
+    frames_by_id: dict[str, set[int]] = {}  # by the ids of the file
     last = (-1, 0)
     for line, row in rows:
         place = f"{path}:{line}"
@@ -225,7 +216,7 @@ def _box(row: dict[str, str], place: str) -> Box | None:
 
 
 def _name(raw: str, names: dict[str, str], place: str) -> str:
-    """Return the target's name for an id in the file, and add it to `names`."""
+    """Return the name of a target for an id of the file, and add it to `names`."""
     if raw not in names:
         name = re.sub(r"[^A-Za-z0-9_-]", "_", raw) or _DEFAULT_ID
         if not name[0].isalpha():

@@ -1,15 +1,13 @@
-"""Messages of a recording: times, bands, protobuf schemas, truth, images, annotations, topics and viewer layout."""
+"""Topics, times, protobuf schemas, truths and images of a recording."""
 
 from __future__ import annotations
 
-import json
 import re
+from dataclasses import fields
 from math import isfinite
 from typing import Any, get_args
 
 import numpy as np
-from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
-from foxglove_schemas_protobuf.PointsAnnotation_pb2 import PointsAnnotation
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.descriptor import Descriptor, FileDescriptor
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
@@ -24,10 +22,27 @@ EPOCH_NS = 1_577_836_800 * 10**9
 """Log time of time 0: 2020-01-01T00:00:00Z, ns since the Unix epoch. A fixed date keeps files reproducible and aligns a
 track with its source in viewers."""
 
+IMAGE, PREVIEW, CAMERA = "/ir/image", "/ir/preview", "/ir/camera_info"
+TRUTH_BOXES, TRUTH = "/truth/annotations", "/truth/targets"
+"""Topics of a recording."""
+
+SCENARIO, LAYOUT = "scenario.yaml", "layout.json"
+"""Attachments: the rendered scenario, and the viewer layout."""
+
 
 def to_ns(time: float) -> int:
     """Return the log time, ns, of a frame time in s."""
     return EPOCH_NS + round(time * 1e9)
+
+
+def time_fields(log_time: int) -> dict[str, int]:
+    """Return the fields of a protobuf timestamp of a log time in ns."""
+    return {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
+
+
+def timestamp(log_time: int) -> Timestamp:
+    """Return the protobuf timestamp of a log time in ns."""
+    return Timestamp(**time_fields(log_time))
 
 
 def from_ns(log_time: int, rate_hz: float) -> float:
@@ -101,9 +116,9 @@ _SCALARS = {
 
 def _file() -> FileDescriptorProto:
     file = FileDescriptorProto(name="irsim/recording.proto", package="irsim", syntax="proto2")
-    for name, fields in _MESSAGES.items():
+    for name, members in _MESSAGES.items():
         message = file.message_type.add(name=name)
-        for number, (field, kind) in enumerate(fields, 1):
+        for number, (field, kind) in enumerate(members, 1):
             repeated, kind = kind.endswith("*"), kind.rstrip("*")
             added = message.field.add(name=field, number=number)
             added.label = FieldDescriptorProto.LABEL_REPEATED if repeated else FieldDescriptorProto.LABEL_OPTIONAL
@@ -124,7 +139,7 @@ TrackStateMessage = GetMessageClass(TRACK_STATE)
 
 
 def descriptor_set(descriptor: Descriptor) -> bytes:
-    """Return the serialised FileDescriptorSet of a message's file and all its imports, imports first."""
+    """Return the serialised FileDescriptorSet of the file of a message and its imports, imports first."""
     files: dict[str, FileDescriptor] = {}
 
     def collect(file: FileDescriptor) -> None:
@@ -150,7 +165,7 @@ def box(value: Box) -> dict[str, float]:
 
 
 def optional_field(message: Any, field: str) -> Any:
-    """Return a field's value or None; a Point or an Attitude as a tuple. ValueError as `checked_text`."""
+    """Return the value of a field, or None; a Point or an Attitude as a tuple. ValueError as of `checked_text`."""
     if not message.HasField(field):
         return None
     value = getattr(message, field)
@@ -160,66 +175,51 @@ def optional_field(message: Any, field: str) -> Any:
 
 
 def checked_text(value: str | bytes) -> str:
-    """Return the text; ValueError for bytes, which protobuf returns for text that is not UTF-8."""
+    """Return a text; ValueError for bytes, which stand for text that is not UTF-8."""
     if isinstance(value, bytes):
         raise ValueError(f"{value!r} is not text")
     return value
 
 
 def required_numbers(message: Any, field: str) -> Any:
-    """Return the numbers of a field as a tuple; ValueError where it is not set or a number is not finite."""
+    """Return the numbers of a field as a tuple; ValueError where one is missing or not finite."""
     values = optional_field(message, field)
     if values is None or not all(map(isfinite, values)):
         raise ValueError(f"{field} {values}")
     return values
 
 
+_PLAIN = tuple(name for name, kind in _MESSAGES["TargetTruth"] if kind.rstrip("*") in _SCALARS)
+_OPTIONAL = {field.name for field in fields(TargetTruth)} - {"id", "center", "box", "occluders", "accuracy_px"}
+"""Fields of a target: those of a scalar type, and those that may be missing."""
+
+
 def encode_truth(truth: Truth) -> bytes:
     """Return the bytes of an irsim.Truth."""
     targets = [
-        {
-            "id": target.id,
-            "cls": target.cls,
-            "center": point(target.center),
-            "box": box(target.box),
-            "signal_center": point(target.signal_center),
-            "velocity": point(target.velocity),
-            "attitude": target.attitude and dict(zip(("yaw", "pitch", "roll"), target.attitude, strict=True)),
-            "range_m": target.range_m,
-            "visible": target.visible,
-            "occluders": target.occluders,
-            "crossing": target.crossing,
-            "in_view": target.in_view,
-            "contrast_k": target.contrast_k,
-            "accuracy_px": target.accuracy_px,
-            "scr": target.scr,
-        }
+        {name: getattr(target, name) for name in _PLAIN}
+        | {name: point(getattr(target, name)) for name in ("center", "signal_center", "velocity")}
+        | {"attitude": target.attitude and dict(zip(("yaw", "pitch", "roll"), target.attitude, strict=True))}
+        | {"box": box(target.box)}
         for target in truth.targets
     ]
     return bytes(TruthMessage(index=truth.index, time=truth.time, targets=targets).SerializeToString())
 
 
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
-    """Return the Truth of frame `index` at `time` s from the bytes of an irsim.Truth; ValueError or protobuf's
-    DecodeError for other bytes."""
+    """Return the Truth of frame `index` at `time` s from the bytes of an irsim.Truth.
+
+    ValueError or protobuf's DecodeError for other bytes.
+    """
     message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     targets = [
         TargetTruth(
             id=checked_text(target.id),
             center=required_numbers(target, "center"),
             box=Box(*required_numbers(target, "box")),
-            cls=optional_field(target, "cls"),
-            signal_center=optional_field(target, "signal_center"),
-            velocity=optional_field(target, "velocity"),
-            attitude=optional_field(target, "attitude"),
-            range_m=optional_field(target, "range_m"),
-            visible=optional_field(target, "visible"),
             occluders=tuple(map(checked_text, target.occluders)),
-            crossing=optional_field(target, "crossing"),
-            in_view=optional_field(target, "in_view"),
-            contrast_k=optional_field(target, "contrast_k"),
             accuracy_px=target.accuracy_px,
-            scr=optional_field(target, "scr"),
+            **{name: optional_field(target, name) for name in _OPTIONAL},
         )
         for target in message.targets
     ]
@@ -227,7 +227,7 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
 
 
 OPTICAL_FRAME = "camera"
-"""Frame of reference of images and calibration."""
+"""Name of the coordinate frame of images and calibration."""
 
 _DTYPES = {"mono16": "<u2", "mono8": "u1"}
 
@@ -254,7 +254,7 @@ def encode_image(image: Image, log_time: int) -> bytes:
 
 
 def _varint(number: int) -> bytes:
-    """Return a number in protobuf's encoding: seven bits a byte, lowest first."""
+    """Return a number as a protobuf varint: seven bits a byte, lowest first."""
     found = bytearray()
     while number > 0x7F:
         found.append(number & 0x7F | 0x80)
@@ -263,8 +263,10 @@ def _varint(number: int) -> bytes:
 
 
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
-    """Return the read-only (rows, columns) counts of a foxglove.RawImage; ValueError or protobuf's DecodeError where
-    they are not of `size` (columns, rows)."""
+    """Return the read-only counts (rows, columns) of a foxglove.RawImage.
+
+    ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows).
+    """
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
@@ -273,107 +275,3 @@ def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
     if (message.width, message.height, message.step) != (columns, rows, columns * dtype.itemsize):
         raise ValueError(f"{message.width}x{message.height}, {message.step} bytes a row")
     return np.frombuffer(message.data, dtype).reshape(rows, columns)
-
-
-CORNER_PX = 0.5
-"""Offset of coordinates, px: the origin of annotations is "the top-left corner of the top-left pixel of the image"
-(foxglove.PointsAnnotation), that of irsim its centre."""
-
-POINT_LIKE_PX = 5.0
-"""Size below which a target gets a circle around it: the line of a box would cover it."""
-
-_CIRCLE_PX = 3 * POINT_LIKE_PX
-_TEXT_PX = 10.0
-_LINE_PX = 1.0
-
-Rgba = dict[str, float]
-
-# Colours of Okabe & Ito (2008), distinguishable for the colour-blind.
-SEEN: Rgba = {"r": 0.0, "g": 0.62, "b": 0.45, "a": 1.0}
-HIDDEN: Rgba = {"r": 0.90, "g": 0.62, "b": 0.0, "a": 1.0}
-TRACK: Rgba = {"r": 0.34, "g": 0.71, "b": 0.91, "a": 1.0}
-_CLEAR: Rgba = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.0}
-
-
-def _time(log_time: int) -> dict[str, int]:
-    return {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
-
-
-def timestamp(log_time: int) -> Timestamp:
-    """Return the protobuf timestamp of a log time in ns."""
-    return Timestamp(**_time(log_time))
-
-
-def _point(x: float, y: float) -> dict[str, float]:
-    return {"x": x + CORNER_PX, "y": y + CORNER_PX}
-
-
-def add_box(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
-    """Add a labelled box, or a circle around a point-like target, to annotations."""
-    time = _time(log_time)
-    left, top, right, bottom = box.edges
-    if max(box.w, box.h) < POINT_LIKE_PX:
-        annotations.circles.add(
-            timestamp=time,
-            position=_point(box.cx, box.cy),
-            diameter=_CIRCLE_PX,
-            thickness=_LINE_PX,
-            fill_color=_CLEAR,
-            outline_color=color,
-        )
-        top = box.cy - _CIRCLE_PX / 2
-    else:
-        annotations.points.add(
-            timestamp=time,
-            type=PointsAnnotation.LINE_LOOP,
-            points=[_point(left, top), _point(right, top), _point(right, bottom), _point(left, bottom)],
-            outline_color=color,
-            fill_color=_CLEAR,
-            thickness=_LINE_PX,
-        )
-    annotations.texts.add(
-        timestamp=time,
-        position=_point(left, top - 1),
-        text=label,
-        font_size=_TEXT_PX,
-        text_color=color,
-        background_color=_CLEAR,
-    )
-
-
-def annotate_truth(truth: Truth, log_time: int) -> bytes:
-    """Return the bytes of foxglove.ImageAnnotations: a box for every target, in another colour where mostly hidden."""
-    annotations = ImageAnnotations()
-    for target in truth.targets:
-        label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
-        add_box(annotations, target.box, label, HIDDEN if target.hidden else SEEN, log_time)
-    return annotations.SerializeToString()
-
-
-IMAGE, PREVIEW, CAMERA = "/ir/image", "/ir/preview", "/ir/camera_info"
-TRUTH_BOXES, TRUTH = "/truth/annotations", "/truth/targets"
-"""Topics of a recording."""
-
-SCENARIO, LAYOUT = "scenario.yaml", "layout.json"
-"""Attachments: the rendered scenario, and the viewer layout."""
-
-
-def display_range(image: Image, bits: int) -> tuple[int, int]:
-    """Return the counts of black and white in viewers: the middle 99 % of a frame, and half that range on each side."""
-    low, high = np.percentile(image, (0.5, 99.5))
-    margin = max((high - low) / 2, 1.0)
-    return max(int(low - margin), 0), min(int(high + margin), 2**bits - 1)
-
-
-def viewer_layout(black: int, white: int, has_truth: bool) -> bytes:
-    """Return a layout of Foxglove and Lichtblick as JSON: counts beside the 8-bit preview, truth boxes on both."""
-    annotations = {TRUTH_BOXES: {"visible": True}} if has_truth else {}
-    counts = {"imageTopic": IMAGE, "annotations": annotations, "minValue": black, "maxValue": white}
-    preview = {"imageTopic": PREVIEW, "annotations": annotations}
-    layout = {
-        "configById": {"Image!counts": {"imageMode": counts}, "Image!preview": {"imageMode": preview}},
-        "globalVariables": {},
-        "userNodes": {},
-        "layout": {"first": "Image!counts", "second": "Image!preview", "direction": "row"},
-    }
-    return json.dumps(layout, indent=2).encode()

@@ -21,8 +21,9 @@ from irsim.errors import InputError
 def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
     """Raise InputError where `path` cannot become a file, would replace one of `inputs`, or has none of `endings`.
 
-    It cannot where its folder is missing, or where it is a folder or a device. `inputs` are files that the command
-    reads (a folder: every file in it), or its other outputs. `endings` are suffixes such as ".mcap"; none: any.
+    inputs   files that the command reads (a folder: every file in it), or its other outputs
+    endings  allowed suffixes such as ".mcap"; (): any
+
     A path of None passes.
     """
     if path is None:
@@ -57,7 +58,7 @@ def make_folder(path: Path) -> None:
 def refuse_leftovers(folder: Path, stays: Callable[[str], bool], content: str) -> None:
     """Raise InputError where an output folder holds files of another call, which would mix with the new ones.
 
-    stays   of a file's name: is it one of the `content`, and not replaced by this call?
+    stays   name of a file -> True where it is of the `content` and this call does not replace it
     """
     if left := _summary(folder, stays):
         raise InputError(
@@ -67,9 +68,9 @@ def refuse_leftovers(folder: Path, stays: Callable[[str], bool], content: str) -
 
 
 def refuse_others(folder: Path, other: Callable[[str], bool], content: str, command: str) -> None:
-    """Raise InputError where an output folder holds files of another origin, which would be taken for the command's.
+    """Raise InputError where an output folder holds files of another origin.
 
-    other   of a file's name: is it one of the `content`?
+    other   name of a file -> True where it is of the `content`
     """
     if there := _summary(folder, other):
         raise InputError(
@@ -78,8 +79,7 @@ def refuse_others(folder: Path, other: Callable[[str], bool], content: str, comm
 
 
 def _summary(folder: Path, wanted: Callable[[str], bool]) -> str:
-    """Return 'NAME and N more' of a folder's wanted files; '' where there are none. InputError where it cannot be
-    read."""
+    """Return 'NAME and N more' of the wanted files of a folder, or ''; InputError where it cannot be read."""
     try:
         names = sorted(path.name for path in folder.iterdir() if wanted(path.name)) if folder.is_dir() else []
     except OSError as error:
@@ -89,7 +89,7 @@ def _summary(folder: Path, wanted: Callable[[str], bool]) -> str:
 
 @contextmanager
 def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
-    """Open a temporary file that takes the name `path` when the block ends well and is removed when it does not.
+    """Open a temporary file in a block; it becomes `path` where the block ends without an error, else it is removed.
 
     tidy   remove temporary files of killed processes first (for outputs that take long to write)
     """
@@ -121,8 +121,7 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
 
 
 def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
-    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as a PNG file. InputError as
-    `atomic_file`."""
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG; InputError as of `atomic_file`."""
     written, data = cv2.imencode(".png", picture)
     assert written
     with atomic_file(path) as file:
@@ -130,7 +129,7 @@ def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
 
 
 def _remove_leftovers(real: Path) -> None:
-    """Remove temporary files of an output whose process is gone: not locked, and not of a living process here."""
+    """Remove the temporary files of an output that no process has locked or, as far as is known, writes."""
     pattern = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
     with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
         for path in list(real.parent.iterdir()):
@@ -142,7 +141,7 @@ def _remove_leftovers(real: Path) -> None:
 
 
 def _is_alive(process: int) -> bool:
-    """Return whether the process runs; True where that is unknown."""
+    """Return False where the process has ended."""
     if sys.platform == "win32":  # os.kill would end it
         return True
     try:
@@ -155,8 +154,7 @@ def _is_alive(process: int) -> bool:
 
 
 def _lock(file: BinaryIO) -> bool:
-    """Lock a file until it is closed, against other machines too where the file system can; False where another process
-    has the lock."""
+    """Lock a file until it is closed; False where another process, here or on another machine, has the lock."""
     if sys.platform != "win32":
         import fcntl
 

@@ -1,4 +1,4 @@
-"""Recording as a source: frames by index or in order, truths apart."""
+"""Recording as a source of frames and truths, by index or in order."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
-from irsim.recording.container import Container, Packet, TopicIndex, open_container
 from irsim.recording.header import Contents, Header
+from irsim.recording.mcap_reader import McapFile, Packet, TopicIndex, open_mcap
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
 from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
 
@@ -24,15 +24,12 @@ _HASH_BLOCK = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Recording(Source):
-    """Recording as a Source. It keeps no file open and can be pickled.
-
-    Frame k is the k-th in the file. Images are read-only.
-    """
+    """Recording as a Source; images are read-only. It keeps no file open and can be pickled."""
 
     path: Path
     header: Header
     contents: Contents
-    container: Container
+    mcap: McapFile
 
     def __repr__(self) -> str:
         return source_line(self, f"truth of {', '.join(self.targets) or 'no target'}" if self.has_truth else "no truth")
@@ -58,7 +55,7 @@ class Recording(Source):
     def hash(self) -> str:
         """BLAKE2b of the file's bytes."""
         digest = hashlib.blake2b(digest_size=16)
-        with self.container.open() as file:
+        with self.mcap.open() as file:
             while block := file.read(_HASH_BLOCK):
                 digest.update(block)
         return digest.hexdigest()
@@ -95,8 +92,8 @@ class Recording(Source):
     @cached_property
     def scenario_text(self) -> str | None:
         """Rendered scenario as YAML; None for imported frames."""
-        text = self.container.attachment(SCENARIO)
-        with self.container.decoding("the scenario in it is no text"):
+        text = self.mcap.attachment(SCENARIO)
+        with self.mcap.decoding("the scenario in it is no text"):
             return None if text is None else text.decode()
 
     def __len__(self) -> int:
@@ -105,7 +102,7 @@ class Recording(Source):
     def frame(self, index: int, input: Input = "counts") -> Frame:
         """Return frame `index`. IndexError where there is none, DamageError where it is damaged.
 
-        InputError for another `input` than 'counts' and 'display', and for an index that is not a whole number.
+        InputError for an `input` other than 'counts' and 'display', and for an index that is not a whole number.
         """
         index = frame_number(index, len(self), str(self.path))
         return next(self.frames(input, index, index + 1))
@@ -118,7 +115,7 @@ class Recording(Source):
         expect_input(input)
         agc = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
-            with self.container.decoding(f"frame {index} cannot be read"):
+            with self.mcap.decoding(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
             frame = Frame(image, index, from_ns(packet.log_time, self.rate_hz), self.bits)
             yield agc.display(frame) if input == "display" else frame
@@ -128,7 +125,7 @@ class Recording(Source):
         if not self.has_truth:
             return
         for index, packet in self._packets(TRUTH, start, stop):
-            with self.container.decoding(f"the truth of frame {index} cannot be read"):
+            with self.mcap.decoding(f"the truth of frame {index} cannot be read"):
                 truth = decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
             yield truth
 
@@ -138,23 +135,21 @@ class Recording(Source):
         return next(self.truths(index, index + 1), None)
 
     def info(self) -> dict[str, Any]:
-        """Return facts about the recording as values of JSON; `topics` has the number of messages of each."""
-        stated = self.header.model_dump(mode="json", exclude_none=True)
-        kept = self.contents.model_dump(mode="json", exclude_none=True)
+        """Return facts about the recording as values of JSON, with the number of messages of each topic."""
         return {
             "path": str(self.path),
             "bytes": self.path.stat().st_size,
             "hash": self.hash,
             "duration_s": self._duration_s(),
-            **stated,
-            **kept,
-            "topics": {topic: len(index) for topic, index in self.container.topics.items()},
+            **self.header.model_dump(mode="json", exclude_none=True),
+            **self.contents.model_dump(mode="json", exclude_none=True),
+            "topics": {topic: len(index) for topic, index in self.mcap.topics.items()},
         }
 
     def indexed_times(self) -> Iterator[tuple[int, float]]:
-        """Yield (frame, time in s) of the first and the last frame of each chunk, from the index alone.
+        """Yield (frame, time in s) of the first and the last frame of each chunk of images, from the index alone.
 
-        Chunks with several topics, which another program may write, are left out: their times are those of all topics.
+        Chunks of several topics, as of other programs, are left out: their times are those of all topics.
         """
         topic_index, begin = self._topic_index(IMAGE), 0
         for chunk, end in zip(topic_index.chunks, topic_index.ends.tolist(), strict=True):
@@ -164,7 +159,7 @@ class Recording(Source):
             begin = end
 
     def _duration_s(self) -> float:
-        """Return the time from the first frame to the last, both included; frames may be missing between them."""
+        """Return the time, s, from the first frame to the last, both included."""
         chunks = self._topic_index(IMAGE).chunks
         between = max(chunk.message_end_time for chunk in chunks) - min(chunk.message_start_time for chunk in chunks)
         return between / 1e9 + 1 / self.rate_hz
@@ -174,40 +169,40 @@ class Recording(Source):
         if not wanted:
             return
         topic_index = self._topic_index(topic)
-        with self.container.open() as file:
+        with self.mcap.open() as file:
             index = start
             for chunk in range(topic_index.chunk_of(start), len(topic_index.chunks)):
-                for packet in self.container.packets(file, topic_index, chunk):
+                for packet in self.mcap.packets(file, topic_index, chunk):
                     if packet.sequence < index:
                         continue
                     if packet.sequence > index:
-                        self._damaged(index)
+                        raise self._missing(index)
                     yield index, packet
                     index += 1
                     if index == wanted.stop:
                         return
-        self._damaged(index)
+        raise self._missing(index)
 
     def _topic_index(self, topic: str) -> TopicIndex:
-        topic_index = self.container.topics.get(topic)
+        topic_index = self.mcap.topics.get(topic)
         if topic_index is None or len(topic_index) != len(self):
-            raise self.container.damage_error(
+            raise self.mcap.damage_error(
                 f"{topic} has {counted(len(topic_index or ()), 'message')} for {counted(len(self), 'frame')}"
             )
         return topic_index
 
-    def _damaged(self, index: int) -> NoReturn:
-        raise self.container.damage_error(f"frame {index} is missing")
+    def _missing(self, index: int) -> InputError:
+        return self.mcap.damage_error(f"frame {index} is missing")
 
 
 def open_recording(path: str | Path) -> Recording:
-    """Open a recording and check its index and metadata; a frame is checked when it is read.
+    """Open a recording and check its index and metadata; frames are checked as they are read.
 
-    InputError where there is no such file, or it is empty, cut short, damaged, not MCAP, or not a recording of irsim.
+    InputError where the file is missing, cut short, damaged, not MCAP, or not a recording of irsim.
     """
     path = path_of(path)
-    container = open_container(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
-    metadata = container.metadata
+    mcap = open_mcap(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
+    metadata = mcap.metadata
     if "irsim" not in metadata:
         problem = (
             "holds a track, not frames (a viewer shows it beside its recording)"
@@ -216,11 +211,7 @@ def open_recording(path: str | Path) -> Recording:
         )
         raise InputError(f"{path}: is MCAP but not a recording of irsim: it {problem}")
     try:
-        return Recording(
-            path,
-            Header.from_record(metadata["irsim"]),
-            Contents.from_record(metadata.get("irsim_contents", {})),
-            container,
-        )
+        header, contents = Header.from_record(metadata["irsim"]), metadata.get("irsim_contents", {})
+        return Recording(path, header, Contents.from_record(contents), mcap)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
 from typing import BinaryIO
 
@@ -18,22 +18,22 @@ from mcap.records import Attachment, Channel, Chunk, Metadata
 
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted
-from irsim.recording.container import (
+from irsim.recording.header import Contents, Header
+from irsim.recording.mcap_reader import (
     BROKEN,
     CRC,
     MAGIC,
     RECORD,
-    Container,
     DamageError,
+    McapFile,
     Packet,
     TopicIndex,
     check_mcap,
-    open_container,
+    open_mcap,
     packets,
     records,
     unpack,
 )
-from irsim.recording.header import Contents, Header
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
 from irsim.recording.output import check_output
 from irsim.recording.reader import Recording
@@ -43,43 +43,40 @@ from irsim.types import Frame, Truth
 
 def damages(recording: Recording) -> Iterator[str]:
     """Yield the damaged parts of a recording, such as 'frames 4 to 5'; nothing where all bytes match their CRCs."""
-    container, found = recording.container, False
-    for topic, topic_index in container.topics.items():
+    mcap, found = recording.mcap, False
+    for topic, topic_index in mcap.topics.items():
         name = "frame" if topic == IMAGE else f"{topic} of frame"
-        for first, last in _damaged_spans(container, topic_index):
-            found = True
-            yield f"{name} {first}" if first == last else f"{name}s {first} to {last}"
-    for entry in container.attachment_index:
+        for damaged, chunks in groupby(_checked_chunks(mcap, topic_index), key=lambda chunk: chunk[0]):
+            if damaged:
+                found, spans = True, list(chunks)
+                first, last = spans[0][1], spans[-1][2]
+                yield f"{name} {first}" if first == last else f"{name}s {first} to {last}"
+    for entry in mcap.attachment_index:
         try:
-            container.attachment(entry.name)
+            mcap.attachment(entry.name)
         except DamageError:
             found = True
             yield f"the attachment {entry.name}"
-    if not found and not container.data_matches():
+    if not found and not mcap.data_matches():
         yield "bytes that no frame needs"
 
 
-def _damaged_spans(container: Container, topic_index: TopicIndex) -> Iterator[tuple[int, int]]:
-    """Yield (first, last) message of each run of damaged chunks."""
-    begun: int | None = None
+def _checked_chunks(mcap: McapFile, topic_index: TopicIndex) -> Iterator[tuple[bool, int, int]]:
+    """Yield (is damaged, first message, last message) of each chunk of a topic."""
     first = 0
-    with container.open() as file:
+    with mcap.open() as file:
         for chunk, end in enumerate(topic_index.ends.tolist()):
+            damaged = False
             try:
-                container.packets(file, topic_index, chunk)
+                mcap.packets(file, topic_index, chunk)
             except DamageError:
-                begun = first if begun is None else begun
-            else:
-                if begun is not None:
-                    yield begun, first - 1
-                begun = None
+                damaged = True
+            yield damaged, first, end - 1
             first = end
-    if begun is not None:
-        yield begun, first - 1
 
 
 Part = Metadata | Attachment | Channel | memoryview
-"""Intact part of a file; a memoryview holds a chunk's records."""
+"""Intact part of a file; a memoryview holds the records of a chunk."""
 
 
 @dataclass
@@ -94,53 +91,44 @@ class Salvage:
 
     @property
     def has_truth(self) -> bool:
-        """Whether every frame of the recording has a truth."""
+        """True where each frame of the recording has a truth."""
         return self.metadata.get("irsim", {}).get("has_truth") == "true"
 
     @property
-    def stated_frames(self) -> int | None:
-        """Number of frames before the damage; None where the table of contents is lost."""
-        contents = self._contents
-        return None if contents is None else contents.frames
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes of the recording before the damage."""
-        contents = self._contents
-        return () if contents is None else contents.notes
-
-    @property
-    def _contents(self) -> Contents | None:
+    def contents(self) -> Contents | None:
+        """Table of contents from before the damage; None where it is lost."""
         with suppress(InputError):
             return Contents.from_record(self.metadata.get("irsim_contents", {}))
         return None
 
     def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
-        """Yield each intact image message with its truth's; frames whose truth is lost are left out."""
+        """Yield each intact image with its truth; frames with a lost truth are left out."""
         for part in _parts(self.path):
             if isinstance(part, Metadata):
                 self.metadata[part.name] = part.metadata
             elif isinstance(part, Attachment):
                 if part.name == SCENARIO:
-                    self._note_scenario(part.data)
+                    with suppress(UnicodeDecodeError):
+                        self.scenario = part.data.decode()
             elif isinstance(part, Channel):
                 self.topics[part.topic] = part.id
             else:
                 yield from self._frames_in(part)
 
     def header(self) -> Header:
-        """Return the recording's header, which precedes its first frame; InputError where it is lost."""
+        """Return the header, which precedes the first frame; InputError where it is lost."""
         any_frame = next(self.frames(), None) is not None
         if not any_frame or "irsim" not in self.metadata:
-            raise _foreign(self.path) if _is_foreign(self.path) else _nothing_left(self.path)
+            if _is_foreign(self.path):
+                raise InputError(
+                    f"{self.path}: is MCAP but not a recording of irsim; allowed: a folder of PNG or TIFF, a TIFF, "
+                    "a .npy, a video, or a recording of irsim"
+                )
+            raise _nothing_left(self.path)
         try:
             return Header.from_record(self.metadata["irsim"])
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from None
-
-    def _note_scenario(self, data: bytes) -> None:
-        with suppress(UnicodeDecodeError):
-            self.scenario = data.decode()
 
     def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
         """Return the readable frames of a chunk."""
@@ -158,18 +146,11 @@ class Salvage:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether a file is intact and not a recording of irsim."""
+    """Return True for an intact file that is not a recording of irsim."""
     try:
-        return all(entry.name != "irsim" for entry in open_container(path).metadata_index)
+        return all(entry.name != "irsim" for entry in open_mcap(path).metadata_index)
     except DamageError:
         return False
-
-
-def _foreign(path: Path) -> InputError:
-    return InputError(
-        f"{path}: is MCAP but not a recording of irsim; allowed: a folder of PNG or TIFF, a TIFF, a .npy, a video, or "
-        "a recording of irsim"
-    )
 
 
 def _nothing_left(path: Path) -> InputError:
@@ -177,26 +158,26 @@ def _nothing_left(path: Path) -> InputError:
 
 
 def _parts(path: Path) -> Iterator[Part]:
-    """Yield the intact parts: by the index where it is intact, else record after record from the start."""
+    """Yield the intact parts: by the index where it is intact, else record by record from the start."""
     try:
-        container = open_container(path)
-        metadata = container.metadata
+        mcap = open_mcap(path)
+        metadata = mcap.metadata
     except DamageError:
         with open(path, "rb") as file:
             yield from _walk(file)
         return
     yield from (Metadata(name, values) for name, values in metadata.items())
-    yield from container.channels
-    for entry in container.attachment_index:
+    yield from mcap.channels
+    for entry in mcap.attachment_index:
         try:
-            data = container.attachment(entry.name) or b""
+            data = mcap.attachment(entry.name) or b""
         except DamageError:
             continue
         yield Attachment(entry.create_time, entry.log_time, entry.name, entry.media_type, data)
-    with container.open() as file:
-        for chunk in container.chunks:
+    with mcap.open() as file:
+        for chunk in mcap.chunks:
             try:
-                yield container.chunk_data(file, chunk)
+                yield mcap.chunk_data(file, chunk)
             except DamageError:
                 continue
 
@@ -226,7 +207,6 @@ def _part(opcode: int, body: bytes) -> Part | None:
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
             data = unpack(memoryview(chunk.data), chunk.compression, chunk.uncompressed_size)
-            # Without an index only the CRC shows that this is a chunk.
             if data is not None and crc32(data) == chunk.uncompressed_crc:
                 return data
     return None
@@ -253,14 +233,11 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
             writer.add(frame, truth)
             if progress is not None:
                 progress(kept)
-        writer.finish(notes=(*salvage.notes, _recovery_note(kept, salvage.stated_frames, path.name)))
+        contents = salvage.contents
+        count = counted(kept, "frame") if contents is None else f"{kept} of {counted(contents.frames, 'frame')}"
+        notes = () if contents is None else contents.notes
+        writer.finish(notes=(*notes, f"{count} recovered from {path.name}"))
     return out
-
-
-def _recovery_note(kept: int, stated: int | None, name: str) -> str:
-    if stated is None:
-        return f"{counted(kept, 'frame')} recovered from {name}"
-    return f"{kept} of {counted(stated, 'frame')} recovered from {name}"
 
 
 def _decoded_frames(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:

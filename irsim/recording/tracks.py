@@ -1,4 +1,4 @@
-"""Tracks: recordings of a tracker's estimates, which viewers open beside those of the source."""
+"""Tracks: recordings of the estimates of a tracker, for viewers beside the recording of the source."""
 
 from __future__ import annotations
 
@@ -14,14 +14,12 @@ from pydantic import Field
 from irsim.config.paths import path_of
 from irsim.config.quantities import AboveZero
 from irsim.errors import InputError, counted
-from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import open_container
 from irsim.recording.header import DigestRecord
+from irsim.recording.mcap_reader import open_mcap
+from irsim.recording.mcap_writer import McapWriter, Message
 from irsim.recording.messages import (
-    TRACK,
     TRACK_STATE,
     TrackStateMessage,
-    add_box,
     box,
     checked_text,
     from_ns,
@@ -31,6 +29,7 @@ from irsim.recording.messages import (
     to_ns,
 )
 from irsim.recording.output import atomic_file
+from irsim.recording.viewer import TRACK, add_box
 from irsim.types import Box
 
 _STATES_PER_CHUNK = 512
@@ -43,7 +42,7 @@ class TrackState:
     index, time   of the frame (s)
     box           centre and size, px
     status        tracking | occluded | lost
-    score         on the tracker's own scale
+    score         of the tracker, on any scale
     velocity      (vx, vy) px per frame
     covariance    ((xx, xy), (yx, yy)) px^2 of the centre
     neff          effective number of particles
@@ -87,7 +86,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
     path = path_of(path)
     states = tuple(states)
     with atomic_file(path) as file:
-        writer = ChunkWriter(file)
+        writer = McapWriter(file)
         writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).to_record())
         boxes, track = _topics(header.tracker)
         boxes_channel = writer.topic(boxes, ImageAnnotations.DESCRIPTOR)
@@ -108,41 +107,36 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
 def read_tracks(path: str | Path) -> TrackRecording:
     """Read a track recording. InputError where it is missing, damaged, or not a track recording."""
     path = path_of(path)
-    container = open_container(path)
-    if "irsim_track" not in container.metadata:
+    mcap = open_mcap(path)
+    if "irsim_track" not in mcap.metadata:
         raise InputError(f"{path}: is not a track recording of irsim; allowed: a file that irtrack run -o wrote")
     try:
-        header = TrackHeader.from_record(container.metadata["irsim_track"])
+        header = TrackHeader.from_record(mcap.metadata["irsim_track"])
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     states: list[TrackState] = []
-    topic_index = container.topics.get(_topics(header.tracker)[1])
-    with container.open() as file:
+    topic_index = mcap.topics.get(_topics(header.tracker)[1])
+    with mcap.open() as file:
         for chunk in range(len(topic_index.chunks) if topic_index else 0):
-            for packet in container.packets(file, topic_index, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
-                with container.decoding(f"state {len(states)} cannot be read"):
+            for packet in mcap.packets(file, topic_index, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
+                with mcap.decoding(f"state {len(states)} cannot be read"):
                     states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
     if len(states) != header.states:
-        raise container.damage_error(f"it holds {len(states)} of {header.states} states")
+        raise mcap.damage_error(f"it holds {len(states)} of {header.states} states")
     return TrackRecording(header, tuple(states))
 
 
 def _topics(tracker: str) -> tuple[str, str]:
-    """Return the topics of boxes and states, in characters that message paths of viewers allow."""
+    """Return the topics of boxes and states, in the characters of message paths in Foxglove."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", tracker)
     return f"/tracks/{plain}/annotations", f"/tracks/{plain}/states"
 
 
 def _encode(state: TrackState) -> bytes:
+    values = {name: getattr(state, name) for name in ("index", "time", "status", "score", "neff")}
+    covariance = [value for row in state.covariance or () for value in row]
     message: Any = TrackStateMessage(
-        index=state.index,
-        time=state.time,
-        box=box(state.box),
-        status=state.status,
-        score=state.score,
-        velocity=point(state.velocity),
-        covariance=[value for row in state.covariance or () for value in row],
-        neff=state.neff,
+        box=box(state.box), velocity=point(state.velocity), covariance=covariance, **values
     )
     return bytes(message.SerializeToString())
 
@@ -158,8 +152,6 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
         time=time,
         box=Box(*required_numbers(message, "box")),
         status=checked_text(message.status),
-        score=optional_field(message, "score"),
-        velocity=optional_field(message, "velocity"),
         covariance=covariance,
-        neff=optional_field(message, "neff"),
+        **{name: optional_field(message, name) for name in ("score", "velocity", "neff")},
     )

@@ -1,4 +1,4 @@
-"""Writer of recordings; docs/recordings.md describes the layout."""
+"""Writer of recordings, in the layout of docs/recordings.md."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, expect_source, whole_number
-from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, Header, TargetEntry
+from irsim.recording.mcap_writer import Compression, McapWriter, Message
 from irsim.recording.messages import (
     CAMERA,
     IMAGE,
@@ -32,22 +32,20 @@ from irsim.recording.messages import (
     TRUTH,
     TRUTH_BOXES,
     TRUTH_DESCRIPTOR,
-    annotate_truth,
     band_text,
-    display_range,
     encode_image,
     encode_truth,
     timestamp,
     to_ns,
-    viewer_layout,
 )
 from irsim.recording.output import atomic_file, check_output
 from irsim.recording.reader import Recording, open_recording
+from irsim.recording.viewer import annotate_truth, display_range, viewer_layout
 from irsim.types import Frame, Image, Source, Truth
 
 
 def check_default_output(path: Path) -> None:
-    """Raise InputError where a default output exists and was not rendered, as it could not be rendered again."""
+    """Raise InputError where a default output exists and could not be rendered again."""
     if not path.exists():
         return
     try:
@@ -62,12 +60,12 @@ def check_default_output(path: Path) -> None:
 
 
 FRAMES_PER_CHUNK = 2
-"""Image messages in a chunk: few, so that a single frame is read fast."""
+"""Images in a chunk: few, for fast access to a single frame."""
 
 PREVIEWS_PER_CHUNK = 16
 
 CURVE_FACTS = ("counts_per_light", "counts_per_root_light", "count_of_no_light")
-"""Names in the image channel's metadata of the numbers of a header's curve; light is in W/m2/sr."""
+"""Keys of the image channel's metadata for the numbers of `Header.curve`; light is in W/m2/sr."""
 
 _JPEG_QUALITY = 85
 
@@ -78,7 +76,7 @@ class RecordingWriter:
     def __init__(self, file: BinaryIO, header: Header, scenario: str | None, compression: Compression) -> None:
         self._header = header
         self._scenario = scenario
-        self._chunks = ChunkWriter(file, compression)
+        self._chunks = McapWriter(file, compression)
         self._channels: dict[str, int] = {}
         self._images: list[Message] = []
         self._previews: list[Message] = []
@@ -89,7 +87,7 @@ class RecordingWriter:
         self._agc = AgcSequence(header.agc, header.bits, _no_earlier_frame)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
-        """Append a frame; its index and its truth's become the number of frames written before."""
+        """Append a frame and its truth, under the number of frames written before as index."""
         image = frame.image
         columns, rows = self._header.size
         if image.shape != (rows, columns) or image.dtype not in (np.uint8, np.uint16):
@@ -101,7 +99,10 @@ class RecordingWriter:
             self._begin(frame, log_time)
         if truth is not None:
             truth = dataclasses.replace(truth, index=self._count, time=frame.time)
-            self._note_targets(truth)
+            for target in truth.targets:
+                first = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
+                self._targets.setdefault(target.id, first)
+                self._frames_of[target.id] += 1
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
         self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
@@ -109,17 +110,15 @@ class RecordingWriter:
         self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
-            self._flush_frames()
+            self._flush(self._small, self._images)
         if len(self._previews) == PREVIEWS_PER_CHUNK:
             self._flush(self._previews)
 
     def finish(self, notes: tuple[str, ...] = ()) -> None:
         """Write the remaining messages, the table of contents and the index."""
-        self._flush_frames()
-        self._flush(self._previews)
-        frames_of = self._frames_of
-        targets = tuple(each.model_copy(update={"frames": frames_of[id]}) for id, each in self._targets.items())
-        contents = Contents(frames=self._count, targets=targets, notes=notes)
+        self._flush(self._small, self._images, self._previews)
+        targets = (each.model_copy(update={"frames": self._frames_of[id]}) for id, each in self._targets.items())
+        contents = Contents(frames=self._count, targets=tuple(targets), notes=notes)
         self._chunks.metadata("irsim_contents", contents.to_record())
         self._chunks.finish()
 
@@ -147,28 +146,19 @@ class RecordingWriter:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
             self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
 
-    def _note_targets(self, truth: Truth) -> None:
-        for target in truth.targets:
-            if target.id not in self._targets:
-                self._targets[target.id] = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
-            self._frames_of[target.id] += 1
-
     def _put(self, pending: list[Message], topic: str, log_time: int, data: bytes) -> None:
         pending.append(Message(self._channels[topic], self._count, log_time, data))
 
-    def _flush_frames(self) -> None:
-        # Truth first: a file that is cut after an image chunk has the truth of its frames.
-        self._flush(self._small)
-        self._flush(self._images)
-
-    def _flush(self, pending: list[Message]) -> None:
-        if pending:
-            self._chunks.chunk(pending)
-            pending.clear()
+    def _flush(self, *groups: list[Message]) -> None:
+        """Write a chunk of each group: truths before images, so that the images of a cut file have their truths."""
+        for pending in groups:
+            if pending:
+                self._chunks.chunk(pending)
+                pending.clear()
 
 
 def _no_earlier_frame(index: int) -> Image:
-    raise AssertionError(f"frame {index} comes before a later one")  # all frames are shown, in order
+    raise AssertionError(f"frame {index} is written after a later one")
 
 
 def _preview(picture: np.ndarray, log_time: int) -> bytes:
@@ -196,9 +186,9 @@ def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes
 def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
-    """Open a writer whose file appears at `path` when the block ends without an error; `finish` is called in the block.
+    """Open a writer in a block that ends with `finish`; its file appears at `path` after the block.
 
-    InputError where there is no such compression.
+    InputError for an unknown compression.
     """
     allowed = get_args(Compression)
     if not isinstance(compression, str) or compression not in allowed:
@@ -218,9 +208,11 @@ def record(
 ) -> Path:
     """Write frames start .. stop-1 of a source as a recording and return its path.
 
-    In the recording they are numbered from 0 and keep their times. `progress` is called with the number of frames done.
-    `jobs` is the number of processes that render, where the source supports it.
-    InputError where the source has no such frames, there is no such compression, or the file cannot be written.
+    jobs      number of processes that render, where the source supports it
+    progress  called with the number of frames done
+
+    The recording numbers them from 0 and keeps their times. InputError where the source has no such frames, for an
+    unknown compression, and where the file cannot be written.
     """
     path = path_of(path)
     expect_source("a record", source)

@@ -25,18 +25,18 @@ OCCLUDER_SHARE = 0.01
 class NamedSprite(NamedTuple):
     """Sprite of a target (`tracked`) or of an occluder.
 
-    first_m  range from the camera's initial position, m, if the camera has moved: occluders stand around that position,
-             and hide targets that are farther from it. The atmosphere's path is the sprite's own range from the camera.
+    range_from_origin_m  range from the camera's first position, m, if the camera has moved: occluders stand around
+                         that position. The atmosphere's path is the sprite's own range from the camera.
     """
 
     name: str
     sprite: Sprite
     tracked: bool
-    first_m: float | None = None
+    range_from_origin_m: float | None = None
 
     @property
     def range_m(self) -> float:
-        return self.sprite.range_m if self.first_m is None else self.first_m
+        return self.sprite.range_m if self.range_from_origin_m is None else self.range_from_origin_m
 
 
 @dataclass(eq=False)
@@ -156,7 +156,7 @@ def uncovered(pieces: Iterable[NamedSprite], light: Floats) -> Floats:
 
 def _far_to_near(layers: Sequence[Layer], pieces: Sequence[NamedSprite]) -> list[Layer | NamedSprite]:
     items: list[Layer | NamedSprite] = sorted([*layers, *pieces], key=attrgetter("range_m"), reverse=True)
-    if all(piece.first_m is None for piece in pieces):
+    if all(piece.range_from_origin_m is None for piece in pieces):
         return items
     runs = [list(run) for _, run in groupby(items, key=_is_target)]
     return [item for run in runs for item in sorted(run, key=_range_key)]

@@ -46,15 +46,15 @@ class Renderer:
         self._prefetch = Prefetch(self.pieces, scenario.frames)
         self._requested = lru_cache(maxsize=2)(self._requested_radiances)
         self.now = Instant.of(shown, self.context)
-        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.mount.zooms)
+        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.camera.zooms)
         self.exposure = [
             self.now if offset == 0 else Instant.of(shown, self.context, offset)
             for offset in camera.exposure_offsets(scenario.is_on)
         ]
-        self.courses = self.now.courses
-        self.targets = [course.target for course in self.courses]
+        self.trajectories = self.now.trajectories
+        self.targets = [trajectory.target for trajectory in self.trajectories]
         self.classes = [target.cls or target.shape.default_class for target in self.targets]
-        motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
+        motions = [self._motion(each.positions, each.attitudes) for each in self.trajectories]
         self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
@@ -63,7 +63,7 @@ class Renderer:
         The velocity is the apparent displacement since the frame before (in frame 0: to the next one); nan where the
         target is behind the camera in one of the two.
         """
-        steps = np.diff(self.now.mount.seen(positions), axis=0)
+        steps = np.diff(self.now.camera.project(positions), axis=0)
         velocities = np.concatenate([steps[:1], steps[:-1]])
         return np.hstack([velocities, angles_deg(attitudes)[: len(steps)]])
 
@@ -182,21 +182,28 @@ class Renderer:
         drawn = self._exposed(lambda instant: instant.sprites(index, present, shifts))
         for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
-                course, target = self.courses[number], self.targets[number]
+                trajectory, target = self.trajectories[number], self.targets[number]
                 arrived = apply_atmosphere(sprite, pose, target.id)
                 if arrived.requested is not None and as_given:
                     requested = self._requested(index).get(target.id)
                     arrived = arrived if requested is None else with_radiance(arrived, requested)
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
-                yield NamedSprite(target.id, arrived, tracked=True, first_m=course.first_m(index, pose))
+                yield NamedSprite(
+                    target.id, arrived, tracked=True, range_from_origin_m=trajectory.range_from_origin_m(index, pose)
+                )
         if only is not None or not self.occluders:
             return
         occluding = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, occluding, strict=True):
             if sprite is not None:
-                first_m = occluder.range_m if pose.has_moved else None
-                yield NamedSprite(occluder.name, apply_atmosphere(sprite, pose), tracked=False, first_m=first_m)
+                range_from_origin_m = occluder.range_m if pose.has_moved else None
+                yield NamedSprite(
+                    occluder.name,
+                    apply_atmosphere(sprite, pose),
+                    tracked=False,
+                    range_from_origin_m=range_from_origin_m,
+                )
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
         """Return sprites averaged over the exposure."""

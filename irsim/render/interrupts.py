@@ -30,17 +30,15 @@ _hinting = threading.Lock()
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Defer Ctrl-C for processes that are started in the block, until they run `process`'s function or call
-    `ignore_interrupts`; before that, Ctrl-C would end them with a traceback.
-
-    The parent gets the signal at the end of the block. InputError where no process can be started.
+    """Defer Ctrl-C to the end of the block; in processes started there, until they run `process`'s function or call
+    `ignore_interrupts`. Before that, it would end them with a traceback. InputError where no process can be started.
     """
     _expect_main()
     if sys.platform == "win32":
         with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # started with the first worker, it would end the deferral
+    resource_tracker.ensure_running()  # its start unblocks signals: with the first worker it would end the deferral
     with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -60,19 +58,17 @@ def _expect_main() -> None:
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker with a one-line hint where it imports a script without the guard.
-
-    Such a script would start workers in turn; the error of multiprocessing is a page long, from each worker.
-    """
+    """End a worker with a one-line hint if it imports a script without the guard, instead of a page from each."""
     try:
         yield
     except RuntimeError as error:
         if "bootstrapping" not in str(error):
             raise
         hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
-        if _hinting.acquire(blocking=False):  # only one thread prints it
-            # In one write, as other workers print it too; a fork server drops the text of sys.exit.
-            sys.stderr.write(f"{hint}\n")
+        if _hinting.acquire(blocking=False):
+            sys.stderr.write(
+                f"{hint}\n"
+            )  # in one write, as other workers write too; a fork server drops sys.exit's text
             sys.stderr.flush()
         sys.exit(1)
 
@@ -81,8 +77,8 @@ def _guard_hint() -> Iterator[None]:
 def _deferred() -> Iterator[None]:
     """Defer the Python handlers of SIGINT, SIGTERM and SIGHUP to the end of the block.
 
-    A signal mask holds for one thread only: another thread, such as one of BLAS, receives the signal, and Python runs
-    the handler in the main thread. A half-started process would then end with a traceback and block its parent.
+    A signal mask holds for one thread only: another thread, such as one of BLAS, may receive the signal, and Python
+    runs the handler in the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

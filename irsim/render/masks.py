@@ -15,7 +15,7 @@ from irsim.recording.output import make_folder, refuse_leftovers, refuse_others,
 from irsim.render.composite import DrawnTarget
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import Floats, frame_range
+from irsim.types import frame_range
 
 KINDS = ("whole", "visible")
 """Masks of a target in a frame, by their names in files."""
@@ -42,11 +42,9 @@ class Mask:
 
 
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
-    """Yield the masks of all existing targets, by id, of frames start .. stop-1 in order.
+    """Yield the masks of all existing targets, by id, of frames start .. stop-1 that arrive, as in `irsim.frames`.
 
-    Frames are those that arrive, as in `irsim.frames`: if the camera drops or doubles frames, the k-th masks belong to
-    the k-th that arrives. InputError for an argument that is not a scenario, for a number below 0 and for one that is
-    not whole.
+    InputError for an argument that is not a scenario, and for frame numbers below 0 or not whole.
     """
     return _masks(expect_scenario("masks", scenario), start, stop)
 
@@ -63,11 +61,10 @@ def write_masks(
 ) -> Iterator[list[Path]]:
     """Write the masks of frames start .. stop-1 as `NNNNNN_ID_whole.png` and `NNNNNN_ID_visible.png`, frame by frame.
 
-    8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing. NNNNNN is the frame's
-    number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`. Older masks of
-    these frames and targets are replaced, or removed where a target is now absent.
-    InputError where the folder cannot be made, where there is no such target, and where the folder holds masks of other
-    frames or targets, which may belong to another scene, or other PNG files, such as frames of a camera.
+    255 is a pixel that the target covers wholly. NNNNNN is the frame's number less `first`: that of a recording whose
+    frame 0 was the scenario's arriving frame `first`. Older masks of these frames and targets are replaced, or removed
+    if a target is absent. InputError if there is no such target, if the folder cannot be made, and if it holds masks of
+    other frames or targets, or other PNG files.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
@@ -116,9 +113,5 @@ def _mask(drawn: DrawnTarget, shape: tuple[int, int]) -> Mask:
     met = sprite.within(shape)
     if met is not None:
         inner, outer = met
-        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(drawn.visible_cover[inner])
+        whole[outer], visible[outer] = (np.clip(cover[inner], 0, 1) for cover in (sprite.cover, drawn.visible_cover))
     return Mask(whole, visible, sprite.area)
-
-
-def _shares(values: Floats) -> Shares:
-    return np.clip(np.asarray(values, dtype=np.float64), 0, 1)

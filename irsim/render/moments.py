@@ -1,7 +1,4 @@
-"""Exact mean and variance of frames, and the contribution of each target.
-
-They serve Cramér-Rao bounds on trackers, fits, and renderings with one cause switched off.
-"""
+"""Exact mean and variance of frames, and the contribution of each target: for Cramér-Rao bounds and fits."""
 
 from __future__ import annotations
 
@@ -76,14 +73,12 @@ class Moments:
         """
         if not _is_shift(shift):
             raise InputError(f"shift: {shift} is no shift; allowed: two finite numbers, px to the right and down")
-        names = [course.target.id for course in self._renderer.courses]
+        names = [target.id for target in self._renderer.targets]
         if target not in names:
-            raise InputError(
-                f"target: there is no {target!r}; allowed: {', '.join(names) or 'nothing, there are none'}"
-            )
-        return np.asarray(
-            self._levels.added(self._scenario_frame(index), target, shift, self._within(region)), np.float64
-        )
+            allowed = ", ".join(names) or "nothing, there are none"
+            raise InputError(f"target: there is no {target!r}; allowed: {allowed}")
+        added = self._levels.added(self._scenario_frame(index), target, shift, self._within(region))
+        return np.asarray(added, np.float64)
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
         """Return the noise variance of each pixel about the mean, counts², that of rounding included.
@@ -108,8 +103,7 @@ class Moments:
 
     def _scenario_frame(self, index: int) -> int:
         """Return the scenario's number of the frame that arrives as `index`."""
-        arrivals = self._arrivals
-        return arrivals[frame_number(index, len(arrivals), "the scenario")]
+        return self._arrivals[frame_number(index, len(self._arrivals), "the scenario")]
 
     def _within(self, region: Region | None) -> Region | None:
         """Return the region in whole numbers; None where it is the whole picture."""
@@ -190,9 +184,8 @@ class MeanCounts:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
             return renderer.recorded.insert_into(light, index, uncovered(pieces, light))
-        response_time = renderer.scenario.camera.response_time(
-            renderer.scenario.is_on
-        )  # a new one, as it caches the light of these targets
+        # A new one: it caches the light of these targets.
+        response_time = renderer.scenario.camera.response_time(renderer.scenario.is_on)
         shown = sensor.shown(index)
 
         def light_of(frame: int) -> Floats:
@@ -221,9 +214,8 @@ class MeanCounts:
         left, top, columns, rows = region
         near = [piece for piece in pieces if piece.sprite.within((rows, columns), (left, top)) is not None]
         layers = self._layers(frame, region)
-        if layers is None or any(
-            piece.sprite.requested is not None for piece in near
-        ):  # the SCR depends on the ring around a target
+        # A requested SCR depends on the ring around the target, which may reach beyond the region.
+        if layers is None or any(piece.sprite.requested is not None for piece in near):
             return self._whole(frame, pieces)[_slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))

@@ -26,8 +26,8 @@ def open_source(
 ) -> Source:
     """Return a Source from a scenario's file or name, a recording's file, a Scenario, or the given Source itself.
 
-    `overrides` ("camera.netd_mk=80"), `seed` and `without` (parts to switch off besides those that the scenario has
-    off) are for scenarios only: InputError for a recording, as for any other argument.
+    `overrides` ("camera.netd_mk=80"), `seed` and `without` (further parts to switch off) are for scenarios only:
+    InputError for a recording, as for any other argument.
     """
     if isinstance(path, Scenario):
         _refuse(overrides, without, "a Scenario in Python: set its fields instead")
@@ -57,7 +57,7 @@ def open_source(
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
-    """Return the override that adds `without` to the parts that the scenario has off; none for an empty `without`."""
+    """Return the override that switches off the parts `without` too; none if it is empty."""
     return _off(load(path, overrides), without) if without else []
 
 
@@ -78,20 +78,18 @@ def open_rendering(
     path      a scenario's file or name, or a recording's file
     frames    (start, stop) in the numbers of the scenario or of the recording; by default all. A recording
               counts frames that arrived, a scenario also lost ones
-    without   parts to switch off besides those that the scenario has off
+    without   further parts to switch off
 
-    A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
-    where a recording holds no scenario, or not all frames of it from its first to its last.
+    A recording's scenario runs no code that it names (see `loader.loads`). InputError as of `load`, and where a
+    recording holds no scenario, or not all frames of it from its first to its last.
     """
     recording = open_recording(Path(path)) if is_recording(Path(path)) else None
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
 
     def scenario(count: int | None) -> Scenario:
-        asked = changes if count is None else [*changes, f"frames={count}"]
-        found = _scenario(path, recording, asked)
-        if not without:
-            return found
-        return _scenario(path, recording, [*asked, *_off(found, without)])
+        every = changes if count is None else [*changes, f"frames={count}"]
+        found = _scenario(path, recording, every)
+        return _scenario(path, recording, [*every, *_off(found, without)]) if without else found
 
     name, before = (Path(path).stem, 0) if recording is None else (recording.header.name, recording.header.first_frame)
     rendering = Rendering(scenario(None), name)
@@ -116,10 +114,7 @@ def open_rendering(
 
 
 def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
-    """Raise InputError where a recording's frames differ in time from the scenario's, as some were lost.
-
-    The rendering has overrides, and may lose other frames; the scenario without them then decides.
-    """
+    """Raise InputError if a recording's frames differ in time from the scenario's without overrides: some were lost."""
     if _misplaced(recording, rendering) is None:
         return
     found = _misplaced(recording, Rendering(_scenario(path, recording, ())))

@@ -2,7 +2,7 @@
 
 Each worker renders blocks of whole frames, block i the worker i modulo the number of workers, and has two blocks at a
 time: the parent takes the frames of one while the worker renders the other. Pictures pass through shared memory,
-truths through a pipe.
+truths through a pipe, several in a message.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import multiprocessing
 import pickle
 import traceback
-from collections.abc import Generator, Iterator, Sequence
+from collections import deque
+from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing, suppress
 from ctypes import Array, c_uint16
 from itertools import cycle
@@ -35,6 +36,9 @@ BLOCKS_EACH = 4
 
 QUEUED = 2
 """Blocks that a worker has at a time."""
+
+BATCH = 8
+"""Most truths in one message."""
 
 MEMORY = 256 << 20
 """Most bytes of shared memory; each worker has room for two pictures at least."""
@@ -82,6 +86,7 @@ class _Worker:
         self._slots = cycle(_pictures(memory, scenario))
         self._pipe, theirs = context.Pipe()
         self._bits, self._heard = scenario.camera.bits, False
+        self._answers: deque[Truth | Exception] = deque()
         self._process = process(context, _serve, scenario, inherited=(theirs, memory))
         self._process.start()
         theirs.close()  # else the end of the process would not close the pipe
@@ -93,7 +98,9 @@ class _Worker:
     def next(self) -> tuple[Frame, Truth]:
         """Return the next frame and its truth; raise the worker's error, or IrsimError if it died."""
         try:
-            answer = self._pipe.recv()
+            if not self._answers:
+                self._answers.extend(self._pipe.recv())
+            answer = self._answers.popleft()
         except (EOFError, OSError):
             raise self._death() from None
         if isinstance(answer, Exception):
@@ -125,19 +132,19 @@ def _pictures(memory: Array[c_uint16], scenario: Scenario) -> list[Counts]:
 def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> None:
     """Render each block: send the truths of its frames, and write their pictures to the slots of `memory` in turn."""
     cv2.setNumThreads(1)
-    slots = cycle(_pictures(memory, scenario))
+    slots, truths = cycle(_pictures(memory, scenario)), list[Truth]()
     with suppress(EOFError, OSError):  # the parent has closed its end
         try:
             renderer = Renderer(scenario)
-            for index in _wanted(pipe):
-                pipe.send(renderer.frame(index, next(slots))[1])
+            while True:
+                block = pipe.recv()
+                for number, index in enumerate(block, 1):
+                    truths.append(renderer.frame(index, next(slots))[1])
+                    if number % BATCH == 0 or number == len(block):
+                        pipe.send(truths)
+                        truths = []
         except Exception as error:
-            pipe.send(_sendable(error))
-
-
-def _wanted(pipe: Connection) -> Iterator[int]:
-    while True:
-        yield from pipe.recv()
+            pipe.send([*truths, _sendable(error)])
 
 
 def _sendable(error: Exception) -> Exception:

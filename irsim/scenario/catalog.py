@@ -71,8 +71,7 @@ def write_new(path: Path, text: str) -> None:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs. It does not contain relations between
-    keys."""
+    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs, without relations between keys."""
     return {"$schema": DIALECT, **Scenario.model_json_schema(), "title": "irsim scenario"}
 
 

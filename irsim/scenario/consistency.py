@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds import Background
 from irsim.camera.camera import Camera
-from irsim.config.base import KeyPath, no_such
+from irsim.config.base import KeyPath, invalid, no_such
 from irsim.geometry.context import SceneContext
 from irsim.physics.atmosphere import HIGHEST_M, Atmosphere
 from irsim.physics.climate import fitted_band
@@ -34,33 +34,31 @@ def check_atmosphere(air: Atmosphere, background: Background, camera: Camera) ->
     if fitted_band(camera.band) is None:
         low, high = limits(camera.band)
         named = " or ".join(f"{name} ({first:g} to {last:g} um)" for name, (first, last) in BAND_UM.items())
-        raise PydanticCustomError(
-            "unfitted_band",
-            "no atmosphere is fitted to a band of {band}; allowed with one: at least half of it within {named}",
-            {"band": f"{low:g} to {high:g} um", "named": named, "at": ("camera", "band")},
+        raise invalid(
+            f"no atmosphere is fitted to a band of {low:g} to {high:g} um; allowed with one: at least half of it "
+            f"within {named}",
+            at=("camera", "band"),
         )
     altitude_m = background.altitude_m(air.altitude_m)
     if altitude_m > HIGHEST_M:
-        above = f"{altitude_m:g} m above the {background.surface}"
-        why = f"the camera is {above}; allowed with an atmosphere: up to {HIGHEST_M:g} m"
-        raise PydanticCustomError("above_the_air", "{why}", {"why": why, "at": ("background",)})
+        raise invalid(
+            f"the camera is {altitude_m:g} m above the {background.surface}; allowed with an atmosphere: up to "
+            f"{HIGHEST_M:g} m",
+            at=("background",),
+        )
 
 
 def check_background(background: Background, camera: Camera) -> None:
     """Check that the background fits this camera."""
-    why = background.camera_fault(camera.size, camera.bits)
-    if why is not None:
-        raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
+    reason = background.camera_fault(camera.size, camera.bits)
+    if reason is not None:
+        raise invalid(reason, at=("background",))
 
 
 def check_frames(arrivals: Sequence[int], frames: int) -> None:
     """Check that frame loss leaves a frame."""
     if not arrivals:
-        raise PydanticCustomError(
-            "none_arrive",
-            "no frame of {frames} arrives; allowed: faults that leave one",
-            {"frames": frames, "at": ("camera", "faults")},
-        )
+        raise invalid(f"no frame of {frames} arrives; allowed: faults that leave one", at=("camera", "faults"))
 
 
 def check_ids(parts: Iterable[tuple[str, KeyPath]], used: Iterable[UsedName]) -> None:
@@ -85,8 +83,8 @@ def _unknown(used: Iterable[UsedName]) -> Iterator[Fault]:
 def check_trajectories(targets: Sequence[Target], frames: int, context: SceneContext) -> None:
     """Check that every target's trajectory exists."""
     at = np.arange(float(frames))
-    found = ((target.path.obstacle(at, context, target.id), index) for index, target in enumerate(targets))
-    _raise_all([_fault("obstacle", why, ("targets", index, "path")) for why, index in found if why is not None])
+    reasons = (target.path.obstacle(at, context, target.id) for target in targets)
+    _raise_all([_fault("obstacle", why, ("targets", index, "path")) for index, why in enumerate(reasons) if why])
 
 
 def check_references(references: Iterable[Reference]) -> None:
@@ -99,8 +97,7 @@ def check_references(references: Iterable[Reference]) -> None:
             if target == first:
                 several = "refer to each other in a circle; allowed: one of them with a path of its own"
                 problem = several if len(chain) > 1 else "refers to itself; allowed: another target"
-                message = f"{', '.join(chain)} {problem}"
-                raise PydanticCustomError("circle", "{message}", {"message": message, "at": place})
+                raise invalid(f"{', '.join(chain)} {problem}", at=place)
             if target in chain:
                 break  # a circle further on, found from one of its own targets
             chain.append(target)
@@ -112,18 +109,13 @@ def check_severities(severity: int, severities: Mapping[str, Sequence[object]]) 
     most = min(lengths.values(), default=1) - 1
     for key, length in lengths.items():
         if length - 1 > most:
-            raise PydanticCustomError(
-                "severities",
-                "{length} values where another key has {fewer}; allowed: the same number for each key",
-                {"length": length, "fewer": most + 1, "at": ("severities", key)},
+            raise invalid(
+                f"{length} values where another key has {most + 1}; allowed: the same number for each key",
+                at=("severities", key),
             )
     if severity > most:
         allowed = f"0 to {most}" if most else "0, as there are no severities"
-        raise PydanticCustomError(
-            "severity",
-            "{given} is out of range; allowed: {allowed}",
-            {"given": severity, "allowed": allowed, "at": ("severity",)},
-        )
+        raise invalid(f"{severity} is out of range; allowed: {allowed}", at=("severity",))
 
 
 def _fault(kind: str, message: str, place: KeyPath, **more: Any) -> Fault:

@@ -16,7 +16,7 @@ from typing import Any, Generic
 from irsim.config.base import AnyPart, KeyPath, Part, importing_nothing
 from irsim.config.diagnostics import error_line, validate_part
 from irsim.config.overrides import apply_override, expect_overrides, place_of_key, set_value
-from irsim.config.paths import begins_as_recording, is_binary, is_meant_as_text, is_recording, path_of
+from irsim.config.paths import begins_as_recording, is_binary, path_of
 from irsim.config.relative_paths import with_absolute_names, with_relative_names
 from irsim.config.schema import Slot, path_text
 from irsim.config.serialization import as_yaml_value, brief_value, plain_value, whole_numbers
@@ -123,9 +123,9 @@ def read_document(path: str | PathLike[str], root: type[Part], default_folder: s
     """Return the document of a `root` in a file, or in the shipped one of that name (see `find`), with absolute names
     of files."""
     file = find(path, default_folder)
-    if file.is_file() and is_recording(file):
-        raise InputError(f"{path}: {_recording_problem(file)}")
-    if file.is_file() and is_binary(file) and not is_meant_as_text(file):
+    if begins_as_recording(file):
+        raise InputError(f"{path}: is a recording, not YAML; irsim info describes it")
+    if is_binary(file):
         raise InputError(
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"
@@ -161,13 +161,3 @@ def apply_overrides(document: Document, overrides: Iterable[str]) -> tuple[Docum
 def scenario_document(scenario: Scenario, as_value: Callable[[Scenario], Any] = brief_value) -> Document:
     """Return the document of a scenario made in Python; its places are 'scenario'."""
     return Document("scenario", as_value(scenario), {(): "scenario"}, {})
-
-
-def _recording_problem(file: Path) -> str:
-    """Return the problem of a file that is a recording by its content or name, instead of YAML."""
-    if begins_as_recording(file):
-        return "is a recording, not YAML; irsim info describes it"
-    allowed = "allowed: YAML text, in a file whose name ends in .yaml"
-    if file.stat().st_size == 0:
-        return f"is empty, neither a recording nor YAML; {allowed}"
-    return f"has the name of a recording, but not its first bytes; {allowed}"

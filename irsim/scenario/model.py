@@ -14,7 +14,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera.camera import Camera
-from irsim.config.base import KeyPath, Name, Part, Several, Switch, switched_off, switches
+from irsim.config.base import KeyPath, Name, Part, Several, Switch
+from irsim.config.switches import switched_off, switches
 from irsim.errors import InputError, counted
 from irsim.geometry.context import SceneContext
 from irsim.motion import CameraMotion, SceneMotion
@@ -171,8 +172,8 @@ class Scenario(Part):
         return name not in self.without
 
     def names(self) -> Iterator[tuple[str, KeyPath]]:
-        """Yield every name that `without` may hold, with its place in the tree. A part hides a setting of the same
-        name."""
+        """Yield every name that `without` may hold, with its place in the tree. A part takes precedence over a
+        setting of the same name."""
         yield from self._parts()
         yield from self.settings()
 

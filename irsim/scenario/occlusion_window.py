@@ -19,10 +19,10 @@ MARGIN_PX = 1.0
 STILL_PX = 0.02
 """Displacement per frame below which a target counts as standing still behind an occluder."""
 _NEGLIGIBLE = 1e-3
-"""Fraction of a target's area on each side that its window leaves out: the skirts of a point."""
+"""Fraction of a target's area on each side that its window leaves out: the faint edge of a point's PSF."""
 TOLERANCE = 0.02
-"""Fraction by which an occlusion may fall short of the required one and still count as such in frame counts; less than
-this hidden well before or after counts as none."""
+"""Fraction by which an occlusion may fall short of the required one and still count in numbers of frames. Outside of
+the required frames a smaller occluded fraction counts as none."""
 MAX_LENGTH_RATIO = 2
 FEW_FRAMES = 4
 """A warning follows for more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES more, if that is more),
@@ -106,7 +106,7 @@ def target_speed_px(visibility: TargetVisibility, occluder: Occluder) -> float:
 
 
 def _corners(sprite: Sprite) -> Floats:
-    """Return the corners, px, (4, 2), of the box around a sprite without its negligible skirts."""
+    """Return the corners, px, (4, 2), of the box around a sprite without its negligible edge."""
     ends = []
     for axis, origin in ((0, sprite.x0), (1, sprite.y0)):
         sums = np.cumsum(sprite.cover.sum(axis=axis))

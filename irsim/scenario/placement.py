@@ -1,24 +1,50 @@
-"""Placement: occluders that hide a target in given frames get their place, and impossible placements are faults."""
+"""Placement: the search for an occluder's place from which it hides a required fraction of a target in given frames.
+
+The occluder covers a part of the target's window (`occlusion_window`). Bisection finds the smallest part, or for smoke
+the lowest density, that hides enough.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from irsim.errors import InputError, Notice
-from irsim.motion import Crosses, Crossing
+from irsim.errors import InputError
 from irsim.occluders import Occluder
 from irsim.scenario.model import Scenario
-from irsim.scenario.occlusion_window import STILL_PX, InfeasibleError, Occlusion, no_frame
-from irsim.scenario.placement_search import find_place
+from irsim.scenario.occlusion_window import (
+    TOLERANCE,
+    InfeasibleError,
+    Occlusion,
+    moves_vertically,
+    no_frame,
+    occlusion_window,
+    target_and_frames,
+)
 from irsim.scenario.visibility import TargetVisibility
-from irsim.types import Floats, arrays_frozen
+from irsim.types import Box, Floats, arrays_frozen
 
-_CACHED = 32
-"""Scenarios whose placements are cached: all severities of a suite in turn. Some take seconds."""
+_SHORTFALL = 1e-3
+"""Fraction by which the occlusion may fall short. Where nearly all of the target is required, TOLERANCE may be
+visible: its ends."""
+_GOOD_EXCESS = 0.1
+"""Excess fraction at which the first part of the window is accepted without trying others."""
+_ROUNDS = 12
+_CROWN_WINDOWS = 4.0
+"""Most that a crown may rise above the window, in windows."""
+_FIRST_FRAMES = 5
+"""Frames, spread over the required ones, at which a search starts."""
+_THIN_PX = 1.0
+"""Least width and height of a part."""
+
+Part = Callable[[Box, float], Box]
+"""Part of a window for a fraction of at most 1. Fractions of 0 or less continue below or right of the window for parts
+at its lower or right edge (for crowns that rise above them), and give the thinnest part otherwise."""
+Placing = Callable[[float], Occluder]
+"""Occluder for a density (smoke), or for a fraction of the window."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,28 +55,24 @@ class Placed:
     fractions: Floats | None = None
 
 
-class _Key:
-    """Cache key of a scenario: all its parts, whether or not disabled. Equal parts of another file match."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario.whole
-        self.parts = tuple(getattr(scenario, key) for key in type(scenario).model_fields if key != "without")
-
-    def __hash__(self) -> int:
-        return hash((self.scenario.frames, self.scenario.seed))
-
-    def __eq__(self, other: object) -> bool:
-        try:
-            return isinstance(other, _Key) and self.parts == other.parts
-        except (TypeError, ValueError):  # a user's kind that holds an array
-            return False
+_CACHED = 32
+"""Scenarios whose placements are cached: all severities of a suite in turn. Some take seconds."""
+_cache: dict[str, tuple[Placed | InfeasibleError, ...]] = {}
+"""Placements by the hash of the scenario."""
 
 
 def placements(scenario: Scenario) -> tuple[Placed | InfeasibleError, ...]:
     """Return each occluder at its place, or the reason against it. Disabled parts count: occluders stay in place."""
-    if all(occluder.hides is None for occluder in scenario.whole.occluders):
-        return tuple(map(Placed, scenario.whole.occluders))
-    return _cached_placements(_Key(scenario))
+    whole = scenario.whole
+    if all(occluder.hides is None for occluder in whole.occluders):
+        return tuple(map(Placed, whole.occluders))
+    key = whole.hash
+    if key not in _cache:
+        if len(_cache) == _CACHED:
+            del _cache[next(iter(_cache))]
+        visibility = TargetVisibility(whole)
+        _cache[key] = tuple(_place(visibility, occluder) for occluder in whole.occluders)
+    return _cache[key]
 
 
 def placed_occluders(scenario: Scenario) -> tuple[Occluder, ...]:
@@ -68,71 +90,151 @@ def with_placements(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"occluders": placed_occluders(scenario)}).shown
 
 
-def infeasible(scenario: Scenario) -> Iterator[Notice]:
-    """Yield impossible crossings and placements."""
-    visibility = TargetVisibility(scenario.whole)
-    for index, target in enumerate(scenario.targets):
-        if isinstance(target.path, Crossing):
-            try:
-                check_crossing(visibility, index)
-            except InfeasibleError as fault:
-                yield Notice(("targets", index, "path", fault.key), str(fault))
-    for index, result in enumerate(placements(scenario)):
-        if isinstance(result, InfeasibleError):
-            yield Notice(("occluders", index, result.key), str(result))
-
-
-def check_crossing(visibility: TargetVisibility, index: int) -> None:
-    """Raise InfeasibleError for a crossing that cannot happen."""
-    target = visibility.scenario.targets[index]
-    path, context = target.path, visibility.context
-    assert isinstance(path, Crossing)
-    if path.at_frame > visibility.scenario.frames - 1:
-        raise InfeasibleError("at_frame", no_frame(path.at_frame, visibility.scenario.frames))
-    frame = round(path.at_frame)
-    for name in (path.target, target.id):
-        if not visibility.trajectories[name].target.exists(frame):
-            raise InfeasibleError(
-                "at_frame", f"{name} does not exist in frame {frame}; allowed: a frame in which it does"
-            )
-    if isinstance(path, Crosses):
-        _check_range(path, visibility, frame)
-    if path.parting_px(context) < STILL_PX:
-        raise InfeasibleError(
-            "angle_deg", f"at this speed and angle it never separates from {path.target}; allowed: another angle"
-        )
-    for name in (path.target, target.id):
-        x, y = visibility.camera.seen(visibility.trajectories[name].positions)[frame]
-        if not visibility.scenario.camera.geometry.inside(x, y):
-            raise InfeasibleError(
-                "at_frame", f"{name} is outside the picture in frame {frame}; allowed: a frame in which it is inside"
-            )
-
-
-def _check_range(path: Crosses, visibility: TargetVisibility, frame: int) -> None:
-    """Raise InfeasibleError where the other target, or the crossing, is behind the camera."""
-    here, _, _, range_m = path.meeting(visibility.context)
-    if not np.isfinite(here).all():
-        raise InfeasibleError(
-            "at_frame", f"{path.target} is outside the picture in frame {frame}; allowed: a frame in which it is inside"
-        )
-    if range_m + path.farther_m <= 0:
-        away = round(range_m, 1)
-        raise InfeasibleError("farther_m", f"{path.target} is at {away:g} m; allowed: more than {0 - away:g}")
-
-
-@lru_cache(maxsize=_CACHED)
-def _cached_placements(key: _Key) -> tuple[Placed | InfeasibleError, ...]:
-    visibility = TargetVisibility(key.scenario)
-    return tuple(
-        _place(visibility, occluder) if occluder.hides is not None else Placed(occluder)
-        for occluder in key.scenario.occluders
-    )
-
-
 def _place(visibility: TargetVisibility, occluder: Occluder) -> Placed | InfeasibleError:
+    if occluder.hides is None:
+        return Placed(occluder)
     try:
-        occlusion: Occlusion = find_place(visibility, occluder)
+        occlusion = _search(visibility, occluder)
         return arrays_frozen(Placed(occlusion.screen, occlusion.fractions))
     except InfeasibleError as fault:
         return InfeasibleError(fault.key, str(fault))  # without its traceback, which would hold the frames' sprites
+
+
+def _search(visibility: TargetVisibility, occluder: Occluder) -> Occlusion:
+    """Return the occlusion by the occluder at the best place; InfeasibleError where there is none."""
+    _, (_, last) = target_and_frames(occluder)
+    if last >= visibility.scenario.frames:
+        raise InfeasibleError("frames", no_frame(last, visibility.scenario.frames))
+    window = occlusion_window(visibility, occluder)
+    try:
+        occlusion = _best(visibility, occluder, window)
+    except InfeasibleError:
+        raise
+    except ValueError as error:
+        raise InfeasibleError("hides", str(error)) from None
+    fault = occlusion.recurs()
+    if fault is not None:
+        raise InfeasibleError("frames", fault)
+    return occlusion
+
+
+def _best(visibility: TargetVisibility, occluder: Occluder, window: Box) -> Occlusion:
+    """Return the occlusion by the best part of the window: the first one within _GOOD_EXCESS of the required fraction,
+    else of those that do not last too long the one with the smallest excess."""
+    name, _ = target_and_frames(occluder)
+    vertical = moves_vertically(visibility, occluder)
+    found = []
+    for part in (_whole,) if occluder.translucent else _parts(vertical):
+        screen, fractions = _smallest(visibility, occluder, _placing(visibility, occluder, window, part, vertical))
+        if fractions.min() < min(occluder.fraction - _SHORTFALL, 1 - TOLERANCE):
+            # Every part at its largest is the whole window: no other hides more.
+            raise InfeasibleError(
+                "fraction", f"it can hide at most {fractions.min():.2f} of {name}; allowed: that much"
+            )
+        found.append(Occlusion(visibility, screen, occluder))
+        if fractions.max() <= occluder.fraction + _GOOD_EXCESS and (len(found) == 1 or not found[-1].lasts_too_long()):
+            return found[-1]
+    return min(found, key=lambda occlusion: (occlusion.lasts_too_long(), occlusion.max_fraction))
+
+
+def _placing(visibility: TargetVisibility, occluder: Occluder, window: Box, part: Part, vertical: bool) -> Placing:
+    def placed(fraction: float) -> Occluder:
+        screen = occluder.covering(part(window, fraction), fraction, visibility.context)
+        ground = _horizon_row(visibility) if vertical else _ground_row(visibility, occluder)
+        return screen.standing_at(max(window.bottom, ground))
+
+    return placed
+
+
+def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing) -> tuple[Occluder, Floats]:
+    """Return the smallest or thinnest occluder that hides enough, and the fraction hidden in each required frame."""
+    name, (first, last) = target_and_frames(occluder)
+
+    def fractions(screen: Occluder, frames: list[int]) -> Floats:
+        return np.array([visibility.occluded_in_picture(screen, name, frame) for frame in frames])
+
+    every = list(range(first, last + 1))
+    frames = np.unique(np.linspace(first, last, _FIRST_FRAMES).round().astype(int)).tolist()
+    while True:
+        high = 1.0
+        if occluder.fraction < 1:
+            low = 0.0 if occluder.translucent else -_CROWN_WINDOWS
+            for _ in range(_ROUNDS):
+                middle = (low + high) / 2
+                enough = fractions(placed(middle), frames).min() >= min(occluder.fraction, 1 - _SHORTFALL)
+                low, high = (low, middle) if enough else (middle, high)
+        screen = placed(high)
+        found = fractions(screen, every)
+        worst = every[int(found.argmin())]
+        if occluder.fraction == 1 or found.min() >= occluder.fraction - _SHORTFALL or worst in frames:
+            return screen, found
+        frames.append(worst)
+
+
+def _horizon_row(visibility: TargetVisibility) -> float:
+    """Return the y of the horizon, px of the camera at rest, below which occluders stand; -inf without a sky."""
+    return -math.inf if visibility.scenario.background.clear(visibility.context) is None else _row(visibility, 0.0)
+
+
+def _ground_row(visibility: TargetVisibility, occluder: Occluder) -> float:
+    """Return the y, px of the camera at rest, of level ground at the occluder's range; inf, below the picture, where
+    the background gives no depth of the ground or one beyond that range."""
+    depth_m = visibility.scenario.background.surface_m
+    if depth_m is None or depth_m >= occluder.range_m:
+        return math.inf
+    return _row(visibility, math.asin(depth_m / occluder.range_m))
+
+
+def _row(visibility: TargetVisibility, depression: float) -> float:
+    """Return the y, px of the camera at rest, at an angle below the level, rad; inf behind the camera."""
+    geometry = visibility.context.geometry
+    angle = depression + geometry.elevation_rad
+    return float(geometry.axis_px[1] + math.tan(angle) / geometry.ifov_rad) if angle < math.pi / 2 else math.inf
+
+
+def _parts(vertical: bool) -> tuple[Part, ...]:
+    """Return the parts to try in turn, first a strip along the motion of a target that moves across, or vertically.
+
+    A strip across the motion and narrower than the target hides no more of a target that weaves or moves aslant. A part
+    within a large target all the time hides less than a strip, in both directions.
+    """
+    along, across = (_right, _left, _middle_columns), (_lower, _upper, _middle_rows)
+    if not vertical:
+        along, across = across, along
+    return (*along, *reversed(across), _center)
+
+
+def _whole(window: Box, fraction: float) -> Box:
+    return window
+
+
+def _lower(window: Box, fraction: float) -> Box:
+    top = window.bottom - fraction * window.h
+    return Box.from_edges(window.left, top, window.right, max(window.bottom, top + _THIN_PX))
+
+
+def _right(window: Box, fraction: float) -> Box:
+    left = window.right - fraction * window.w
+    return Box.from_edges(left, window.top, max(window.right, left + _THIN_PX), window.bottom)
+
+
+def _upper(window: Box, fraction: float) -> Box:
+    return Box.from_edges(window.left, window.top, window.right, window.top + max(fraction * window.h, _THIN_PX))
+
+
+def _left(window: Box, fraction: float) -> Box:
+    return Box.from_edges(window.left, window.top, window.left + max(fraction * window.w, _THIN_PX), window.bottom)
+
+
+def _middle_columns(window: Box, fraction: float) -> Box:
+    half = max(fraction * window.w, _THIN_PX) / 2
+    return Box.from_edges(window.cx - half, window.top, window.cx + half, window.bottom)
+
+
+def _middle_rows(window: Box, fraction: float) -> Box:
+    half = max(fraction * window.h, _THIN_PX) / 2
+    return Box.from_edges(window.left, window.cy - half, window.right, window.cy + half)
+
+
+def _center(window: Box, fraction: float) -> Box:
+    return Box(window.cx, window.cy, max(fraction * window.w, _THIN_PX), max(fraction * window.h, _THIN_PX))

@@ -6,15 +6,13 @@ A *point* holds a value for each key that is searched. Values of nuisance keys f
 from __future__ import annotations
 
 import json
-import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from irsim.errors import InputError, as_int, counted, whole_number
+from irsim.errors import InputError, counted, is_number, whole_number
 from irsim.rng import stream
 from irsim.scenario.loader import change, dumps, values_of
 from irsim.scenario.model import Scenario, expect_scenario
@@ -61,17 +59,21 @@ class Variations:
         """Return the point at quantiles from 0 to 1, one for each knob; uniform quantiles give random draws. Raises
         InputError for other values."""
         place = self._coordinates("shares", shares)
-        if not all(isinstance(share, int | float | np.integer | np.floating) and 0 <= share <= 1 for share in place):
+        if not all(is_number(share) and 0 <= share <= 1 for share in place):
             raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
         return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
     def at_severities(self, severities: Sequence[int]) -> Point:
         """Return the point at a severity for each knob, one of its `severities`. Raises InputError for other values."""
-        steps = self._coordinates("severities", severities)
-        return {
-            knob.key: knob.variation.at_severity(_severity(knob, step), knob.benign)
-            for knob, step in zip(self.knobs, steps, strict=True)
-        }
+        point = {}
+        for knob, severity in zip(self.knobs, self._coordinates("severities", severities), strict=True):
+            allowed = knob.severities
+            if not isinstance(severity, Integral) or severity not in allowed:
+                raise InputError(
+                    f"vary: {knob.key}: there is no severity {severity!r}; allowed: {allowed[0]} to {allowed[-1]}"
+                )
+            point[knob.key] = knob.variation.at_severity(int(severity), knob.benign)
+        return point
 
     def draw(self, seed: int) -> Point:
         """Return the random point of a seed. Raises InputError for a seed that is not an integer."""
@@ -85,9 +87,7 @@ class Variations:
         scenario is invalid.
         """
         if not isinstance(point, Mapping):
-            raise InputError(
-                f"point {reprlib.repr(point)}: allowed: a mapping of override keys to values, such as `at` gives"
-            )
+            raise InputError(f"point {point!r}: allowed: a mapping of override keys to values, such as `at` gives")
         seed = self.scenario.seed if seed is None else whole_number("seed", seed)
         known = [knob.key for knob in (*self.knobs, *self.nuisances)]
         for key in point:
@@ -100,29 +100,14 @@ class Variations:
         return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
 
     def _coordinates(self, name: str, given: Any) -> list[Any]:
-        """Return the argument `name`, a list with an item of any type for each knob."""
+        """Return the argument `name` as a list with a value for each knob. Raises InputError for anything else."""
         wanted = f"{len(self.knobs)}, for {', '.join(knob.key for knob in self.knobs) or 'nothing'}"
-        try:
-            found = None if isinstance(given, str | bytes | Mapping) else list(given)
-        except TypeError:
-            found = None
-        if found is None:
-            raise InputError(f"{name} {reprlib.repr(given)}: allowed: a list of {wanted}")
+        if not isinstance(given, Iterable) or isinstance(given, str | Mapping):
+            raise InputError(f"{name} {given!r}: allowed: a list of {wanted}")
+        found = list(given)
         if len(found) != len(self.knobs):
             raise InputError(f"{counted(len(found), 'coordinate')}; allowed: {wanted}")
         return found
-
-
-def _severity(knob: Knob, given: Any) -> int:
-    """Return one of a knob's severities. Raises InputError for other values."""
-    try:
-        severity = as_int(given)
-    except TypeError:
-        severity = None
-    if severity is None or severity not in knob.severities:
-        first, last = knob.severities[0], knob.severities[-1]
-        raise InputError(f"vary: {knob.key}: there is no severity {given!r}; allowed: {first} to {last}")
-    return severity
 
 
 def variations(scenario: Scenario) -> Variations:

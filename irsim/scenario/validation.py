@@ -10,6 +10,8 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
+import numpy as np
+
 from irsim.config.base import KeyPath
 from irsim.config.diagnostics import by_place, error_line, place_of, validate_part
 from irsim.config.overrides import TABLES, set_value, table_entries
@@ -17,10 +19,13 @@ from irsim.config.schema import Slot, member, path_text
 from irsim.config.serialization import plain_value
 from irsim.config.yaml_text import Document
 from irsim.errors import InputError, Notice
+from irsim.motion import Crosses, Crossing
 from irsim.scenario.model import Scenario
-from irsim.scenario.placement import infeasible
+from irsim.scenario.occlusion_window import STILL_PX, InfeasibleError, no_frame
+from irsim.scenario.placement import placements
 from irsim.scenario.severity import apply_severity, table_faults
 from irsim.scenario.variation import Choice
+from irsim.scenario.visibility import TargetVisibility
 
 _LONGEST = 40
 """Largest number of characters of a quoted value."""
@@ -140,3 +145,56 @@ def _invalid_values(document: Document, key: str, values: Mapping[KeyPath, Any])
         except InputError as error:
             first = str(error).splitlines()[0].removeprefix(f"{place}: ")
             yield Notice(path, f"with {short_text(value)}: {first}")
+
+
+def infeasible(scenario: Scenario) -> Iterator[Notice]:
+    """Yield impossible crossings and placements."""
+    visibility = TargetVisibility(scenario.whole)
+    for index, target in enumerate(scenario.targets):
+        if isinstance(target.path, Crossing):
+            try:
+                _check_crossing(visibility, index)
+            except InfeasibleError as fault:
+                yield Notice(("targets", index, "path", fault.key), str(fault))
+    for index, result in enumerate(placements(scenario)):
+        if isinstance(result, InfeasibleError):
+            yield Notice(("occluders", index, result.key), str(result))
+
+
+def _check_crossing(visibility: TargetVisibility, index: int) -> None:
+    """Raise InfeasibleError for a crossing that cannot happen."""
+    target = visibility.scenario.targets[index]
+    path, context = target.path, visibility.context
+    assert isinstance(path, Crossing)
+    if path.at_frame > visibility.scenario.frames - 1:
+        raise InfeasibleError("at_frame", no_frame(path.at_frame, visibility.scenario.frames))
+    frame = round(path.at_frame)
+    for name in (path.target, target.id):
+        if not visibility.trajectories[name].target.exists(frame):
+            raise InfeasibleError(
+                "at_frame", f"{name} does not exist in frame {frame}; allowed: a frame in which it does"
+            )
+    if isinstance(path, Crosses):
+        _check_range(path, visibility, frame)
+    if path.separation_speed_px(context) < STILL_PX:
+        raise InfeasibleError(
+            "angle_deg", f"at this speed and angle it never separates from {path.target}; allowed: another angle"
+        )
+    for name in (path.target, target.id):
+        x, y = visibility.camera.project(visibility.trajectories[name].positions)[frame]
+        if not visibility.scenario.camera.geometry.inside(x, y):
+            raise InfeasibleError(
+                "at_frame", f"{name} is outside the picture in frame {frame}; allowed: a frame in which it is inside"
+            )
+
+
+def _check_range(path: Crosses, visibility: TargetVisibility, frame: int) -> None:
+    """Raise InfeasibleError where the other target, or the crossing, is behind the camera."""
+    here, _, _, range_m = path.meeting(visibility.context)
+    if not np.isfinite(here).all():
+        raise InfeasibleError(
+            "at_frame", f"{path.target} is outside the picture in frame {frame}; allowed: a frame in which it is inside"
+        )
+    if range_m + path.farther_m <= 0:
+        away = round(range_m, 1)
+        raise InfeasibleError("farther_m", f"{path.target} is at {away:g} m; allowed: more than {0 - away:g}")

@@ -13,9 +13,8 @@ from statistics import NormalDist
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from irsim.config.base import Family, Kind
+from irsim.config.base import Family, Kind, invalid
 from irsim.config.quantities import LARGEST, Number, Positive
 
 STEPS = 5
@@ -94,11 +93,7 @@ class Span(Variation):
     def _ends_rise(self) -> Span:
         low, high = self.ends
         if low >= high:
-            raise PydanticCustomError(
-                "ends",
-                "{low} is not below {high}; allowed: low below high",
-                {"low": f"{low:g}", "high": f"{high:g}", "at": ("low",)},
-            )
+            raise invalid(f"{low:g} is not below {high:g}; allowed: low below high", at=("low",))
         return self
 
 
@@ -184,10 +179,11 @@ class Normal(Span):
     def _ends_are_near(self) -> Normal:
         below, up_to = self._shares
         if up_to - below < 1e-6:
-            raise PydanticCustomError(
-                "far_ends",
-                "less than a millionth of the distribution lies between {low} and {high}; allowed: ends nearer to it",
-                {"low": f"{self.ends[0]:g}", "high": f"{self.ends[1]:g}", "at": ("mean",)},
+            low, high = self.ends
+            raise invalid(
+                f"less than a millionth of the distribution lies between {low:g} and {high:g}; allowed: ends nearer "
+                "to it",
+                at=("mean",),
             )
         return self
 

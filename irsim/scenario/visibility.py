@@ -28,8 +28,6 @@ MAX_FRAMES = 3000
 FEWER_FRAMES = 200
 """The same for warnings that need no dense sampling."""
 
-_CACHED_EXTENTS = 16
-"""Occluders whose extents are cached: a placement search tries many."""
 _CACHED_SPRITES = 256
 """Cached sprites of each other sample time of an exposure."""
 _CACHED_FRAME_SPRITES = 16_384
@@ -82,7 +80,7 @@ class TargetVisibility:
         """Return the pose of the camera in a frame."""
         camera, context = self.camera, self.context
         time_s = frame / context.rate_hz
-        return CameraPose(context, camera.lens(frame), camera.rotation(frame), camera.places[frame], time_s)
+        return CameraPose(context, camera.lens(frame), camera.rotations[frame], camera.places[frame], time_s)
 
     def sprite(self, name: str, frame: int) -> Sprite | None:
         """Return target `name` as drawn in a frame; None where it does not exist or leaves no pixel."""
@@ -97,7 +95,7 @@ class TargetVisibility:
 
     def range_from_origin_m(self, name: str, frame: int, sprite: Sprite) -> float:
         """Return the range of target `name` from the camera's first position, m."""
-        range_m = self.trajectories[name].first_m(frame, self.pose(frame))
+        range_m = self.trajectories[name].range_from_origin_m(frame, self.pose(frame))
         return sprite.range_m if range_m is None else range_m
 
     def occluded(self, occluders: Sequence[Occluder], name: str, frame: int) -> float:
@@ -174,8 +172,6 @@ class TargetVisibility:
     def _extent(self, occluder: Occluder) -> Box | None:
         """Return the box around all of an occluder, px of the camera at rest: the same in every frame."""
         if id(occluder) not in self._extents:
-            if len(self._extents) == _CACHED_EXTENTS:
-                self._extents.clear()
             self._extents[id(occluder)] = occluder, occluder.extent(self.context)
         return self._extents[id(occluder)][1]
 

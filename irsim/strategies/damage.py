@@ -33,7 +33,7 @@ def mutated_texts(draw: st.DrawFn) -> str:
     return text
 
 
-_PIECES = (
+_PIECES = [
     "\t",
     "\n",
     ": ",
@@ -49,7 +49,7 @@ _PIECES = (
     "---\n",
     "\x00",
     "<<: ",
-)
+]
 """Pieces with a meaning in YAML."""
 
 
@@ -108,10 +108,8 @@ def _wrong_type(draw: st.DrawFn, tree: Any) -> str:
 
 def _unknown_kind(draw: st.DrawFn, tree: Any) -> str:
     place = _choose(draw, tree, lambda value: isinstance(value, dict) and "kind" in value)
-    word: Any = draw(
-        st.sampled_from(["nosuch", "", "Sky", "os:system", "no.such:Kind", "irsim.types:Box", 3, None, []])
-    )
-    return write_yaml(_with(tree, (*place, "kind"), word))
+    words: list[Any] = ["nosuch", "", "Sky", "os:system", "no.such:Kind", "irsim.types:Box", 3, None, []]
+    return write_yaml(_with(tree, (*place, "kind"), draw(st.sampled_from(words))))
 
 
 def _missing_key(draw: st.DrawFn, tree: Any) -> str:
@@ -139,7 +137,7 @@ def _not_yaml(draw: st.DrawFn, tree: Any) -> str:
     return "\n".join([*lines[:where], draw(st.sampled_from(_UNREADABLE)), *lines[where:]])
 
 
-_UNREADABLE = (
+_UNREADABLE = [
     "\tkey: 1",
     "key: [1, 2",
     "key: {a: 1",
@@ -149,16 +147,13 @@ _UNREADABLE = (
     "\x00",
     "key: \ud800",
     "%TAG",
-)
+]
 """Lines that are invalid YAML in any place."""
 
 
 def _not_a_mapping(draw: st.DrawFn, tree: Any) -> str:
-    return draw(
-        st.sampled_from(
-            ["", "# nothing\n", "[]", "3", "scenario", "null", "- seed: 1", "---\n---\n", write_yaml([tree])]
-        )
-    )
+    texts = ["", "# nothing\n", "[]", "3", "scenario", "null", "- seed: 1", "---\n---\n", write_yaml([tree])]
+    return draw(st.sampled_from(texts))
 
 
 def _deeply_nested(draw: st.DrawFn, tree: Any) -> str:
@@ -194,64 +189,40 @@ def damaged_recordings(draw: st.DrawFn, whole: bytes) -> bytes:
     """Draw a recording's bytes with one to three damages: reading them fails or gives the same frames."""
     data = whole
     for _ in range(draw(st.integers(1, 3))):
-        data = draw(st.sampled_from(_DAMAGES))(draw, data)
+        start = draw(st.integers(0, max(len(data) - 1, 0)))
+        stop = min(start + draw(st.integers(1, 4096)), len(data))
+        damage = draw(st.sampled_from(_DAMAGES))
+        data = damage(draw, data[:start], data[start:stop], data[stop:])
     return data
 
 
-def _span(draw: st.DrawFn, data: bytes) -> tuple[int, int]:
-    """Draw (first, past the last) of at most 4096 bytes."""
-    first = draw(st.integers(0, max(len(data) - 1, 0)))
-    return first, min(first + draw(st.integers(1, 4096)), len(data))
-
-
-def _flipped(draw: st.DrawFn, data: bytes) -> bytes:
-    first, _ = _span(draw, data)
+def _flipped(draw: st.DrawFn, before: bytes, span: bytes, after: bytes) -> bytes:
     mask = draw(st.integers(1, 255))
-    return data[:first] + bytes(byte ^ mask for byte in data[first : first + 1]) + data[first + 1 :]
+    return before + bytes(byte ^ mask for byte in span[:1]) + span[1:] + after
 
 
-def _cut(draw: st.DrawFn, data: bytes) -> bytes:
-    return data[: _span(draw, data)[0]]
+def _blank(draw: st.DrawFn, before: bytes, span: bytes, after: bytes) -> bytes:
+    return before + draw(st.sampled_from([b"\0", b"\xff"])) * len(span) + after
 
 
-def _without_beginning(draw: st.DrawFn, data: bytes) -> bytes:
-    return data[_span(draw, data)[0] :]
+def _inserted(draw: st.DrawFn, before: bytes, span: bytes, after: bytes) -> bytes:
+    return before + draw(st.binary(min_size=1, max_size=64)) + span + after
 
 
-def _without(draw: st.DrawFn, data: bytes) -> bytes:
-    first, stop = _span(draw, data)
-    return data[:first] + data[stop:]
-
-
-def _blank(draw: st.DrawFn, data: bytes) -> bytes:
-    first, stop = _span(draw, data)
-    return data[:first] + draw(st.sampled_from([b"\0", b"\xff"])) * (stop - first) + data[stop:]
-
-
-def _twice(draw: st.DrawFn, data: bytes) -> bytes:
-    first, stop = _span(draw, data)
-    return data[:stop] + data[first:stop] + data[stop:]
-
-
-def _foreign(draw: st.DrawFn, data: bytes) -> bytes:
-    first, _ = _span(draw, data)
-    return data[:first] + draw(st.binary(min_size=1, max_size=64)) + data[first:]
-
-
-def _number(draw: st.DrawFn, data: bytes) -> bytes:
+def _number(draw: st.DrawFn, before: bytes, span: bytes, after: bytes) -> bytes:
     """Overwrite 8 bytes with a number that is too large for a length or an offset."""
-    first, _ = _span(draw, data)
     number = draw(st.sampled_from([0, 1, 2**31, 2**32 - 1, 2**63 - 1, 2**64 - 1])).to_bytes(8, "little")
-    return data[:first] + number + data[first + 8 :]
+    return before + number + (span + after)[8:]
 
 
-_DAMAGES: tuple[Callable[[st.DrawFn, bytes], bytes], ...] = (
+_DAMAGES: list[Callable[[st.DrawFn, bytes, bytes, bytes], bytes]] = [
     _flipped,
-    _cut,
-    _without_beginning,
-    _without,
+    lambda draw, before, span, after: before,
+    lambda draw, before, span, after: span + after,
+    lambda draw, before, span, after: before + after,
+    lambda draw, before, span, after: before + span + span + after,
     _blank,
-    _twice,
-    _foreign,
+    _inserted,
     _number,
-)
+]
+"""Damages at a span of a file: bits flipped, end, beginning or span lost, span doubled, blank, bytes inserted."""

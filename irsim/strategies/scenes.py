@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -19,7 +19,6 @@ from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
 
 Part = dict[str, Any]
-Drawn = TypeVar("Drawn")
 
 TOP = 5
 """The highest severity."""
@@ -45,14 +44,14 @@ NEAREST = (0.0, 40.0, 32.0, 24.0, 18.0, 14.0)
 """Distance of a decoy, px."""
 
 
-def chosen(given: SearchStrategy[Drawn] | None, default: SearchStrategy[Drawn]) -> SearchStrategy[Drawn]:
-    """Return the given strategy, else the default."""
-    return default if given is None else given
-
-
 def severities(top: int = TOP) -> SearchStrategy[int]:
     """Return a strategy of integers 0 .. top, which shrink to 0."""
     return st.integers(0, top)
+
+
+Severity = SearchStrategy[int]
+ANY = severities()
+"""Each severity, the default of a part's strategy."""
 
 
 def seeds() -> SearchStrategy[int]:
@@ -78,11 +77,11 @@ def straights(
     draw: st.DrawFn,
     size: Sequence[int] = (96, 72),
     frames: int = 30,
-    speed: SearchStrategy[int] | None = None,
+    speed: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
     """Draw a `straight` path; speed: severities of `SPEEDS`; 0 stands still."""
-    pace = SPEEDS[draw(chosen(speed, severities()))]
+    pace = SPEEDS[draw(speed)]
     return straight(pace, 45.0 * draw(st.integers(0, 7)), size, frames, range_m)
 
 
@@ -91,13 +90,13 @@ def weaves(
     draw: st.DrawFn,
     size: Sequence[int] = (96, 72),
     frames: int = 30,
-    speed: SearchStrategy[int] | None = None,
-    amplitude: SearchStrategy[int] | None = None,
+    speed: Severity = ANY,
+    amplitude: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
     """Draw a sinusoid about a straight path; amplitude: severities of `WEAVES`; 0 is straight."""
     way = draw(straights(size, frames, speed, range_m))
-    height = WEAVES[draw(chosen(amplitude, severities()))]
+    height = WEAVES[draw(amplitude)]
     return {**way, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
 
 
@@ -106,13 +105,13 @@ def manoeuvres(
     draw: st.DrawFn,
     size: Sequence[int] = (96, 72),
     frames: int = 30,
-    speed: SearchStrategy[int] | None = None,
-    turn: SearchStrategy[int] | None = None,
+    speed: Severity = ANY,
+    turn: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
     """Draw a path of random turns; turn: severities of `TURNS`; 0 is straight."""
     way = draw(straights(size, frames, speed, range_m))
-    sharpest = TURNS[draw(chosen(turn, severities()))]
+    sharpest = TURNS[draw(turn)]
     return {**way, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
 
 
@@ -138,9 +137,9 @@ def shapes(draw: st.DrawFn) -> Part:
 
 
 @st.composite
-def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+def noises(draw: st.DrawFn, severity: Severity = ANY) -> Part:
     """Draw keys of a camera: its NETD by `NETD_MK` and its noise terms; the simplest is white noise alone."""
-    netd = NETD_MK[draw(chosen(severity, severities()))]
+    netd = NETD_MK[draw(severity)]
     terms: tuple[Part, ...] = (
         {"kind": "fixed_pattern"},
         {"kind": "ar1", "rho": 0.9},
@@ -151,9 +150,9 @@ def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part
 
 
 @st.composite
-def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+def clutters(draw: st.DrawFn, severity: Severity = ANY) -> Part:
     """Draw a background of ground with false targets by `CLUTTER`; at 0 it is flat."""
-    step = draw(chosen(severity, severities()))
+    step = draw(severity)
     ground = {"kind": "ground", "mean_k": 285.0, "spread_k": 0.2 * step}
     if step == 0:
         return ground
@@ -162,9 +161,9 @@ def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Pa
 
 
 @st.composite
-def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+def skies(draw: st.DrawFn, severity: Severity = ANY) -> Part:
     """Draw a background of sky with cloud by `COVERAGE`; at 0 it is flat."""
-    step = draw(chosen(severity, severities()))
+    step = draw(severity)
     sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
     return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
 
@@ -201,14 +200,12 @@ def cameras(draw: st.DrawFn) -> Part:
 
 
 @st.composite
-def occlusions(
-    draw: st.DrawFn, target: str = "target", frames: int = 30, severity: SearchStrategy[int] | None = None
-) -> list[Part]:
+def occlusions(draw: st.DrawFn, target: str = "target", frames: int = 30, severity: Severity = ANY) -> list[Part]:
     """Draw smoke that hides `target` from about the middle of the scene on, by `HIDING`; at 0 there is none.
 
     Unlike a wall, smoke can come and go before a target at rest.
     """
-    fraction, length = HIDING[draw(chosen(severity, severities()))]
+    fraction, length = HIDING[draw(severity)]
     if length == 0:
         return []
     first = max(frames // 2 - length // 2, 1)
@@ -223,10 +220,10 @@ def crossings(
     target: str = "target",
     frames: int = 30,
     shape: Part | None = None,
-    severity: SearchStrategy[int] | None = None,
+    severity: Severity = ANY,
 ) -> list[Part]:
     """Draw another target that crosses `target` in the middle of the scene at one of `ANGLES`; at 0 there is none."""
-    step = draw(chosen(severity, severities()))
+    step = draw(severity)
     if step == 0:
         return []
     way = {"kind": "crosses", "target": target, "at_frame": frames // 2, "speed": 1.5, "angle_deg": ANGLES[step]}
@@ -238,10 +235,10 @@ def decoys(
     draw: st.DrawFn,
     path: Part,
     shape: Part | None = None,
-    severity: SearchStrategy[int] | None = None,
+    severity: Severity = ANY,
 ) -> list[Part]:
     """Draw a decoy of the same shape beside the target's `path`, at one of `NEAREST` px; at 0 there is none."""
-    step = draw(chosen(severity, severities()))
+    step = draw(severity)
     if step == 0:
         return []
     angle = math.radians(path["heading_deg"] + 90.0 * draw(st.sampled_from([1, -1])))
@@ -253,16 +250,16 @@ def decoys(
 
 
 @st.composite
-def frame_faults(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+def frame_faults(draw: st.DrawFn, severity: Severity = ANY) -> list[Part]:
     """Draw frame loss: frames dropped or doubled, by `FAULT_RATES`; at 0 there is none."""
-    rate = FAULT_RATES[draw(chosen(severity, severities()))]
+    rate = FAULT_RATES[draw(severity)]
     return [] if rate == 0 else [{"kind": draw(st.sampled_from(["drop", "duplicate"])), "rate": rate}]
 
 
 @st.composite
-def camera_motions(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+def camera_motions(draw: st.DrawFn, severity: Severity = ANY) -> list[Part]:
     """Draw camera shake by `SHAKE_PX`; at 0 there is none."""
-    rms = SHAKE_PX[draw(chosen(severity, severities()))]
+    rms = SHAKE_PX[draw(severity)]
     return [] if rms == 0 else [{"kind": "shake", "rms_px": rms}]
 
 
@@ -289,7 +286,7 @@ def documents(
     faults: SearchStrategy[list[Part]] | None = None,
     occlusion: SearchStrategy[list[Part]] | None = None,
     crossing: SearchStrategy[list[Part]] | None = None,
-    decoy: bool | SearchStrategy[int] = True,
+    decoy: bool | Severity = True,
     seed: SearchStrategy[int] | None = None,
 ) -> dict[str, Any]:
     """Draw a scenario as plain YAML values: one target, `target`, and its difficulties.
@@ -298,17 +295,21 @@ def documents(
     decoy     severities of a decoy beside the target; False: there is none
     Each of the others is a strategy of `irsim.strategies`, `st.just(...)` for a fixed value.
     """
-    way = draw(chosen(path, paths(size, frames)))
-    look = draw(chosen(shape, shapes()))
-    behind = draw(chosen(background, st.one_of(skies(), clutters())))
-    grain = draw(chosen(noise, noises()))
-    likes = draw(decoys(way, look, None if decoy is True else decoy)) if decoy is not False else []
-    crosser = draw(chosen(crossing, crossings(frames=frames, shape=look)))
-    hiding = draw(chosen(occlusion, occlusions(frames=frames)))
-    shaking = draw(chosen(motion, camera_motions()))
-    lost = draw(chosen(faults, frame_faults()))
+
+    def drawn(given: SearchStrategy[Any] | None, default: SearchStrategy[Any]) -> Any:
+        return draw(default if given is None else given)
+
+    way = drawn(path, paths(size, frames))
+    look = drawn(shape, shapes())
+    behind = drawn(background, skies() | clutters())
+    grain = drawn(noise, noises())
+    likes = draw(decoys(way, look, ANY if decoy is True else decoy)) if decoy is not False else []
+    crosser = drawn(crossing, crossings(frames=frames, shape=look))
+    hiding = drawn(occlusion, occlusions(frames=frames))
+    shaking = drawn(motion, camera_motions())
+    lost = drawn(faults, frame_faults())
     return {
-        "seed": draw(chosen(seed, seeds())),
+        "seed": drawn(seed, seeds()),
         "frames": frames,
         "camera": {
             "size": list(size),

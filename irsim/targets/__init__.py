@@ -6,7 +6,6 @@ from irsim.config.base import Family
 from irsim.targets.aircraft import Airliner, Fighter, Helicopter, Missile, Quadrotor
 from irsim.targets.animals import Bird, Pedestrian
 from irsim.targets.base import Shape, View
-from irsim.targets.body import draw_shapes
 from irsim.targets.mesh import MeshShape
 from irsim.targets.point import Flare, HotSpot, Point
 from irsim.targets.vehicles import Boat, Car, Tank, Truck
@@ -52,4 +51,4 @@ SHAPES = Family(
     {word: kind for kind, words in _SYNONYMS.items() for word in words.split()},
 )
 
-__all__ = ["SHAPES", "Shape", "View", "draw_shapes"]
+__all__ = ["SHAPES", "Shape", "View"]

@@ -114,6 +114,12 @@ def _body_side(side: int) -> tuple[Solid, ...]:
     )
 
 
+def _torso(*stations: tuple[float, float, float]) -> Solid:
+    """Return an upright solid of hexagonal sections through stations (z, half width, half depth)."""
+    hexagon = ((1, 0.5), (1, -0.5), (-1, 0.5), (-1, -0.5), (0, 1), (0, -1))
+    return Solid(tuple((x * deep, y * wide, z) for z, wide, deep in stations for x, y in hexagon))
+
+
 class Pedestrian(Body):
     """A walking person: warm face and hands, cooler clothes, cool shoes; each arm swings opposite to the leg of its
     side."""
@@ -131,25 +137,8 @@ class Pedestrian(Body):
         ball((0.005, 0.0, -0.425), (0.054, 0.044, 0.068), "hair_k"),
         ball((0.03, 0.0, -0.412), (0.036, 0.036, 0.05), "face_k"),
         limb((0.005, 0.0, -0.37), (0.0, 0.0, -0.29), 0.028, 0.032, "face_k"),
-        Solid(
-            tuple(
-                (x * deep, y * wide, z)
-                for z, wide, deep in (
-                    (-0.305, 0.06, 0.04),
-                    (-0.285, 0.115, 0.055),
-                    (-0.2, 0.112, 0.066),
-                    (0.0, 0.088, 0.056),
-                )
-                for x, y in ((1, 0.5), (1, -0.5), (-1, 0.5), (-1, -0.5), (0, 1), (0, -1))
-            )
-        ),
-        Solid(
-            tuple(
-                (x * deep, y * wide, z)
-                for z, wide, deep in ((-0.04, 0.09, 0.056), (0.045, 0.098, 0.066))
-                for x, y in ((1, 0.5), (1, -0.5), (-1, 0.5), (-1, -0.5), (0, 1), (0, -1))
-            )
-        ),
+        _torso((-0.305, 0.06, 0.04), (-0.285, 0.115, 0.055), (-0.2, 0.112, 0.066), (0.0, 0.088, 0.056)),
+        _torso((-0.04, 0.09, 0.056), (0.045, 0.098, 0.066)),
         *_body_side(1),
         *_body_side(-1),
     )

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar, NamedTuple
 
+from pydantic_core import PydanticCustomError
+
 from irsim.config.base import Kind, Switches
 from irsim.geometry.context import SceneContext
 from irsim.geometry.sprite import Sprite
@@ -17,6 +19,11 @@ from irsim.types import Floats
 
 Angles = tuple[float, float, float]
 """Yaw, pitch, roll, degrees."""
+
+
+def wrong_value(reason: str, *at: str | int) -> PydanticCustomError:
+    """Return the error for a value at a key."""
+    return PydanticCustomError("target", "{reason}", {"reason": reason, "at": at})
 
 
 class View(NamedTuple):

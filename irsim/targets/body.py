@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim._native import COMPILED, kernels
 from irsim.config.base import suggestion
 from irsim.config.quantities import Fraction, Kelvin, Length
-from irsim.geometry.silhouette import FINENESS, LayeredPolygons, clip_or_corner, draw_sprites, psf_table
+from irsim.geometry.silhouette import FINENESS, draw_sprite, psf_table
 from irsim.geometry.sprite import Sprite
 from irsim.physics.psf import PSF
 from irsim.physics.radiometry import grey_body
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.targets.parts import RigidTransform, Solid
 from irsim.targets.polyhedra import Polyhedra, build_polyhedra
 from irsim.targets.visibility import Joints, part_outlines, split_intersections
@@ -57,13 +55,11 @@ class Body(Shape):
         for name in self.emissivities:
             if name not in allowed:
                 what = f"{name!r} is no part whose emissivity is set here; allowed: {', '.join(allowed) or 'none'}"
-                raise PydanticCustomError(
-                    "part", "{what}", {"what": what + suggestion(name, allowed), "at": ("emissivities", name)}
-                )
+                raise wrong_value(what + suggestion(name, allowed), "emissivities", name)
         return self
 
     def __hash__(self) -> int:
-        return hash((type(self), self.length_m, self.temperature_k))  # cheap: needed for each body in each frame
+        return hash((type(self), self.length_m, self.temperature_k))  # cheap: taken of each body in each frame
 
     def __eq__(self, other: object) -> bool:
         # Five times as fast as pydantic's.
@@ -101,14 +97,7 @@ class RestPose:
 
 
 class PosedBody(NamedTuple):
-    """A body in a view.
-
-    rest        rest pose
-    transforms  of the joints, translations in units of `scale`
-    scale       length of the body, m
-    view        pose relative to the camera
-    brightness  factor on the radiance
-    """
+    """A body in a view: `transforms` of the joints have translations in units of `scale`, the body's length in m."""
 
     rest: RestPose
     transforms: Mapping[str, RigidTransform]
@@ -117,35 +106,13 @@ class PosedBody(NamedTuple):
     brightness: float
 
 
-def draw_shapes(shapes: Sequence[tuple[Shape, View]]) -> list[Sprite | None]:
-    """Draw each shape alone; without compiled kernels bodies are drawn together, which is faster."""
-    if COMPILED:
-        return [shape.draw(view) for shape, view in shapes]
-    drawn = iter(draw_bodies([shape.posed(view) for shape, view in shapes if isinstance(shape, Body)]))
-    return [next(drawn) if isinstance(shape, Body) else shape.draw(view) for shape, view in shapes]
-
-
 def draw_body(body: PosedBody) -> Sprite | None:
     """Draw a body; None if any part lies behind the camera."""
-    return _draw_compiled(body) if COMPILED else draw_bodies([body])[0]
-
-
-def draw_bodies(bodies: Sequence[PosedBody]) -> list[Sprite | None]:
-    """Draw several bodies, each alone, by the plain code."""
-    polygons = [_body_polygons(body) for body in bodies]
-    drawn = iter(draw_sprites([each for each in polygons if each is not None]))
-    return [None if each is None else next(drawn) for each in polygons]
-
-
-def _body_polygons(body: PosedBody) -> LayeredPolygons | None:
-    """Return the outlines of a body's parts as layered polygons; None if any part lies behind the camera."""
+    if COMPILED:
+        return _draw_compiled(body)
     rest, transforms, scale, view, brightness = body
-    outlines = part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
-    if outlines is None:
-        return None
-    window, range_m = clip_or_corner(outlines.box, view.context), math.hypot(*view.position.tolist())
-    edges, middle, glow, box = outlines
-    return LayeredPolygons(edges, glow, box, window, view.context.psf, range_m, middle)
+    polygons = part_outlines(rest.polyhedra, rest.joints, transforms, scale, view, rest.glow * brightness)
+    return None if polygons is None else draw_sprite(polygons)
 
 
 def _draw_compiled(body: PosedBody) -> Sprite | None:

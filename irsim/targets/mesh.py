@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import suggestion
 from irsim.config.paths import check_unchanged, with_digest
@@ -20,7 +18,7 @@ from irsim.geometry.silhouette import Grid, blur_to_pixels, clip_or_corner
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import POSTURES, Posture, PostureName
 from irsim.physics.radiometry import grey_body
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.targets.meshfile import MAX_CACHED, Triangles, read_mesh
 from irsim.targets.parts import Ints
 from irsim.targets.rasterize import outline_edges, z_buffer
@@ -84,9 +82,7 @@ class MeshShape(Shape):
         for key, name in named:
             if name not in groups:
                 what = f"{self.file} has no material {name!r}; allowed: {', '.join(filter(None, groups)) or 'none'}"
-                raise PydanticCustomError(
-                    "material", "{what}", {"what": what + suggestion(name, groups), "at": (key, name)}
-                )
+                raise wrong_value(what + suggestion(name, groups), key, name)
         return self
 
     def __hash__(self) -> int:
@@ -121,58 +117,28 @@ class MeshShape(Shape):
     def draw(self, view: View) -> Sprite | None:
         context = view.context
         triangles, vertices, normals = _scaled(self, self.mesh)
-        projected = _project_vertices(vertices, view)
-        if projected is None:
+        points = vertices @ view.attitude.T + view.position
+        depth, faces = points[:, 2], triangles.faces
+        if depth.min() <= 0:
             return None
-        pixels, faces = projected.pixels, triangles.faces
-        front = np.sum(normals * (projected.eye - vertices[faces[:, 0]]), axis=1) > 0
+        pixels = context.geometry.project(points)
+        box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
+        eye = -view.position @ view.attitude
+        front = np.sum(normals * (eye - vertices[faces[:, 0]]), axis=1) > 0
         # A front face is clockwise with x right, y down if its corners are read backwards.
         visible = faces[front][:, ::-1]
         start, stop = outline_edges(pixels, visible)
-        grid = Grid.over(projected.window)
-        area = coverage(
-            (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
-        )[:, 0]
-        [[whole_area]], [[center]] = centroids(start, stop, np.ones((len(start), 1)), np.array([len(start)]))
+        grid, ones = Grid.over(clip_or_corner(box, context)), np.ones((len(start), 1))
+        area = coverage((start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, ones, grid.cells)[:, 0]
+        (whole_area,), (center,) = centroids(start, stop, ones)
         glow = _material_radiance(self, triangles.groups, context.band, context.surroundings) * self.brightness(view)
         radiances = glow[triangles.group[front]]
         uniform = not np.ptp(radiances) > 0
-        mean = float(radiances[0]) if uniform else _mean_radiance(pixels, projected.depth, visible, radiances, grid)
+        mean = float(radiances[0]) if uniform else _mean_radiance(pixels, depth, visible, radiances, grid)
         light = np.stack([area, area * mean], axis=1)
-        range_m = float(np.linalg.norm(view.position))
         centers = (center, _centroid(light[:, 1], grid, center))
-        return blur_to_pixels(
-            grid, as_row_differences(light), centers, float(whole_area), projected.box, context.psf, range_m
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class _ProjectedVertices:
-    """Projection of the n vertices of a body.
-
-    pixels  (n, 2) px
-    depth   (n,) m along the optical axis
-    box     bounding box, px
-    window  part of the box whose light can reach the frame
-    eye     (3,) m, camera position in body coordinates
-    """
-
-    pixels: Floats
-    depth: Floats
-    box: Box
-    window: Box
-    eye: Floats
-
-
-def _project_vertices(vertices: Floats, view: View) -> _ProjectedVertices | None:
-    """Project vertices (n, 3) m in body coordinates; None if any lies behind the camera."""
-    points = vertices @ view.attitude.T + view.position
-    if points[:, 2].min() <= 0:
-        return None
-    pixels = view.context.geometry.project(points)
-    box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-    eye = -view.position @ view.attitude
-    return _ProjectedVertices(pixels, points[:, 2], box, clip_or_corner(box, view.context), eye)
+        range_m = float(np.linalg.norm(view.position))
+        return blur_to_pixels(grid, as_row_differences(light), centers, float(whole_area), box, context.psf, range_m)
 
 
 def _mean_radiance(pixels: Floats, depth: Floats, faces: Ints, radiances: Floats, grid: Grid) -> Floats:

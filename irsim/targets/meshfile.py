@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -52,24 +52,19 @@ def read_mesh(path: str) -> Triangles:
     if is_irregular(path):  # such as a pipe without end
         raise MeshError(f"{path}: is no regular file; allowed: a mesh, .obj or .stl")
     try:
-        found = stamp(path)
+        return _read(path, stamp(path))
     except FileNotFoundError:
         raise MeshError(f"{path}: there is no such file") from None
     except OSError as error:
         raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
-    return _read(path, found)
 
 
 @lru_cache(maxsize=MAX_CACHED)
 def _read(path: str, stamp: Stamp) -> Triangles:
-    readers: dict[str, Callable[[str, bytes], _Parsed]] = {".obj": _obj, ".stl": _stl}
-    reader = readers.get(Path(path).suffix.lower())
+    reader = {".obj": _obj, ".stl": _stl}.get(Path(path).suffix.lower())
     if reader is None:
         raise MeshError(f"{path}: unknown kind of mesh; allowed: .obj, .stl")
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
+    data = Path(path).read_bytes()
     corners, faces, group, names = reader(path, data)
     if not len(faces):
         raise MeshError(
@@ -131,18 +126,14 @@ def _obj(path: str, data: bytes) -> _Parsed:
                 current = " ".join(rest)
         except ValueError as error:
             raise MeshError(f"{path}:{number}: {error}") from None
-    return (
-        np.array(corners, dtype=np.float64).reshape(-1, 3),
-        np.array(faces, dtype=np.int64).reshape(-1, 3),
-        np.array(group, dtype=np.int64),
-        tuple(names),
-    )
+    vertices, indices = np.array(corners, np.float64).reshape(-1, 3), np.array(faces, np.int64).reshape(-1, 3)
+    return vertices, indices, np.array(group, np.int64), tuple(names)
 
 
 def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
     """Yield lines with their numbers from 1; a backslash at the end continues a line."""
     begun, first = "", 1
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate([*text.splitlines(), ""], start=1):
         first = first if begun else number
         begun += line
         if begun.endswith("\\"):
@@ -150,8 +141,6 @@ def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
         else:
             yield first, begun
             begun = ""
-    if begun:
-        yield first, begun
 
 
 def _three_numbers(words: list[str]) -> tuple[float, ...]:

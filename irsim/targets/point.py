@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, NotNegative, Number, Positive
 from irsim.geometry.context import SceneContext
@@ -18,7 +17,7 @@ from irsim.geometry.silhouette import LayeredPolygons, clip_to_view, draw_sprite
 from irsim.geometry.sprite import RequestedContrast, Sprite
 from irsim.physics.diffraction import with_wings
 from irsim.physics.radiometry import slope
-from irsim.targets.base import Shape, View
+from irsim.targets.base import Shape, View, wrong_value
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
@@ -65,9 +64,7 @@ class Point(Shape):
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
         if self.contrast_k is not None and self.scr is not None:
-            raise PydanticCustomError(
-                "two_brightnesses", "contrast_k and scr are both set; allowed: one of them", {"at": ("scr",)}
-            )
+            raise wrong_value("contrast_k and scr are both set; allowed: one of them", "scr")
         return self
 
     def draw(self, view: View) -> Sprite | None:
@@ -78,7 +75,7 @@ class Point(Shape):
         range_m = float(np.linalg.norm(view.position))
         phi = self.area_m2 * context.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
-        glow = float(context.glow(self.temperature_k, self.emissivity)) * gain
+        glow = float(context.grey_body_radiance(self.temperature_k, self.emissivity)) * gain
         requested = None
         if self.contrast_k is not None or self.scr is not None:
             requested = RequestedContrast(self.contrast_k, self.scr, gain)
@@ -169,7 +166,7 @@ class HotSpot(Shape):
             return None
         range_m = float(np.linalg.norm(view.position))
         halves = np.array(self.size_m) / 2 * context.geometry.scale(view.position)
-        glow = float(context.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
+        glow = float(context.grey_body_radiance(self.temperature_k, self.emissivity)) * self.brightness(view)
         return ellipse(middle, halves, glow, range_m, context)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -21,30 +21,21 @@ class Topology:
     vertex_part  (V,) part of each vertex; those of one part are contiguous
     face_part    (F,) part of each face, contiguous too
     corner       (F,) one vertex of each face
-    tail, head   (E,) vertices of each edge
-    left, right  (E,) faces of each edge; the left one is counter-clockwise along it as seen from outside
-    part         (E,) part of each edge
+    edges        (E, 5) tail vertex, head vertex, left face, right face and part of each edge; the left face is
+                 counter-clockwise along it as seen from outside
     material     (parts,) material number; the depth order of parts of equal material does not matter
     """
 
     vertex_part: Ints
     face_part: Ints
     corner: Ints
-    tail: Ints
-    head: Ints
-    left: Ints
-    right: Ints
-    part: Ints
+    edges: Ints
     material: Ints
 
     @property
     def count(self) -> int:
-        return len(self.starts)
-
-    @cached_property
-    def starts(self) -> Ints:
-        """(parts,) first vertex of each part."""
-        return np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
+        """Number of parts."""
+        return len(self.material)
 
     @cached_property
     def firsts(self) -> Ints:
@@ -52,20 +43,6 @@ class Topology:
         return np.stack(
             [np.append(np.flatnonzero(np.diff(of, prepend=-1)), len(of)) for of in (self.vertex_part, self.face_part)]
         )
-
-    @cached_property
-    def edges(self) -> Ints:
-        """(E, 5) tail, head, left, right and part of each edge."""
-        return np.column_stack([self.tail, self.head, self.left, self.right, self.part])
-
-    @cached_property
-    def all(self) -> PartSubset:
-        """Subset of all parts."""
-        return self.subset(tuple(range(self.count)))
-
-    def subset(self, parts: tuple[int, ...]) -> PartSubset:
-        """Return the subset of the given parts."""
-        return _subset(self, parts)
 
     @cached_property
     def owner(self) -> npt.NDArray[np.float32]:
@@ -76,62 +53,17 @@ class Topology:
     @cached_property
     def faces(self) -> Ints:
         """(parts, most faces) faces of each part, padded with its last face."""
-        counts = np.bincount(self.face_part)
-        begins = np.cumsum(counts) - counts
+        begins, counts = self.firsts[1, :-1], np.diff(self.firsts[1])
         return np.asarray(begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1))
-
-    @cached_property
-    def later(self) -> npt.NDArray[np.bool_]:
-        """(parts, parts) True where the second part's number is greater."""
-        return np.triu(np.ones((self.count, self.count), dtype=bool), 1)
 
     @cached_property
     def different_material(self) -> npt.NDArray[np.bool_]:
         """(parts, parts) True where the materials differ."""
         return np.asarray(self.material[:, None] != self.material)
 
-
-@dataclass(frozen=True, eq=False)
-class PartSubset:
-    """Subset of n parts, in rising order.
-
-    parts         (n,) part numbers
-    vertices      their vertices;  whose_vertex  the subset index 0 .. n-1 of each
-    faces         their faces;     whose_face    the subset index of each
-    equal_sized   groups of parts with equal numbers of vertices: subset indices (m,) and vertices (m, count), counted
-                  within the subset
-    """
-
-    parts: Ints
-    vertices: Ints
-    faces: Ints
-    whose_vertex: Ints
-    whose_face: Ints
-    equal_sized: tuple[tuple[Ints, Ints], ...]
-
     def penetration(self, vertices: Floats, normals: Floats, offsets: Floats) -> Floats:
-        """Return the depth (n, planes) to which each part, at `vertices`, reaches behind planes normal . v = offset."""
-        heights = vertices @ normals.T
-        lowest = np.empty((len(self.parts), len(normals)))
-        for which, corners in self.equal_sized:
-            lowest[which] = heights[corners].min(axis=1)
-        return np.asarray(offsets - lowest)
-
-
-@lru_cache(maxsize=64)
-def _subset(topology: Topology, subset: tuple[int, ...]) -> PartSubset:
-    place = np.full(topology.count, -1)
-    place[list(subset)] = np.arange(len(subset))
-    vertices, faces = (np.flatnonzero(place[of] >= 0) for of in (topology.vertex_part, topology.face_part))
-    whose = place[topology.vertex_part[vertices]]
-    counts = np.bincount(whose)
-    starts = np.cumsum(counts) - counts
-    equal_sized = tuple(
-        (which, starts[which][:, None] + np.arange(count))
-        for count in np.unique(counts).tolist()
-        for which in [np.flatnonzero(counts == count)]
-    )
-    return PartSubset(np.array(subset), vertices, faces, whose, place[topology.face_part[faces]], equal_sized)
+        """Return the depth (parts, F) to which each part reaches behind the plane of each face."""
+        return np.asarray(offsets - np.minimum.reduceat(vertices @ normals.T, self.firsts[0, :-1], axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,10 +120,10 @@ class Polyhedra:
         to_eye = self.normals @ eye > self.offsets
         before = (self.in_front * to_eye) @ topology.owner
         cannot = (before.T > 0) | (self.separating > before)  # (hider, hidden)
-        low, high = np.minimum.reduceat(pixels, topology.starts), np.maximum.reduceat(pixels, topology.starts)
+        low, high = (ends.reduceat(pixels, topology.firsts[0, :-1]) for ends in (np.minimum, np.maximum))
         meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
         meet = meet & meet.T & topology.different_material
-        first, second = np.nonzero(meet & topology.later & ~(cannot | cannot.T))
+        first, second = np.nonzero(np.triu(meet & ~(cannot | cannot.T), 1))
         face, of_second = self.least_penetrated
         nearer = to_eye[face[first, second]] == of_second[first, second]  # True if the first part is on the eye's side
         cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
@@ -206,22 +138,18 @@ class Polyhedra:
         """Return the polyhedra with some parts moved by transforms with translations in units of `scale`."""
         if not transforms:
             return self
-        topology, names = self.topology, tuple(sorted(transforms))
-        moved = topology.subset(names)
-        rotations = np.array([transforms[part].rotation for part in names])
-        translations = np.array([transforms[part].translation for part in names]) * scale
-        vertices, normals, offsets, penetration = (
-            each.copy() for each in (self.vertices, self.normals, self.offsets, self.penetration)
-        )
-        own, face = moved.vertices, moved.faces
-        turned = (rotations[moved.whose_vertex] @ vertices[own, :, None])[..., 0]
-        vertices[own] = turned + translations[moved.whose_vertex]
-        normals[face] = (rotations[moved.whose_face] @ normals[face, :, None])[..., 0]
-        offsets[face] = np.sum(normals[face] * vertices[topology.corner[face]], axis=1)
-        # Penetrations change only for moved parts and moved faces.
-        penetration[:, face] = topology.all.penetration(vertices, normals[face], offsets[face])
-        penetration[moved.parts] = moved.penetration(vertices[own], normals, offsets)
-        return Polyhedra(topology, vertices, normals, offsets, penetration)
+        topology = self.topology
+        vertices, normals = self.vertices.copy(), self.normals.copy()
+        for part, transform in transforms.items():
+            own, face = topology.vertex_part == part, topology.face_part == part
+            vertices[own] = vertices[own] @ transform.rotation.T + transform.translation * scale
+            normals[face] = normals[face] @ transform.rotation.T
+        return _polyhedra(topology, vertices, normals)
+
+
+def _polyhedra(topology: Topology, vertices: Floats, normals: Floats) -> Polyhedra:
+    offsets = np.sum(normals * vertices[topology.corner], axis=1)
+    return Polyhedra(topology, vertices, normals, offsets, topology.penetration(vertices, normals, offsets))
 
 
 def build_polyhedra(solids: tuple[Solid, ...], scale: float) -> Polyhedra:
@@ -231,13 +159,11 @@ def build_polyhedra(solids: tuple[Solid, ...], scale: float) -> Polyhedra:
     vertex_part, face_part, part = (np.repeat(np.arange(len(hulls)), count) for count in counts.T)
     before = np.cumsum(counts, axis=0) - counts  # offsets of vertices, faces and edges of each part
     corner = np.concatenate([each.corner for each in hulls]) + before[face_part, 0]
-    tail, head, left, right = (np.concatenate([each.edges for each in hulls]) + before[part][:, [0, 0, 1, 1]]).T
+    ends = np.concatenate([each.edges for each in hulls]) + before[part][:, [0, 0, 1, 1]]
     material = np.unique([solid.material for solid in solids], return_inverse=True)[1].astype(np.int64)
-    topology = Topology(vertex_part, face_part, corner, tail, head, left, right, part, material)
-    places = np.concatenate([each.vertices for each in hulls]) * scale
-    planes = np.concatenate([each.normals for each in hulls])
-    offsets = np.sum(planes * places[corner], axis=1)
-    return Polyhedra(topology, places, planes, offsets, topology.all.penetration(places, planes, offsets))
+    topology = Topology(vertex_part, face_part, corner, np.column_stack([ends, part]), material)
+    vertices = np.concatenate([each.vertices for each in hulls]) * scale
+    return _polyhedra(topology, vertices, np.concatenate([each.normals for each in hulls]))
 
 
 def _part_hull(part: int, solid: Solid) -> Hull:

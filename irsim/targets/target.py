@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Name, Part, Several, Switches
 from irsim.config.quantities import Stretch, Triple, Turning
 from irsim.motion import PATHS, Path
 from irsim.targets import SHAPES, Shape
+from irsim.targets.base import wrong_value
 
 
 class Target(Part):
@@ -39,11 +39,7 @@ class Target(Part):
     def _absences_are_ranges(self) -> Target:
         for index, (first, last) in enumerate(self.absent):
             if last < first:
-                raise PydanticCustomError(
-                    "absent",
-                    "frame {last} is before frame {first}; allowed: [first, last]",
-                    {"first": first, "last": last, "at": ("absent", index)},
-                )
+                raise wrong_value(f"frame {last} is before frame {first}; allowed: [first, last]", "absent", index)
         return self
 
     def exists(self, frame: int) -> bool:

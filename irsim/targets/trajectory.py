@@ -51,7 +51,7 @@ class TargetTrajectory:
         positions = np.einsum("nij,nj->ni", camera.rotations, self.positions - camera.places)
         return positions, np.einsum("nij,njk->nik", camera.rotations, self.attitudes)
 
-    def first_m(self, index: int, pose: CameraPose) -> float | None:
+    def range_from_origin_m(self, index: int, pose: CameraPose) -> float | None:
         """Return the distance from the first camera position at frame `index`, m; None if the camera has not moved."""
         return float(np.linalg.norm(self.positions[index])) if pose.has_moved else None
 

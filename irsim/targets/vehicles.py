@@ -10,15 +10,15 @@ from irsim.targets.base import Angles
 from irsim.targets.body import Body
 from irsim.targets.parts import Point3, Solid, block, limb, mirrored, plate, profile, tube, wheel
 
+
+def _both_sides(*points: Point3) -> tuple[Point3, ...]:
+    """Return points and their mirror images, left and right."""
+    return tuple((x, side * y, z) for x, y, z in points for side in (-1, 1))
+
+
 # A saloon of 4.5 m: 1.8 m wide, 1.45 m high; the wheels' lower ends at z = 0.
 _CAR_SILL, _CAR_BELT, _CAR_ROOF, _CAR_HALF = -0.06, -0.205, -0.32, 0.19
 _CAR_WHEELS = tuple(wheel((x, 0.17, -0.07), 0.07, 0.05, "wheels_k") for x in (0.3, -0.29))
-
-
-def _car_cabin(x_low: tuple[float, float], x_high: tuple[float, float]) -> tuple[Point3, ...]:
-    """Return the corners of the cabin, back and front at the belt line and at the roof, narrower above."""
-    low = [(x, side * 0.175, _CAR_BELT) for x in x_low for side in (-1, 1)]
-    return (*low, *((x, side * 0.135, _CAR_ROOF) for x in x_high for side in (-1, 1)))
 
 
 _CAR_SIDE_GLASS = tuple(
@@ -37,11 +37,8 @@ _CAR_SIDE_GLASS = tuple(
 
 
 def _car_pane(low: float, high: float, inside: float) -> Solid:
-    """Return a windscreen or rear window from its x at the belt line and at the roof, and x of a point behind the
-    glass."""
-    rim = [(low, side * 0.155, _CAR_BELT - 0.008) for side in (-1, 1)] + [
-        (high, side * 0.125, _CAR_ROOF + 0.012) for side in (-1, 1)
-    ]
+    """Return a windscreen or rear window: its x at the belt line and at the roof, and x of a point behind the glass."""
+    rim = _both_sides((low, 0.155, _CAR_BELT - 0.008), (high, 0.125, _CAR_ROOF + 0.012))
     return Solid((*rim, (inside, 0.0, -0.24)), "windows_k")
 
 
@@ -71,7 +68,9 @@ class Car(Body):
             -_CAR_HALF,
             _CAR_HALF,
         ),
-        Solid(_car_cabin((0.2, -0.36), (0.03, -0.23))),
+        Solid(
+            _both_sides(*((x, 0.175, _CAR_BELT) for x in (0.2, -0.36)), *((x, 0.135, _CAR_ROOF) for x in (0.03, -0.23)))
+        ),
         *_CAR_SIDE_GLASS,
         *map(mirrored, _CAR_SIDE_GLASS),
         _car_pane(0.205, 0.045, 0.0),
@@ -114,16 +113,7 @@ class Truck(Body):
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.5, -0.06), (0.5, -0.18), (0.46, -0.29), (0.32, -0.29), (0.32, -0.06)), -0.135, 0.135, "cab_k"),
         Solid(
-            (
-                (0.5, -0.12, -0.188),
-                (0.5, 0.12, -0.188),
-                (0.464, -0.115, -0.28),
-                (0.464, 0.115, -0.28),
-                (0.506, -0.12, -0.19),
-                (0.506, 0.12, -0.19),
-                (0.47, -0.115, -0.28),
-                (0.47, 0.115, -0.28),
-            ),
+            _both_sides((0.5, 0.12, -0.188), (0.464, 0.115, -0.28), (0.506, 0.12, -0.19), (0.47, 0.115, -0.28)),
             "windows_k",
         ),
         _TRUCK_SIDE_WINDOW,
@@ -159,17 +149,9 @@ _TANK_TRACK = profile(
     ((0.5, -0.02), (0.49, -0.06), (-0.48, -0.06), (-0.5, -0.02), (-0.39, 0.12), (0.38, 0.12)), 0.15, 0.25, "tracks_k"
 )
 _TANK_TURRET = Solid(
-    (
-        *(
-            (x, side * y, -0.11)
-            for side in (-1, 1)
-            for x, y in ((0.24, 0.09), (0.10, 0.19), (-0.16, 0.19), (-0.26, 0.13))
-        ),
-        *(
-            (x, side * y, -0.22)
-            for side in (-1, 1)
-            for x, y in ((0.10, 0.07), (0.04, 0.14), (-0.14, 0.14), (-0.20, 0.10))
-        ),
+    _both_sides(
+        *((x, y, -0.11) for x, y in ((0.24, 0.09), (0.10, 0.19), (-0.16, 0.19), (-0.26, 0.13))),
+        *((x, y, -0.22) for x, y in ((0.10, 0.07), (0.04, 0.14), (-0.14, 0.14), (-0.20, 0.10))),
     ),
     "turret_k",
 )
@@ -245,11 +227,9 @@ class Boat(Body):
     solids: ClassVar[tuple[Solid, ...]] = (
         Solid(
             (
-                *((x, side * y, -0.09) for side in (-1, 1) for x, y in ((-0.5, 0.1), (0.18, 0.12), (-0.1, 0.125))),
+                *_both_sides(*((x, y, -0.09) for x, y in ((-0.5, 0.1), (0.18, 0.12), (-0.1, 0.125)))),
+                *_both_sides((0.36, 0.07, -0.112), (-0.48, 0.09, 0.0), (0.12, 0.09, 0.0)),
                 (0.5, 0.0, -0.125),
-                (0.36, 0.07, -0.112),
-                (0.36, -0.07, -0.112),
-                *((x, side * y, 0.0) for side in (-1, 1) for x, y in ((-0.48, 0.09), (0.12, 0.09))),
                 (0.42, 0.0, 0.0),
             ),
             "hull_k",
@@ -259,16 +239,7 @@ class Boat(Body):
         _BOAT_WINDOWS,
         mirrored(_BOAT_WINDOWS),
         Solid(
-            (
-                (0.207, -0.075, -0.163),
-                (0.207, 0.075, -0.163),
-                (0.187, -0.075, -0.2),
-                (0.187, 0.075, -0.2),
-                (0.195, -0.075, -0.16),
-                (0.195, 0.075, -0.16),
-                (0.175, -0.075, -0.2),
-                (0.175, 0.075, -0.2),
-            ),
+            _both_sides((0.207, 0.075, -0.163), (0.187, 0.075, -0.2), (0.195, 0.075, -0.16), (0.175, 0.075, -0.2)),
             "windows_k",
         ),
         profile(((-0.08, -0.15), (-0.1, -0.25), (-0.18, -0.25), (-0.18, -0.15)), -0.04, 0.04, "funnel_k"),

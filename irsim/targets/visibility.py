@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
+from irsim.geometry.silhouette import LayeredPolygons, clip_or_corner
 from irsim.targets.base import View
 from irsim.targets.parts import Hull, Ints, Point3, RigidTransform, Solid, convex_hull
 from irsim.targets.polyhedra import Polyhedra
@@ -17,21 +18,6 @@ _THIN = 1e-5
 """Thickness, relative to the body's length, below which nothing is cut off."""
 _MOST_PIECES = 2
 """Largest number of pieces of a split part. Other parts stay whole, to bound the drawing time of the body."""
-
-
-class PartOutlines(NamedTuple):
-    """Outlines of n convex parts in depth order.
-
-    edges   start (m, 2), stop (m, 2) px relative to `middle`, and layer (m,), rising; see `visible_edges`
-    middle  (x, y) px of the body: relative coordinates keep the digits of a small body
-    glow    (n,) radiance of each layer, the nearest first, W/m2/sr
-    box     bounding box, px
-    """
-
-    edges: tuple[Floats, Floats, Ints]
-    middle: tuple[float, float]
-    glow: Floats
-    box: Box
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +39,14 @@ def part_outlines(
     scale: float,
     view: View,
     radiance: Floats,
-) -> PartOutlines | None:
-    """Return the outlines of a body's parts in a view; None if any part lies behind the camera.
+) -> LayeredPolygons | None:
+    """Return the outlines of a body's parts in a view, a layer each; None if any part lies behind the camera.
 
     body        in its rest pose
     transforms  of the joints, translations in units of `scale`
-    radiance    (n,) of the parts, W/m2/sr
+    radiance    (parts,) W/m2/sr
+
+    Coordinates are relative to the body's middle, which keeps the digits of a small body.
     """
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
@@ -68,30 +56,31 @@ def part_outlines(
     x, y = x + right * scale_px, y + down * scale_px
     moved = {part: transforms[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
     body = body.posed(moved, scale)
-    topology = body.topology
-    arms, position = body.vertices @ view.attitude.T, view.position
-    depth = arms[:, 2] + position[2]
+    tail, head, left_face, right_face, part = body.topology.edges.T
+    offsets, position = body.vertices @ view.attitude.T, view.position
+    depth = offsets[:, 2] + position[2]
     if depth.min() <= 0:
         return None
-    pixels = (arms[:, :2] - position[:2] / position[2] * arms[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
+    pixels = (offsets[:, :2] - position[:2] / position[2] * offsets[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
     (west, north), (east, south) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
     eye = -position @ view.attitude
     faces_eye = body.normals @ eye > body.offsets
-    left = faces_eye[topology.left]
-    on_outline = left != faces_eye[topology.right]
+    left = faces_eye[left_face]
+    on_outline = left != faces_eye[right_face]
     # Sorted by layer, the nearest first: the edges of a layer must be contiguous.
     rank = body.depth_order(eye, pixels)
     edge = np.flatnonzero(on_outline)
-    layer = rank[topology.part[edge]]
+    layer = rank[part[edge]]
     by_layer = np.argsort(layer, kind="stable")
     order, layer = edge[by_layer], layer[by_layer]
     # A front face is clockwise with x right, y down if its edges are read backwards.
-    start = pixels[np.where(left, topology.head, topology.tail)[order]]
-    stop = pixels[np.where(left, topology.tail, topology.head)[order]]
+    start = pixels[np.where(left, head, tail)[order]]
+    stop = pixels[np.where(left, tail, head)[order]]
     glow = np.empty(len(rank))
     glow[rank] = radiance
-    box = Box.from_edges(x + west, y + north, x + east, y + south)
-    return PartOutlines((start, stop, layer), (x, y), glow, box)
+    box, range_m = Box.from_edges(x + west, y + north, x + east, y + south), math.hypot(*view.position.tolist())
+    window = clip_or_corner(box, view.context)
+    return LayeredPolygons((start, stop, layer), glow, box, window, view.context.psf, range_m, (x, y))
 
 
 @dataclass(frozen=True, eq=False)

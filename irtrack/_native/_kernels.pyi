@@ -36,15 +36,7 @@ def window_histograms(
     each histogram: then these are divided by their mass inside the image, which is written there."""
 
 def window_gradients(
-    image: Image,
-    table: Table,
-    x: Floats,
-    y: Floats,
-    centers: Floats,
-    scales: Floats,
-    gx: Singles,
-    gy: Singles,
-    /,
+    image: Image, table: Table, x: Floats, y: Floats, centers: Floats, scales: Floats, gx: Singles, gy: Singles, /
 ) -> int:
     """Write Sobel gradients gx, gy (N, R, C) at centers (N, 2) + scales (N, 2) * places x (C,), y (R,).
 

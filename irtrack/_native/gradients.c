@@ -17,22 +17,19 @@ static Places places_in(Call *call)
     Places taken;
     Py_ssize_t centers, scales;
     taken.picture = binned_image(call, 0);
-    taken.x = in(call, 2, "d", &taken.columns);
-    taken.y = in(call, 3, "d", &taken.rows);
-    taken.centers = in(call, 4, "d", &centers);
-    taken.scales = in(call, 5, "d", &scales);
+    taken.x = input(call, 2, "d", &taken.columns);
+    taken.y = input(call, 3, "d", &taken.rows);
+    taken.centers = input(call, 4, "d", &centers);
+    taken.scales = input(call, 5, "d", &scales);
     if (call->failed)
         return taken;
     taken.windows = centers / 2;
-    call->failed = 1;
     if (centers != 2 * taken.windows || scales != centers)
-        wrong("windows: lengths do not agree");
+        wrong(call, "windows: lengths do not agree");
     else if (taken.picture.rows > MOST_PIXELS || taken.picture.columns > MOST_PIXELS || taken.columns < 1 ||
              taken.columns > MOST_PIXELS || taken.rows < 1 || taken.rows > MOST_PIXELS ||
              taken.windows > MOST_PLACES / (taken.rows * taken.columns))
-        wrong("windows: sizes out of range");
-    else
-        call->failed = 0;
+        wrong(call, "windows: sizes out of range");
     return taken;
 }
 
@@ -108,12 +105,12 @@ KERNEL(window_gradients, 8)
 {
     Py_ssize_t space, other, met = 0;
     Places seen = places_in(call);
-    float *gx = out(call, 6, "f", &space), *gy = out(call, 7, "f", &other);
+    float *gx = output(call, 6, "f", &space), *gy = output(call, 7, "f", &other);
     if (call->failed)
         return NULL;
     Py_ssize_t places = seen.rows * seen.columns, span = seen.picture.columns + 2;
     if (space != seen.windows * places || other != space)
-        return wrong("window_gradients: lengths do not agree");
+        return wrong(call, "window_gradients: lengths do not agree");
     int32_t *x = room(call, seen.columns + seen.rows, sizeof *x), *sums = room(call, 2 * span, sizeof *sums);
     if (call->failed)
         return NULL;
@@ -167,11 +164,11 @@ KERNEL(window_cues, 13)
     Py_ssize_t weights, counted, strong, turned, greys, gradients, windows, met = 0, within = 0;
     Counting by;
     Places seen = places_in(call);
-    by.kernel = in(call, 6, "d", &weights);
-    by.edges = in(call, 7, "?", &counted);
-    const float *strength = in(call, 8, "f", &strong), *angle = in(call, 9, "f", &turned);
-    double *grey = out(call, 10, "d", &greys), *gradient = out(call, 11, "d", &gradients);
-    double *visible = out(call, 12, "d", &windows);
+    by.kernel = input(call, 6, "d", &weights);
+    by.edges = input(call, 7, "?", &counted);
+    const float *strength = input(call, 8, "f", &strong), *angle = input(call, 9, "f", &turned);
+    double *grey = output(call, 10, "d", &greys), *gradient = output(call, 11, "d", &gradients);
+    double *visible = output(call, 12, "d", &windows);
     if (call->failed)
         return NULL;
     Py_ssize_t places = seen.rows * seen.columns;
@@ -179,7 +176,7 @@ KERNEL(window_cues, 13)
     by.edge_bins = windows > 0 ? gradients / windows : 1;
     if (windows != seen.windows || weights != places || counted != places || turned != strong || by.grey_bins < 1 ||
         by.edge_bins < 1 || greys != windows * by.grey_bins || gradients != windows * by.edge_bins)
-        return wrong("window_cues: lengths do not agree");
+        return wrong(call, "window_cues: lengths do not agree");
     int32_t *x = room(call, seen.columns + seen.rows, sizeof *x), *y = x + seen.columns;
     by.directions = room(call, places, sizeof *by.directions);
     by.shares = room(call, places, sizeof *by.shares);
@@ -193,7 +190,7 @@ KERNEL(window_cues, 13)
         if (inside == 0)
             continue;
         if ((met + 1) * places > strong)
-            return wrong("window_cues: strengths do not agree");
+            return wrong(call, "window_cues: strengths do not agree");
         double *own = grey + window * by.grey_bins, *edge = gradient + window * by.edge_bins;
         directions_of(angle + met * places, places, by.edge_bins, by.directions);
         count_places(&seen, &by, x, y, strength + met * places, own, edge);
@@ -205,5 +202,5 @@ KERNEL(window_cues, 13)
     }
     for (Py_ssize_t window = 0; within == windows * places && window < windows; window++)
         visible[window] = 1;
-    return Py_NewRef(Py_None);
+    return done(call);
 }

@@ -87,13 +87,13 @@ HIGH_PASS_ROW(row_of_words, uint32_t, int32_t)
 
 /* Takes the samples of a kernel (side, side) of the number of samples of each pixel: 1; 0 where they are more than
  * MOST_SAMPLES; -1 with an exception. */
-static int samples_of(const float *kernel, Py_ssize_t side, Py_ssize_t stride, Samples *samples)
+static int samples_of(Call *call, const float *kernel, Py_ssize_t side, Py_ssize_t stride, Samples *samples)
 {
     samples->count = 0;
     for (Py_ssize_t i = 0; i < side * side; i++) {
         float times = kernel[i];
         if (!(times >= 0) || (times <= MOST_SAMPLES && times != (float)(int)times)) {
-            wrong("high_pass: the samples of a pixel are out of range");
+            wrong(call, "high_pass: the samples of a pixel are out of range");
             return -1;
         }
         if (times > (float)(MOST_SAMPLES - samples->count))
@@ -101,29 +101,29 @@ static int samples_of(const float *kernel, Py_ssize_t side, Py_ssize_t stride, S
         for (int j = 0; j < (int)times; j++)
             samples->at[samples->count++] = i / side * stride + i % side;
     }
-    return samples->count > 0 || wrong("high_pass: a kernel without samples") != NULL ? 1 : -1;
+    return samples->count > 0 || wrong(call, "high_pass: a kernel without samples") != NULL ? 1 : -1;
 }
 
 KERNEL(high_pass, 6)
 {
     Py_ssize_t size, pixels;
     Picture seen = image(call, 0);
-    const float *kernel = in(call, 1, "f", &size);
+    const float *kernel = input(call, 1, "f", &size);
     Py_ssize_t side = !call->failed && last(call)->ndim == 2 ? last(call)->shape[0] : 0;
     double gain = number(call, 2);
     Py_ssize_t left = whole(call, 3), top = whole(call, 4);
-    uint8_t *picture = out(call, 5, "B", &pixels);
+    uint8_t *picture = output(call, 5, "B", &pixels);
     if (call->failed)
         return NULL;
     if (side % 2 != 1 || side * side != size || last(call)->ndim != 2)
-        return wrong("high_pass: sizes do not agree");
+        return wrong(call, "high_pass: sizes do not agree");
     Part part = {.rows = last(call)->shape[0], .columns = last(call)->shape[1], .reach = side / 2};
     part.stride = part.columns + 2 * part.reach;
     if (seen.rows > MOST_PIXELS || seen.columns > MOST_PIXELS || side > MOST_PIXELS || left < 0 || top < 0 ||
         left > seen.columns - part.columns || top > seen.rows - part.rows)
-        return wrong("high_pass: a part out of range");
+        return wrong(call, "high_pass: a part out of range");
     Samples samples;
-    int few = samples_of(kernel, side, part.stride, &samples);
+    int few = samples_of(call, kernel, side, part.stride, &samples);
     if (few < 0)
         return NULL;
     if (few == 0 || part.rows == 0 || part.columns == 0)

@@ -31,20 +31,20 @@ KERNEL(distinct_windows, 9)
 {
     Py_ssize_t length, space, windows, size[2], edge[2];
     double offset[2];
-    const double *centers = in(call, 0, "d", &length);
+    const double *centers = input(call, 0, "d", &length);
     for (int i = 0; i < 2; i++) {
         offset[i] = number(call, 1 + i);
         size[i] = whole(call, 3 + i);
         edge[i] = whole(call, 5 + i);
     }
-    Py_ssize_t *corners = out(call, 7, INTP, &space), *places = out(call, 8, INTP, &windows);
+    Py_ssize_t *corners = output(call, 7, INTP, &space), *places = output(call, 8, INTP, &windows);
     if (call->failed)
         return NULL;
     if (windows < 1 || windows > INT32_MAX || length != 2 * windows || space != length)
-        return wrong("distinct_windows: lengths do not agree");
+        return wrong(call, "distinct_windows: lengths do not agree");
     for (int i = 0; i < 2; i++)
         if (size[i] < 1 || size[i] > MOST_PIXELS || edge[i] < 0 || edge[i] > MOST_PIXELS)
-            return wrong("distinct_windows: sizes out of range");
+            return wrong(call, "distinct_windows: sizes out of range");
     for (Py_ssize_t i = 0; i < length; i++)
         corners[i] = corner_of(centers[i], offset[i % 2], size[i % 2], edge[i % 2]);
 
@@ -123,23 +123,23 @@ KERNEL(window_histograms, 6)
 {
     Py_ssize_t numbers, size, space, shares;
     Picture seen = binned_image(call, 0);
-    const Py_ssize_t *corners = in(call, 2, INTP, &numbers);
-    const double *kernel = in(call, 3, "d", &size);
+    const Py_ssize_t *corners = input(call, 2, INTP, &numbers);
+    const double *kernel = input(call, 3, "d", &size);
     if (call->failed)
         return NULL;
     int axes = last(call)->ndim;
     Py_ssize_t kernels = axes == 3 ? last(call)->shape[0] : 1;
     Py_ssize_t rows = axes >= 2 ? last(call)->shape[axes - 2] : 0, columns = axes >= 2 ? last(call)->shape[axes - 1] : 0;
-    double *mass = out(call, 4, "d", &space), *visible = out(call, 5, "d", &shares);
+    double *mass = output(call, 4, "d", &space), *visible = output(call, 5, "d", &shares);
     if (call->failed)
         return NULL;
     Py_ssize_t windows = numbers / 2, all = windows * kernels, held = all > 0 ? space / all : 0;
     if (all < 1 || rows < 1 || columns < 1 || size != kernels * rows * columns || held < 2 || held > UINT16_MAX ||
         numbers != 2 * windows || space != all * held || (shares != 0 && shares != all))
-        return wrong("window_histograms: sizes do not agree");
+        return wrong(call, "window_histograms: sizes do not agree");
     Bounds part = bounds_of(corners, windows);
     if (part.left < -columns || part.top < -rows || part.right > seen.columns || part.bottom > seen.rows)
-        return wrong("window_histograms: a window away from the picture");
+        return wrong(call, "window_histograms: a window away from the picture");
     part.right += columns;
     part.bottom += rows;
     Py_ssize_t stride = part.right - part.left;
@@ -164,7 +164,7 @@ KERNEL(window_histograms, 6)
     }
     for (Py_ssize_t i = 0; i < shares; i++)
         visible[i] = normalise(mass + i * held, held - 1);
-    return Py_NewRef(Py_None);
+    return done(call);
 }
 
 /* rho[i] = sum_u sqrt(p[i, u]) root[u], at most 1; four partial sums. */
@@ -187,18 +187,18 @@ WIDE static void coefficients(const double *p, Py_ssize_t held, const double *ro
 KERNEL(bhattacharyya, 3)
 {
     Py_ssize_t size, bins, rows;
-    const double *p = in(call, 0, "d", &size), *q = in(call, 1, "d", &bins);
-    double *rho = out(call, 2, "d", &rows);
+    const double *p = input(call, 0, "d", &size), *q = input(call, 1, "d", &bins);
+    double *rho = output(call, 2, "d", &rows);
     if (call->failed)
         return NULL;
     Py_ssize_t held = rows > 0 ? size / rows : bins;
     if (held * rows != size || held < bins)
-        return wrong("bhattacharyya: a mismatch, fewer bins than the reference");
+        return wrong(call, "bhattacharyya: a mismatch, fewer bins than the reference");
     double *root = room(call, bins, sizeof *root);
     if (call->failed)
         return NULL;
     for (Py_ssize_t u = 0; u < bins; u++)
         root[u] = sqrt(q[u]);
     coefficients(p, held, root, bins, rho, rows);
-    return Py_NewRef(Py_None);
+    return done(call);
 }

@@ -1,26 +1,9 @@
 /* Module irtrack._native._kernels; _kernels.pyi documents each kernel. */
 #include "kernels.h"
 
-#define METHOD(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL},
-
-static PyMethodDef methods[] = {FOR_ALL_KERNELS(METHOD){NULL, NULL, 0, NULL}};
-
-/* Digest of the compiled source, compared at loading; see irsim/_native/loading.py. */
-static int add_source(PyObject *kernels)
+static int add_constants(PyObject *kernels)
 {
     return PyModule_AddStringConstant(kernels, "SOURCE", SOURCE);
 }
 
-static PyModuleDef_Slot slots[] = {{Py_mod_exec, (void *)add_source}, {0, NULL}};
-
-static PyModuleDef module = {
-    .m_base = PyModuleDef_HEAD_INIT,
-    .m_name = "irtrack._native._kernels",
-    .m_methods = methods,
-    .m_slots = slots,
-};
-
-PyMODINIT_FUNC PyInit__kernels(void)
-{
-    return PyModuleDef_Init(&module);
-}
+MODULE("irtrack._native._kernels", add_constants)

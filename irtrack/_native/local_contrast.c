@@ -45,27 +45,27 @@ WIDE static void local_row(Row row, const float *peak, float *restrict largest)
 static PyObject *contrast(Call *call, int local)
 {
     Py_ssize_t pixels, wide, peaks = 0;
-    const float *mean = in(call, 0, "f", &wide);
+    const float *mean = input(call, 0, "f", &wide);
     Py_ssize_t side = whole(call, 1);
-    float *largest = out(call, 2, "f", &pixels);
+    float *largest = output(call, 2, "f", &pixels);
     Py_ssize_t rows = 0, columns = 0;
     if (!call->failed && last(call)->ndim == 2) {
         rows = last(call)->shape[0];
         columns = last(call)->shape[1];
     }
-    const float *peak = local ? in(call, 3, "f", &peaks) : NULL;
+    const float *peak = local ? input(call, 3, "f", &peaks) : NULL;
     if (call->failed)
         return NULL;
     if (side < 1 || side > MOST_PIXELS || rows < 1 || rows > MOST_PIXELS || columns > MOST_PIXELS ||
         wide != (rows + 2 * side) * (columns + 2 * side) || (local && peaks != pixels))
-        return wrong("contrast: sizes do not agree");
+        return wrong(call, "contrast: sizes do not agree");
     Py_ssize_t stride = columns + 2 * side;
     for (Py_ssize_t y = 0; y < rows; y++) {
         const float *middle = mean + (y + side) * stride + side;
         Row row = {middle - side * stride, middle, middle + side * stride, side, columns};
         (local ? local_row : patch_row)(row, local ? peak + y * columns : NULL, largest + y * columns);
     }
-    return Py_NewRef(Py_None);
+    return done(call);
 }
 
 KERNEL(patch_contrast, 3) { return contrast(call, 0); }

@@ -108,17 +108,17 @@ KERNEL(mean_shift, 10)
 {
     Py_ssize_t numbers, space, windows;
     Search search = {.picture = binned_image(call, 0), .h = {number(call, 2), number(call, 3)}};
-    const double *reference = in(call, 4, "d", &search.bins);
+    const double *reference = input(call, 4, "d", &search.bins);
     Py_ssize_t iterations = whole(call, 5);
-    double eps = number(call, 6), *centers = out(call, 7, "d", &numbers), *mass = out(call, 8, "d", &space);
-    double *visible = out(call, 9, "d", &windows);
+    double eps = number(call, 6), *centers = output(call, 7, "d", &numbers), *mass = output(call, 8, "d", &space);
+    double *visible = output(call, 9, "d", &windows);
     if (call->failed)
         return NULL;
     if (numbers != 2 * windows || space != windows * search.bins || search.bins < 1 || search.bins >= UINT16_MAX)
-        return wrong("mean_shift: lengths do not agree");
+        return wrong(call, "mean_shift: lengths do not agree");
     for (int axis = 0; axis < 2; axis++) {
         if (!(search.h[axis] > 0 && search.h[axis] < LARGEST_BANDWIDTH))
-            return wrong("mean_shift: a bandwidth out of range");
+            return wrong(call, "mean_shift: a bandwidth out of range");
         /* The ramp of g ends half a pixel beyond h, and a centre lies up to half a pixel from the middle pixel. */
         search.reach[axis] = (Py_ssize_t)(search.h[axis] + 1);
     }
@@ -138,5 +138,5 @@ KERNEL(mean_shift, 10)
         memcpy(mass + i * search.bins, memory.mass, (size_t)search.bins * sizeof *mass);
         visible[i] = pairwise_sum(memory.mass, search.bins);
     }
-    return Py_NewRef(Py_None);
+    return done(call);
 }

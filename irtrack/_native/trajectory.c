@@ -33,14 +33,14 @@ static void pca_velocity(const double *old, const double last[2], Py_ssize_t k, 
 KERNEL(trajectory_similarity, 4)
 {
     Py_ssize_t known, length, space;
-    const double *trajectory = in(call, 0, "d", &known), *places = in(call, 1, "d", &length);
-    double *similarity = out(call, 3, "d", &space), model[2], own[2];
-    int root = call->failed ? -1 : PyObject_IsTrue(call->given[2]);
-    if (root < 0)
+    const double *trajectory = input(call, 0, "d", &known), *places = input(call, 1, "d", &length);
+    double *similarity = output(call, 3, "d", &space), model[2], own[2];
+    const int root = truth(call, 2);
+    if (call->failed)
         return NULL;
     Py_ssize_t k = known / 2;
     if (k < 2 || known != 2 * k || length != 2 * space)
-        return wrong("trajectory_similarity: lengths do not agree");
+        return wrong(call, "trajectory_similarity: lengths do not agree");
     pca_velocity(trajectory, trajectory + 2 * (k - 1), k, root, model);
     double pace = hypot(model[0], model[1]);
     for (Py_ssize_t i = 0; i < space; i++) {
@@ -51,19 +51,19 @@ KERNEL(trajectory_similarity, 4)
         double ratio = larger > 0 ? dot / (larger * larger) : isnan(larger) ? larger : 1;
         similarity[i] = ratio < 0 ? 0 : ratio > 1 ? 1 : ratio;
     }
-    return Py_NewRef(Py_None);
+    return done(call);
 }
 
 KERNEL(line_fit, 3)
 {
     Py_ssize_t known, two, too;
-    const double *places = in(call, 0, "d", &known);
-    double *ahead = out(call, 1, "d", &two), *velocity = out(call, 2, "d", &too);
+    const double *places = input(call, 0, "d", &known);
+    double *ahead = output(call, 1, "d", &two), *velocity = output(call, 2, "d", &too);
     if (call->failed)
         return NULL;
     Py_ssize_t k = known / 2;
     if (k < 1 || known != 2 * k || two != 2 || too != 2)
-        return wrong("line_fit: lengths do not agree");
+        return wrong(call, "line_fit: lengths do not agree");
     double n = (double)k;
     for (int axis = 0; axis < 2; axis++) {
         double sum = 0, slope = 0;
@@ -74,5 +74,5 @@ KERNEL(line_fit, 3)
         velocity[axis] = k == 1 ? 0 : 12 / (n * (n * n - 1)) * slope;
         ahead[axis] = sum / n + (n + 1) / 2 * velocity[axis];
     }
-    return Py_NewRef(Py_None);
+    return done(call);
 }

@@ -71,12 +71,16 @@ def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequenc
     pairs = _pairs(old, new)
     if not pairs:
         raise InputError("no run of one is in the other; allowed: results of the same scenes, seeds and labels")
-    return [
-        found
-        for (source, label), members in pairs.items()
-        for name in figures
-        if (found := _comparison(source, label, name, members)) is not None
-    ]
+    comparisons = []
+    for (source, label), members in pairs.items():
+        for name in figures:
+            found = difference(members, name)
+            if found is not None:
+                known = [(value(a, name), value(b, name)) for a, b in members]
+                finite = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
+                before, after = (sum(values) / len(finite) for values in zip(*finite, strict=True))
+                comparisons.append(Comparison(source, label, name, before, after, found))
+    return comparisons
 
 
 def check_figure(name: str) -> None:
@@ -122,16 +126,6 @@ def _by_place(cells: Iterable[RunRecord]) -> dict[tuple[str, str], list[RunRecor
     return found
 
 
-def _comparison(source: str, label: str, name: str, both: Sequence[Pair]) -> Comparison | None:
-    found = difference(both, name)
-    if found is None:
-        return None
-    known = [(value(a, name), value(b, name)) for a, b in both]
-    finite = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
-    before, after = (sum(values) / len(finite) for values in zip(*finite, strict=True))
-    return Comparison(source, label, name, before, after, found)
-
-
 @dataclass(frozen=True, slots=True)
 class Gate:
     """Condition that a figure is not worse by more than `margin`."""
@@ -153,16 +147,13 @@ class Gate:
         return cls(figure, value)
 
     def failures(self, comparisons: Iterable[Comparison]) -> list[Comparison]:
-        """Return the comparisons that are worse beyond the margin."""
+        """Return the comparisons that are worse by more than the margin."""
         return [each for each in comparisons if each.figure == self.figure and each.is_worse_by(self.margin)]
 
     def doubts(self, comparisons: Iterable[Comparison]) -> list[str]:
         """Return a line for each comparison that passes although its interval reaches beyond the margin."""
-        return [
-            self._doubt(each)
-            for each in comparisons
-            if each.figure == self.figure and each.may_be_worse_by(self.margin)
-        ]
+        of_figure = [each for each in comparisons if each.figure == self.figure]
+        return [self._doubt(each) for each in of_figure if each.may_be_worse_by(self.margin)]
 
     def _doubt(self, each: Comparison) -> str:
         """Return a line such as 't on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds'."""
@@ -177,7 +168,7 @@ class Gate:
             f"excluded by these {have} {unit}{more}"
         )
 
-    def check_told(self, comparisons: Iterable[Comparison]) -> None:
+    def require_enough(self, comparisons: Iterable[Comparison]) -> None:
         """Raise InputError where every comparison of this figure has too few runs to be judged."""
         of_figure = [each for each in comparisons if each.figure == self.figure]
         if all(each.verdict == "too few" for each in of_figure):

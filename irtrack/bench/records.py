@@ -94,7 +94,7 @@ class RunRecord:
 
     label     of the tracker in tables;  source  name of the source
     scene_hash, severity   see `SourceRow`
-    status    'failed' where the tracker raised, hung or died; then `failure` says how and `score` is None
+    status    'failed' where the tracker raised, hung or died; then `failure` is the error text and `score` is None
     outcome   digest of its track frame by frame, times aside (`irtrack.metrics.Trace.digest`)
     """
 
@@ -115,7 +115,7 @@ class RunRecord:
 
     @property
     def lost_or_failed(self) -> bool:
-        """Whether the tracker lost the target or failed; False where it is unknown."""
+        """True where the tracker lost the target or failed; False where it is unknown."""
         return self.score is None or self.score.lost is True
 
     @property

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
@@ -18,7 +18,7 @@ from typing import Any
 from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, packed_trace, unpacked_trace
-from irtrack.bench.summary import MARKS, SummaryRow, summary
+from irtrack.bench.summary import RANKED, ranked_texts, summary
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
 
@@ -286,30 +286,10 @@ def _cell(row: dict[str, Any]) -> RunRecord:
 MAX_ROWS = 40
 """Rows of the table in a notebook; the report has all."""
 
-HEAD = ("", "tracker", "source", "runs", "lost", "95 %", "rmse before loss, px", "≤ 20 px", "AUC", "ms")
-
 
 def results_card(name: str, cells: Iterable[RunRecord]) -> str:
     """Return the ranked table of each source under the name of the file, as HTML."""
     rows = summary(cells)
     more = f"<p>… {len(rows) - MAX_ROWS} more rows</p>" if len(rows) > MAX_ROWS else ""
-    return f"<p><b>{escape(name)}</b></p>{table(HEAD, [_columns(row) for row in rows[:MAX_ROWS]])}{more}"
-
-
-def _columns(row: SummaryRow) -> Sequence[object]:
-    return (
-        f"{row.rank}{MARKS[row.standing]}",
-        row.label,
-        row.source,
-        row.runs,
-        _number(row.lost_share, ".0%"),
-        "–" if row.lost_low is None else f"{row.lost_low:.0%} to {row.lost_high:.0%}",
-        _number(row.held.rmse, ".2f"),
-        _number(row.precision_20, ".3f"),
-        _number(row.success_auc, ".3f"),
-        _number(row.ms_median, ".3g"),
-    )
-
-
-def _number(value: float | None, form: str) -> str:
-    return "–" if value is None else format(value, form)
+    shown = table((*RANKED, "source"), [(*ranked_texts(row), row.source) for row in rows[:MAX_ROWS]])
+    return f"<p><b>{escape(name)}</b></p>{shown}{more}"

@@ -177,7 +177,7 @@ def run_bench(
     kept = Results(results, create=True)
     try:
         with kept.transaction():
-            run = kept.start_run(_now(), command, _versions())
+            run = kept.start_run(datetime.now(UTC).isoformat(timespec="seconds"), command, _versions())
             taken: set[Key] = set()
             groups = [group for plan in wanted if (group := _missing(kept, run, plan, taken)).members]
         done, total = 0, sum(len(group.members) for group in groups)
@@ -300,7 +300,3 @@ def _versions() -> dict[str, str]:
         "opencv": cv2.__version__,
         "platform": platform.platform(),
     }
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")

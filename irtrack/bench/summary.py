@@ -117,6 +117,52 @@ class SummaryRow:
         return flat | held
 
 
+MEANS = ("off_share", "precision_5", "precision_20", "precision_norm", "success_auc", "ms_median")
+"""Figures of a row that are means over runs."""
+
+RANKED = ("", "tracker", "runs", "lost", "95 %", "rmse before loss, px", "off", "≤ 5 px", "≤ 20 px", "AUC", "ms")
+"""Head of the ranked table as text."""
+
+NOTHING = "–"
+
+
+def ranked_texts(row: SummaryRow) -> tuple[str, ...]:
+    """Return the columns of a row under `RANKED`."""
+    return (
+        f"{row.rank}{MARKS[row.standing]}",
+        row.label,
+        f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
+        percent(row.lost_share),
+        f"{percent(row.lost_low)} to {percent(row.lost_high)}",
+        px(row.held.rmse),
+        percent(row.off_share),
+        share(row.precision_5),
+        share(row.precision_20),
+        share(row.success_auc),
+        ms(row.ms_median),
+    )
+
+
+def px(value: float | None) -> str:
+    """Return a length in px with two decimals."""
+    return NOTHING if value is None else f"{value:.2f}"
+
+
+def share(value: float | None) -> str:
+    """Return a share or an area 0..1 with three decimals."""
+    return NOTHING if value is None else f"{value:.3f}"
+
+
+def percent(value: float | None) -> str:
+    """Return a share in whole percent."""
+    return NOTHING if value is None else f"{100 * value:.0f} %"
+
+
+def ms(value: float | None) -> str:
+    """Return a time in ms with three significant digits."""
+    return NOTHING if value is None else f"{value:.3g}"
+
+
 def summary(cells: Iterable[RunRecord], overall: bool = False) -> list[SummaryRow]:
     """Return rows per source and label, ranked from 1 in each source; with `overall`, per label over all sources."""
     groups: dict[str, dict[str, list[RunRecord]]] = {}
@@ -141,7 +187,7 @@ def _scene(cell: RunRecord) -> tuple[str, str]:
 
 
 def _standing(above: list[RunRecord], below: list[RunRecord]) -> Standing:
-    """Return whether the first figure in which the two differ favours the one above."""
+    """Return the standing of the one below: by the first figure in which the two differ."""
     both = pairs(above, below)
     found = [each for name in ("lost", "off_share", "error_held") if (each := difference(both, name)) is not None]
     if all(each.is_open for each in found):
@@ -171,12 +217,7 @@ def _row(source: str, label: str, rank: int, standing: Standing, every: list[Run
         lost_low=low,
         lost_high=high,
         held=_together([(score.held_frames, score.held) for score in scores]),
-        off_share=_mean([score.off_share for score in scores]),
-        precision_5=_mean([score.precision_5 for score in scores]),
-        precision_20=_mean([score.precision_20 for score in scores]),
-        precision_norm=_mean([score.precision_norm for score in scores]),
-        success_auc=_mean([score.success_auc for score in scores]),
-        ms_median=_mean([score.ms_median for score in scores]),
+        **{name: _mean([score.figure(name) for score in scores]) for name in MEANS},
     )
 
 

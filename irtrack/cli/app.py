@@ -14,12 +14,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim.cli import terminal
-from irsim.cli.terminal import given_path
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
-from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
+from irtrack.cli.options import (
+    AsJson,
+    FilledResults,
+    InputName,
+    argument,
+    command_line,
+    input_name,
+    option,
+    path_option,
+)
 from irtrack.cli.output import keep_output, print_json, print_run, warn_unused
 from irtrack.cli.papers import papers
 from irtrack.cli.regress import regress
@@ -67,46 +75,29 @@ def list_trackers(as_json: AsJson = False) -> None:
 def run(
     tracker: Annotated[
         str,
-        typer.Argument(
-            metavar="NAME[:KEY=VALUE...]",
-            help="Name from `irtrack list`, or module:Class; parameters here or after the source.",
+        argument(
+            "NAME[:KEY=VALUE...]", "Name from `irtrack list`, or module:Class; parameters here or after the source."
         ),
     ],
-    source: Annotated[
-        str, typer.Argument(metavar="SCENARIO|REC", help="File or name of a scenario, or file of a recording.")
-    ],
+    source: Annotated[str, argument("SCENARIO|REC", "File or name of a scenario, or file of a recording.")],
     settings: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="KEY=VALUE",
-            help="Tracker parameters (particles=500) and scenario overrides (camera.netd_mk=80, frames=50).",
+        argument(
+            "KEY=VALUE", "Tracker parameters (particles=500) and scenario overrides (camera.netd_mk=80, frames=50)."
         ),
     ] = None,
-    target: Annotated[
-        str | None, typer.Option(metavar="ID", help="Target to follow, where the truth has several.")
-    ] = None,
+    target: Annotated[str | None, option("ID", "Target to follow, where the truth has several.")] = None,
     init: Annotated[
         str | None,
-        typer.Option(
-            metavar="X,Y,W,H[@FRAME]",
-            help="Start box: top-left pixel, width, height, as in label files; default frame: 0.",
-        ),
+        option("X,Y,W,H[@FRAME]", "Start box: top-left pixel, width, height, as in label files; default frame: 0."),
     ] = None,
     input: InputName = "display",
     seed: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=0, help="Seed of scene and tracker; default: the scenario's own, or 0."),
+        int | None, option("N", "Seed of scene and tracker; default: the scenario's own, or 0.", min=0)
     ] = None,
-    tracker_seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Seed of the tracker; default: that of the scene.")
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="REC", help="Write the track as a recording.", parser=given_path),
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write the track as CSV.", parser=given_path)
-    ] = None,
+    tracker_seed: Annotated[int | None, option("N", "Seed of the tracker; default: that of the scene.", min=0)] = None,
+    output: Annotated[Path | None, path_option("REC", "Write the track as a recording.", "-o", "--output")] = None,
+    csv: Annotated[Path | None, path_option("FILE", "Write the track as CSV.", "--csv")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and the command that repeats it."""
@@ -143,7 +134,7 @@ def run(
         if tracker_seed is None:
             tracker_seed = seed if seed is not None else opened.seed or 0
         if sys.__stderr__ is not None and not faulthandler.is_enabled():
-            faulthandler.enable(sys.__stderr__)  # a crash in native code says at which line of the tracker
+            faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker
         player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
@@ -194,20 +185,10 @@ app.command()(export)
 def report(
     results: FilledResults,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Output file; default: report.FORMAT beside DB.",
-            parser=given_path,
-        ),
+        Path | None, path_option("FILE", "Output file; default: report.FORMAT beside DB.", "-o", "--output")
     ] = None,
     format: Annotated[
-        str | None,
-        typer.Option(
-            metavar="html|json|csv|md", help="One HTML page, or its figures as data; default: by the ending of FILE."
-        ),
+        str | None, option("html|json|csv|md", "One HTML page, or its figures as data; default: by the ending of FILE.")
     ] = None,
 ) -> None:
     """Write the report of a results file and print its path."""

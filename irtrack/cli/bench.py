@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli import terminal
-from irsim.cli.terminal import given_path
 from irsim.errors import counted
 from irtrack.cli.options import (
     TRACKERS,
@@ -24,14 +23,17 @@ from irtrack.cli.options import (
     FilledResults,
     GrowingResults,
     Jobs,
+    argument,
     command_line,
     input_name,
+    option,
+    path_option,
 )
 from irtrack.cli.output import print_json, print_summary, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
-    from irtrack.bench import Suite
+    from irtrack.bench import RunRecord, Suite
     from irtrack.bench.spec import SourceSpec
 
 
@@ -113,48 +115,34 @@ def _severities(text: str | None) -> Any:
         raise InputError(f"--severities {text}: allowed: all, or whole numbers such as 0,3,5") from None
 
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from irtrack.bench import RunRecord, Suite
-
-
 def bench(
     sources: Annotated[
         list[str],
-        typer.Argument(
-            metavar="SUITE|[LABEL=]SCENARIO|REC... [KEY=VALUE...]",
-            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: name in tables. "
+        argument(
+            "SUITE|[LABEL=]SCENARIO|REC... [KEY=VALUE...]",
+            "A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: name in tables. "
             "KEY=VALUE overrides keys of all scenarios.",
         ),
     ],
-    trackers: Annotated[str | None, typer.Option(metavar=TRACKERS, help=TRACKERS_HELP)] = None,
+    trackers: Annotated[str | None, option(TRACKERS, TRACKERS_HELP)] = None,
     seeds: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, help="Seeds 0 to N-1, of scene and tracker; default: 10, or the suite's."),
+        int | None, option("N", "Seeds 0 to N-1, of scene and tracker; default: 10, or the suite's.", min=1)
     ] = None,
     tracker_seeds: Annotated[
-        int | None,
-        typer.Option(metavar="M", min=1, help="Run each scene M times with different tracker seeds."),
+        int | None, option("M", "Run each scene M times with different tracker seeds.", min=1)
     ] = None,
-    severities: Annotated[
-        str | None, typer.Option(metavar="all|N,...", help="Run scenarios at these severities.")
-    ] = None,
+    severities: Annotated[str | None, option("all|N,...", "Run scenarios at these severities.")] = None,
     jobs: Jobs = 1,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://HOST:PORT.")
+        str | None, option("ADDRESS", "Run on the workers of a dask scheduler, tcp://HOST:PORT.")
     ] = None,
     time_limit: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="Limit for a run without rendering; a run that exceeds it fails."),
+        float | None, option("S", "Limit for a run without rendering; a run that exceeds it fails.")
     ] = None,
     results: GrowingResults = Path("irtrack.db"),
-    target: Annotated[
-        str | None, typer.Option(metavar="ID", help="Target to follow in every source; default: each source's own.")
-    ] = None,
+    target: Annotated[str | None, option("ID", "Target to follow in every source; default: each source's own.")] = None,
     input: Annotated[
-        str | None,
-        typer.Option("--input", metavar="display|counts", help="Input of trackers; default: display, or the suite's."),
+        str | None, option("display|counts", "Input of trackers; default: display, or the suite's.", "--input")
     ] = None,
     check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
     as_json: AsJson = False,
@@ -209,8 +197,7 @@ def sweep(
 
             def count(done: int, total: int) -> None:
                 tally.done = done
-                if progress is not None:
-                    progress(done, total, tally.worst())
+                progress(done, total, tally.worst())
 
             kept = run_bench(
                 suite.sources,
@@ -249,12 +236,7 @@ def end_by_failures(cells: Sequence[RunRecord]) -> None:
 
 def export(
     results: FilledResults,
-    output: Annotated[
-        Path,
-        typer.Option(
-            "-o", "--output", metavar="CSV|PARQUET", help="File that ends in .csv or .parquet.", parser=given_path
-        ),
-    ],
+    output: Annotated[Path, path_option("CSV|PARQUET", "File that ends in .csv or .parquet.", "-o", "--output")],
 ) -> None:
     """Write a table with one row for each run of a results file, and print its path."""
     from irtrack.bench import export as export_results
@@ -273,13 +255,11 @@ def _plan(suite: Suite) -> str:
     return f"ok: {' x '.join(counts)} = {counted(runs, 'run')}"
 
 
-@dataclass
 class Tally:
     """Counts of finished, lost and failed runs for the progress line."""
 
-    done: int = 0
-
-    def __post_init__(self) -> None:
+    def __init__(self) -> None:
+        self.done = 0
         self._runs: Counter[str] = Counter()
         self._bad: Counter[str] = Counter()
 

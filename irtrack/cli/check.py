@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli import terminal
-from irsim.cli.terminal import given_path
-from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, argument, names, option, path_option
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
 
@@ -20,27 +19,12 @@ if TYPE_CHECKING:
 
 
 def check(
-    tracker: Annotated[
-        str,
-        typer.Argument(metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list`, or module:Class; parameters."),
-    ],
-    profile: Annotated[
-        str, typer.Option(metavar="ci|nightly", help="Effort: ci takes seconds, nightly minutes.")
-    ] = "ci",
-    only: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,...", help="Only these properties, and broken ones that they need."),
-    ] = None,
+    tracker: Annotated[str, argument("NAME[:KEY=VALUE...]", "Name from `irtrack list`, or module:Class; parameters.")],
+    profile: Annotated[str, option("ci|nightly", "Effort: ci takes seconds, nightly minutes.")] = "ci",
+    only: Annotated[str | None, option("NAME,...", "Only these properties, and broken ones that they need.")] = None,
     time_limit: FrameLimit = FRAME_LIMIT_S,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="DIR",
-            help="Folder for the scenes of the failing examples, NAME.yaml.",
-            parser=given_path,
-        ),
+        Path | None, path_option("DIR", "Folder for the scenes of the failing examples, NAME.yaml.", "-o", "--output")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

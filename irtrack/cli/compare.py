@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim.cli.terminal import given_path
-from irtrack.cli.options import AsJson, names
+from irtrack.cli.options import AsJson, argument, names, option, path_option
 from irtrack.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -17,26 +16,19 @@ if TYPE_CHECKING:
 
 
 def compare(
-    old: Annotated[str, typer.Argument(metavar="OLD", help="Results file, or label of a tracker.")],
-    new: Annotated[str, typer.Argument(metavar="NEW", help="Results file, or label, to compare with it.")],
-    results: Annotated[Path, typer.Option(metavar="DB", help="Results file of the labels.", parser=given_path)] = Path(
-        "irtrack.db"
-    ),
-    metrics: Annotated[
-        str | None, typer.Option(metavar="METRIC,...", help="Figures to compare; default: the usual ones.")
-    ] = None,
+    old: Annotated[str, argument("OLD", "Results file, or label of a tracker.")],
+    new: Annotated[str, argument("NEW", "Results file, or label, to compare with it.")],
+    results: Annotated[Path, path_option("DB", "Results file of the labels.")] = Path("irtrack.db"),
+    metrics: Annotated[str | None, option("METRIC,...", "Figures to compare; default: the usual ones.")] = None,
     fail_if_worse: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="METRIC:MARGIN",
-            help="Exit status 1 where this figure is worse by more than the margin, outside its interval. Repeatable.",
+        option(
+            "METRIC:MARGIN",
+            "Exit status 1 where this figure is worse by more than the margin, outside its interval. Repeatable.",
         ),
     ] = None,
     junit_file: Annotated[
-        Path | None,
-        typer.Option(
-            "--junit", metavar="XML", help="Write the --fail-if-worse checks as JUnit XML.", parser=given_path
-        ),
+        Path | None, path_option("XML", "Write the --fail-if-worse checks as JUnit XML.", "--junit")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -74,7 +66,7 @@ def compare(
     if failed:
         raise typer.Exit(1)
     for gate in gates:
-        gate.check_told(found)
+        gate.require_enough(found)
 
 
 def _row(each: Comparison) -> dict[str, Any]:

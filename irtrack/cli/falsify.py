@@ -10,9 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli import terminal
-from irsim.cli.terminal import given_path
 from irsim.errors import counted
-from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
+from irtrack.cli.options import (
+    FRAME_LIMIT_S,
+    AsJson,
+    FrameLimit,
+    InputName,
+    Jobs,
+    argument,
+    command_line,
+    input_name,
+    option,
+    path_option,
+)
 from irtrack.cli.output import print_json, warn_unused
 from irtrack.errors import InputError
 
@@ -21,33 +31,22 @@ if TYPE_CHECKING:
 
 
 def falsify(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="File or name of a scenario with `vary`.")],
+    scenario: Annotated[str, argument("SCENARIO", "File or name of a scenario with `vary`.")],
     overrides: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="KEY=VALUE", help="Scenario overrides; an overridden key no longer varies."),
+        list[str] | None, argument("KEY=VALUE", "Scenario overrides; an overridden key no longer varies.")
     ] = None,
     *,
-    tracker: Annotated[
-        str, typer.Option(metavar="NAME[:KEY=VALUE...]", help="Name from `irtrack list` with parameters.")
-    ],
-    search: Annotated[
-        str, typer.Option(metavar="cma|sobol|random", help="Search: CMA-ES, Sobol points, or random points.")
-    ] = "cma",
-    budget: Annotated[int, typer.Option(metavar="N", min=1, help="Largest number of runs of the search.")] = 500,
+    tracker: Annotated[str, option("NAME[:KEY=VALUE...]", "Name from `irtrack list` with parameters.")],
+    search: Annotated[str, option("cma|sobol|random", "Search: CMA-ES, Sobol points, or random points.")] = "cma",
+    budget: Annotated[int, option("N", "Largest number of runs of the search.", min=1)] = 500,
     jobs: Jobs = 1,
-    seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Seed of the search; default: the scenario's own.")
-    ] = None,
+    seed: Annotated[int | None, option("N", "Seed of the search; default: the scenario's own.", min=0)] = None,
     fresh: Annotated[
-        int,
-        typer.Option(metavar="N", help="Fresh seeds, 5 or more, that tell structural from seed-dependent failures."),
+        int, option("N", "Fresh seeds, 5 or more, that tell structural from seed-dependent failures.")
     ] = 20,
     time_limit: FrameLimit = FRAME_LIMIT_S,
     input: InputName = "display",
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.", parser=given_path),
-    ] = None,
+    output: Annotated[Path | None, path_option("DIR", "Default: falsified/SCENARIO-TRACKER.", "-o", "--output")] = None,
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the failure in scenarios/regressions, for irtrack regress.")
     ] = False,

@@ -19,6 +19,22 @@ from irtrack.errors import InputError
 if TYPE_CHECKING:
     from irsim.types import Box, Input
 
+
+def option(metavar: str, help: str, *names: str, **more: Any) -> Any:
+    """Return an option of a command."""
+    return typer.Option(*names, metavar=metavar, help=help, **more)
+
+
+def argument(metavar: str, help: str, **more: Any) -> Any:
+    """Return an argument of a command."""
+    return typer.Argument(metavar=metavar, help=help, **more)
+
+
+def path_option(metavar: str, help: str, *names: str) -> Any:
+    """Return an option whose value is a path."""
+    return option(metavar, help, *names, parser=given_path)
+
+
 TRACKERS = "[LABEL=]NAME[:KEY=VALUE...],..."
 TRACKERS_HELP = "Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500"
 
@@ -26,19 +42,12 @@ FRAME_LIMIT_S = 10.0
 """Default limit for a frame, s: hundreds of times the time of the slowest shipped tracker."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
-Jobs = Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")]
-FrameLimit = Annotated[
-    float, typer.Option(metavar="S", min=0.01, help="Limit for a frame; a tracker that exceeds it hangs.")
-]
-FilledResults = Annotated[
-    Path, typer.Argument(metavar="DB", help="Results file of `irtrack bench`.", parser=given_path)
-]
-GrowingResults = Annotated[
-    Path, typer.Option(metavar="DB", help="Results file; finished runs in it are not repeated.", parser=given_path)
-]
+Jobs = Annotated[int, option("N", "Worker processes.", min=1)]
+FrameLimit = Annotated[float, option("S", "Limit for a frame; a tracker that exceeds it hangs.", min=0.01)]
+FilledResults = Annotated[Path, argument("DB", "Results file of `irtrack bench`.", parser=given_path)]
+GrowingResults = Annotated[Path, path_option("DB", "Results file; finished runs in it are not repeated.")]
 InputName = Annotated[
-    str,
-    typer.Option("--input", metavar="display|counts", help="Input of the trackers: the 8-bit picture or the counts."),
+    str, option("display|counts", "Input of the trackers: the 8-bit picture or the counts.", "--input")
 ]
 
 

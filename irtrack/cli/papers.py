@@ -2,60 +2,28 @@
 
 from __future__ import annotations
 
-import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from irsim.cli import terminal
-from irsim.cli.terminal import given_path
-from irsim.errors import counted
-from irtrack.cli.options import Jobs, command_line, names
+from irtrack.cli.options import Jobs, command_line, names, option, path_option
 
 
 def papers(
-    seeds: Annotated[int, typer.Option(metavar="N", min=2, help="Number of seeds of each scene.")] = 50,
-    first: Annotated[
-        int, typer.Option(metavar="N", min=0, help="First seed; the trackers were developed on seeds below 2000.")
-    ] = 2000,
+    seeds: Annotated[int, option("N", "Number of seeds of each scene.", min=2)] = 50,
+    first: Annotated[int, option("N", "First seed; the trackers were developed on seeds below 2000.", min=0)] = 2000,
     jobs: Jobs = 1,
-    output: Annotated[
-        Path,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder for the page and its results.", parser=given_path),
-    ] = Path("sources"),
-    only: Annotated[
-        str | None, typer.Option(metavar="PART,...", help="Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")
-    ] = None,
+    output: Annotated[Path, path_option("DIR", "Folder for the page and its results.", "-o", "--output")] = Path(
+        "sources"
+    ),
+    only: Annotated[str | None, option("PART,...", "Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")] = None,
     real: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.", parser=given_path
-        ),
+        Path | None, path_option("DIR", "Labelled real sequences: folders with frames.mp4 and gt.csv.")
     ] = None,
 ) -> None:
     """Repeat the papers' experiments and write a page: printed figures beside ours, each claim with a verdict."""
     from irtrack.papers import write_papers
 
     parts = names("--only", only) or ()
-    with terminal.progress_bar("papers") as bar:
-        progress = SceneLog() if bar is None else (lambda scene, done, total: bar(done, total, scene))
-        path = write_papers(output, seeds, first, jobs, parts, real, command_line(), progress)
-    print(path)
-
-
-class SceneLog:
-    """Progress without a terminal: one line on standard error for each scene."""
-
-    def __init__(self) -> None:
-        self._scene = ""
-
-    def __call__(self, scene: str, done: int, total: int) -> None:
-        if scene != self._scene:
-            print(
-                f"{datetime.now():%H:%M:%S} {scene}: {done} of {counted(total, 'run')} done",
-                file=sys.stderr,
-                flush=True,
-            )
-        self._scene = scene
+    with terminal.progress_bar("papers") as progress:
+        print(write_papers(output, seeds, first, jobs, parts, real, command_line(), progress))

@@ -12,7 +12,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.errors import counted
-from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs, argument
 from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 def regress(
     places: Annotated[
-        list[str],
-        typer.Argument(metavar="SUITE|FOLDER...", help="Suites with baseline figures, and folders of kept failures."),
+        list[str], argument("SUITE|FOLDER...", "Suites with baseline figures, and folders of kept failures.")
     ],
     update: Annotated[
         bool, typer.Option("--update", help="Make the present results the baseline, and show the changes.")

@@ -6,10 +6,8 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from irtrack.cli.bench import check_results, end_by_failures, sweep
-from irtrack.cli.options import TRACKERS, TRACKERS_HELP, AsJson, GrowingResults, Jobs, names
+from irtrack.cli.options import TRACKERS, TRACKERS_HELP, AsJson, GrowingResults, Jobs, argument, names, option
 from irtrack.cli.output import NOTHING, number, print_json, print_table
 
 if TYPE_CHECKING:
@@ -19,12 +17,11 @@ if TYPE_CHECKING:
 
 
 def stress(
-    trackers: Annotated[str, typer.Argument(metavar=TRACKERS, help=TRACKERS_HELP)],
-    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1, of scene and tracker.")] = 30,
-    only: Annotated[str | None, typer.Option(metavar="CAUSE,...", help="Only these causes; default: all.")] = None,
+    trackers: Annotated[str, argument(TRACKERS, TRACKERS_HELP)],
+    seeds: Annotated[int, option("N", "Seeds 0 to N-1, of scene and tracker.", min=1)] = 30,
+    only: Annotated[str | None, option("CAUSE,...", "Only these causes; default: all.")] = None,
     suite: Annotated[
-        str | None,
-        typer.Option(metavar="SUITE", help="Sources of this suite, at its severities, instead of the causes."),
+        str | None, option("SUITE", "Sources of this suite, at its severities, instead of the causes.")
     ] = None,
     jobs: Jobs = 1,
     results: GrowingResults = Path("stress.db"),

@@ -1,6 +1,6 @@
 """Child program over pipes: requests and answers line by line; it is ended where it hangs.
 
-Threads write and read, so that neither a program that prints without end nor one that reads nothing blocks the caller.
+Threads write and read, so that no program, whether it prints without end or reads nothing, blocks the caller.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ Piece = bytes | np.ndarray
 
 
 class Child:
-    """Running program. It may die or hang at any time: `ask` and `greeting` then raise, and it is ended.
+    """Running program; where it dies or hangs, `ask` and `greeting` raise, and it is ended.
 
-    prefix    begin of every answer; other lines are output of the program, kept for errors
-    farewell  sent before it is ended, so that it can end by itself; without one it is ended at once
-    greets    whether it sends a line before the first request
+    prefix    begin of every answer; other lines are output, kept for errors
+    farewell  request to end by itself; without one it is ended at once
+    greets    it sends a line before the first request
     """
 
     def __init__(

@@ -1,9 +1,8 @@
 """Program that runs the peers, the trackers of OpenCV and dlib, behind the JSON protocol.
 
-It runs in an environment of its own (`make peers`) and imports nothing of irtrack: OpenCV's contrib
-wheel, which alone has most of these, owns the same files as the plain one that irtrack needs. The
-protocol is that of `irtrack.external.json_protocol`. Run as `python server.py NAME`, or without a name to print
-which peers this environment has.
+It runs in an environment of its own (`make peers`) and imports nothing of irtrack: most peers are only in OpenCV's
+contrib wheel, which owns the same files as irtrack's plain one. The protocol is that of
+`irtrack.external.json_protocol`. Run as `python server.py NAME`, or without a name to list this environment's peers.
 """
 
 from __future__ import annotations

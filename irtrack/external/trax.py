@@ -32,8 +32,8 @@ REGIONS = ("rectangle", "polygon", "mask")
 """Kinds of regions that a target can be given as, the preferred one first."""
 
 PICTURES = ("path", "buffer", "data", "memory")
-"""Forms in which images are sent, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
-specification's word for the 'buffer' of libtrax."""
+"""Forms of images, the preferred one first: nearly every tracker of VOT reads files. 'data' is the specification's word
+for the 'buffer' of libtrax."""
 CHANNELS = ("color", "ir")
 """Channels as which the infrared image is sent; most trackers know only color."""
 LAST_VERSION = 4
@@ -55,7 +55,8 @@ class Message:
 def write(kind: str, arguments: Sequence[str] = (), properties: Mapping[str, object] | None = None) -> bytes:
     """Return a message as a line."""
     words = [*arguments, *(f"{key}={value}" for key, value in (properties or {}).items())]
-    return PREFIX + " ".join([kind, *map(_quote, words)]).encode() + b"\n"
+    escaped = (word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") for word in words)
+    return PREFIX + " ".join([kind, *(f'"{word}"' for word in escaped)]).encode() + b"\n"
 
 
 def read(line: bytes) -> Message:
@@ -128,15 +129,10 @@ def box_of(text: str) -> Box | None:
 
 
 def memory(image: Image) -> str:
-    """Return an image as its plain values."""
+    """Return an image in the form 'memory': its plain values."""
     depth = "gray16" if image.dtype == np.uint16 else "gray8"
     plain = image.astype(image.dtype.newbyteorder("<"), copy=False).tobytes()
     return f"image:{image.shape[1]};{image.shape[0]};{depth};{base64.b64encode(plain).decode()}"
-
-
-def encoded(png: bytes) -> str:
-    """Return an image as the bytes of a PNG file."""
-    return f"data:image/png;{base64.b64encode(png).decode()}"
 
 
 def _around_mask(numbers: list[int]) -> Box | None:
@@ -154,11 +150,6 @@ def _around_mask(numbers: list[int]) -> Box | None:
         left, right = 0, w - 1
     top, bottom = rows[0, 0], rows[-1, 1]
     return Box.from_pixels(x + int(left), y + int(top), int(right - left) + 1, int(bottom - top) + 1)
-
-
-def _quote(word: str) -> str:
-    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
 
 
 class TraxSession:
@@ -245,7 +236,7 @@ class TraxSession:
             return [memory(frame.image)] * self._copies
         png = cv2.imencode(".png", np.ascontiguousarray(frame.image), [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         if self._picture != "path":
-            return [encoded(png)] * self._copies
+            return [f"data:image/png;{base64.b64encode(png).decode()}"] * self._copies
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix="irtrack-", ignore_cleanup_errors=True)
         for old in os.scandir(self._folder.name):

@@ -79,18 +79,12 @@ class Kept:
 
         InputError, with the file, where the failure cannot be judged.
         """
-        with self._errors_with_file():
-            if runner is not None:
-                return self._changes(runner, limit_s)
-            with start_runner(1, apart=self.limit_s is not None) as own:
-                return self._changes(own, self.limit_s)
-
-    def _changes(self, runner: Runner, limit_s: float | None) -> list[str]:
         found = []
-        scene = irsim.load(self.path)
-        if (frame := runner.call(_first_changed_frame, scene, self.recording)) is not None:
-            found.append(f"{self.path}: frame {frame} differs from {self.recording.name}")
-        verdict = self.verdict(scene, runner, frame_limit(limit_s))
+        with self._judging(runner, limit_s) as (used, limit):
+            scene = irsim.load(self.path)
+            if (frame := used.call(_first_changed_frame, scene, self.recording)) is not None:
+                found.append(f"{self.path}: frame {frame} differs from {self.recording.name}")
+            verdict = self.verdict(scene, used, frame_limit(limit))
         rules = ", ".join(map(rule_text, rules_of(scene)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} no longer breaks {rules}, margin {verdict.margin:.3g}")
@@ -104,27 +98,26 @@ class Kept:
 
     def update(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
         """Record the frames anew where they differ, and note the verdict. Arguments and errors as of `changes`."""
-        with self._errors_with_file():
-            if runner is not None:
-                return self._update(runner, limit_s)
-            with start_runner(1, apart=self.limit_s is not None) as own:
-                return self._update(own, self.limit_s)
-
-    def _update(self, runner: Runner, limit_s: float | None) -> Kept:
-        scene = irsim.load(self.path)
-        if runner.call(_first_changed_frame, scene, self.recording) is not None:
-            irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
-        verdict = self.verdict(scene, runner, frame_limit(limit_s))
-        now = replace(self, broken=verdict.broken is not None, how=verdict.how, limit_s=limit_s)
-        _note(now)
+        with self._judging(runner, limit_s) as (used, limit):
+            scene = irsim.load(self.path)
+            if used.call(_first_changed_frame, scene, self.recording) is not None:
+                irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
+            verdict = self.verdict(scene, used, frame_limit(limit))
+            now = replace(self, broken=verdict.broken is not None, how=verdict.how, limit_s=limit)
+            _note(now)
         return now
 
     @contextmanager
-    def _errors_with_file(self) -> Iterator[None]:
+    def _judging(self, runner: Runner | None, limit_s: float | None) -> Iterator[tuple[Runner, float | None]]:
+        """Yield runner and limit, by default as noted; errors within name the file."""
         if self.fault is not None:
             raise InputError(self.fault)
         try:
-            yield
+            if runner is not None:
+                yield runner, limit_s
+                return
+            with start_runner(1, apart=self.limit_s is not None) as own:
+                yield own, self.limit_s
         except IrtrackError as error:
             known = str(self.path.with_suffix("")) in str(error)
             raise InputError(str(error) if known else f"{self.note}: {error}") from None

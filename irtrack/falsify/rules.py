@@ -179,7 +179,7 @@ def _return_result(rule: irsim.ReacquiredWithin, trace: Trace) -> str:
 def _false_claims(trace: Trace) -> list[tuple[int, int]]:
     """Return for each stretch without a visible target: position of its first frame, frames until the last "tracking".
 
-    The second number is 0 where the track never says "tracking" in the stretch.
+    The second number is 0 where the status is never "tracking" in the stretch.
     """
     gone = ~trace.truth.present | (trace.visible == 0)
     gone[:1] = False

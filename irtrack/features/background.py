@@ -1,10 +1,10 @@
-"""Background model learned pixel by pixel and registered to each frame, and the target's foreground before it.
+"""Background model learned pixel by pixel and registered to each frame.
 
 A normal distribution for each pixel, of running mean and variance (C. Wren, A. Azarbayejani, T. Darrell, A. Pentland,
 "Pfinder", IEEE TPAMI 19(7), 1997, section 3.2), in coordinates that move with the camera. A frame is registered by a
 shift, a gain and an offset: the shift by phase correlation (C. Kuglin, D. Hines, 1975), then all four by reweighted
-least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). Automatic gain and a camera that pans or shakes are
-so no change. Roll and zoom of the camera are.
+least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). So automatic gain, pan and shake of the camera are no
+change; its roll and zoom are.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
-from irtrack.features.quantiser import MARGIN, levels_between
+from irsim.types import MEDIAN_TO_SIGMA, Image
 
 Grid = npt.NDArray[np.float32]
 Region = tuple[slice, slice]
@@ -26,17 +25,17 @@ Region = tuple[slice, slice]
 ROUNDING = 1 / 12
 """Counts^2. Variance of rounding to whole counts."""
 START_SHIFT = 0.3
-"""px. Shift allowed for in a pixel's first variance: until it is learned, slopes count as unsure."""
+"""px. Shift included in a pixel's first variance, until that is learned: slopes are uncertain."""
 SHIFT = 0.1
-"""px. Shift always allowed for: the error of interpolation and registration on slopes."""
+"""px. Shift included in every variance: the error of interpolation and registration on slopes."""
 MOVING_RATE = 0.03
 """Share of the new picture learned where the foreground is: after 33 frames a thing at rest is background."""
 BETTER = 0.98
-"""A shift or gain is taken where it brings the mean deviation below this share of the deviation without it; without
-the bound, noise would make a still camera tremble."""
+"""A shift or gain is accepted where it lowers the mean deviation below this share; else noise would move a still
+camera."""
 SURE = 4.0
-"""Standard errors by which a jump of more than a pixel has to reduce the deviation. It is the best of all shifts:
-before an even sky it reached 3.3 by noise alone, in 1,392 frames; jumps of a shaking camera reach 5 and more."""
+"""Standard errors by which a jump of more than a pixel must lower the deviation. On an even sky noise alone reached 3.3
+in 1,392 frames; jumps of a shaking camera reach 5 and more."""
 SMOOTH = 1.0
 """px. Standard deviation of the normal kernel that smooths frames before registration."""
 OUTLIER = 9.0
@@ -45,11 +44,6 @@ LEAST_SIDE = 16
 """px. Smaller frames are not registered."""
 SMOOTHINGS = 200
 """Passes of a 3 x 3 mean that fill a masked region from its edge."""
-
-BINS = 32
-"""Grey levels of the target's histogram: those of Cheng et al. 2006, section 3."""
-UNEXPLAINED = 0.05
-"""Share of pixels that follow neither distribution, spread evenly over all greys: no pixel is ever certain."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,8 +68,8 @@ class RegisteredFrame:
 class BackgroundModel:
     """Mean (counts), variance (counts^2) and number of observations of each pixel, on a canvas of the frame's size.
 
-    The canvas moves by whole pixels; the rest of the shift is kept in `shift`. noise: variance of a pixel that does
-    not change, counts^2; gain and offset of the last frame.
+    The canvas moves by whole pixels, `shift` is the rest. noise: variance of a constant pixel, counts^2; gain and
+    offset are the last frame's.
     """
 
     mean: Grid
@@ -88,7 +82,7 @@ class BackgroundModel:
 
     @classmethod
     def initial(cls, image: Image, target: Region) -> BackgroundModel:
-        """Return the model of a first frame; the target's region is filled smoothly from its edge, and unsure."""
+        """Return the model of a first frame; the target's region is filled from its edge, with a large variance."""
         picture = image.astype(np.float32)
         rows, columns = target
         unknown = np.zeros(picture.shape, bool)
@@ -111,7 +105,7 @@ class BackgroundModel:
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
     def register(self, image: Image, align: bool) -> tuple[BackgroundModel, RegisteredFrame]:
-        """Return the model moved to a frame, and the frame in its scale; without `align` both are taken as they are."""
+        """Return the model moved to a frame, and the frame in its scale; without `align` neither is changed."""
         raw = image.astype(np.float32)
         moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
@@ -119,10 +113,7 @@ class BackgroundModel:
         if any(whole):
             moved = moved._rolled(whole, picture)
         mean = _shifted(moved.mean, moved.shift)
-        travel = (
-            moved.shift[0] + whole[0] - self.shift[0],
-            moved.shift[1] + whole[1] - self.shift[1],
-        )
+        travel = (moved.shift[0] + whole[0] - self.shift[0], moved.shift[1] + whole[1] - self.shift[1])
         variance = moved.variance + np.float32(SHIFT**2) * _squared_slope(mean)
         return moved, RegisteredFrame(picture, mean, variance, moved.observations >= 1, moved.shift, travel)
 
@@ -144,7 +135,7 @@ class BackgroundModel:
 
     def _aligned(self, raw: Grid) -> BackgroundModel:
         """Return the model with the shift, gain and offset that bring it nearest to a frame."""
-        # A shift by half a pixel smooths noise and fits better; so everything is smoothed from the start.
+        # Everything is smoothed first: a shift by half a pixel smooths noise, and would fit better.
         still, raw = _smooth(self.mean), _smooth(raw)
         best, under = self, _shifted(still, self.shift)
         deviation = best._deviation(under, raw)
@@ -215,96 +206,6 @@ class BackgroundModel:
             observations=roll(self.observations, 1.0),
             shift=(self.shift[0] - whole[0], self.shift[1] - whole[1]),
         )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class GreyDensities:
-    """Densities of grey levels, (bins,) per count over low .. high: of the target, and of the ring around it."""
-
-    low: float
-    high: float
-    target: Grid
-    ring: Grid
-
-    @classmethod
-    def of(cls, image: Image, region: Region, kernel: Floats) -> GreyDensities:
-        """Return the densities in a first frame: the target's, weighted by a kernel (rows, columns), and its ring's."""
-        rows, columns = region
-        picture = image.astype(np.float32)
-        low, high = levels_between(picture, picture[region])
-        margin = max(MARGIN * (high - low), (BINS - high + low) / 2)  # a bin is a count at least
-        around = np.zeros(picture.shape, np.float32)
-        tall, wide = rows.stop - rows.start, columns.stop - columns.start
-        around[max(rows.start - tall, 0) : rows.stop + tall, max(columns.start - wide, 0) : columns.stop + wide] = 1
-        around[region] = 0
-        empty = np.zeros(BINS, np.float32)
-        blank = cls(low - margin, high + margin, empty, empty)
-        return replace(blank, target=blank._density(picture, kernel), ring=blank._density(picture, around))
-
-    def foreground(self, registered: RegisteredFrame) -> Grid:
-        """Return the probability (rows, columns) that a pixel shows the target; both are equally likely beforehand.
-
-        Where the background was never seen, it may have any grey level of the first ring.
-        """
-        even = np.float32(UNEXPLAINED / (self.high - self.low))
-        squares = np.minimum((registered.picture - registered.mean) ** 2 / registered.variance, 60)
-        behind = np.exp(-0.5 * squares) / np.sqrt(np.float32(2 * np.pi) * registered.variance)
-        place = np.clip((registered.picture - self.low) * (BINS / (self.high - self.low)) - 0.5, 0, BINS - 1)
-        cell = np.minimum(place.astype(np.intp), BINS - 2)
-        part = (place - cell).astype(np.float32)
-        target = (1 - part) * self.target[cell] + part * self.target[cell + 1]
-        unknown = ~registered.known
-        ring = (1 - part[unknown]) * self.ring[cell[unknown]] + part[unknown] * self.ring[cell[unknown] + 1]
-        behind[unknown] = np.maximum(behind[unknown], ring)
-        likely, unlikely = (1 - UNEXPLAINED) * target + even, (1 - UNEXPLAINED) * behind + even
-        probability: Grid = (likely / (likely + unlikely)).astype(np.float32)
-        return probability
-
-    def updated(self, registered: RegisteredFrame, foreground: Grid, region: Region, rate: float) -> GreyDensities:
-        """Return the densities after a frame, the target's learned from the foreground of its region."""
-        density = self._density(registered.picture[region], foreground[region])
-        if foreground[region].sum() < 3:
-            return self
-        return replace(self, target=self.target + np.float32(rate) * (density - self.target))
-
-    def _density(self, picture: Grid, weights: Floats | Grid) -> Grid:
-        """Return (bins,) per count, smoothed over neighbouring bins; uniform where all weights are 0."""
-        cells = np.clip((picture - self.low) * (BINS / (self.high - self.low)), 0, BINS - 1).astype(np.intp)
-        counts = np.bincount(cells.ravel(), np.asarray(weights, np.float64).ravel(), BINS)
-        counts = counts / counts.sum() if counts.sum() > 0 else np.full(BINS, 1 / BINS)
-        smooth = cv2.GaussianBlur(counts[None].astype(np.float32), (0, 0), 1.0, borderType=cv2.BORDER_REFLECT)[0]
-        density: Grid = smooth * np.float32(BINS / (self.high - self.low))
-        return density
-
-
-def local_foreground(foreground: Grid, deviations: tuple[float, float]) -> Grid:
-    """Return the mean excess of foreground over background, max(2 p - 1, 0), about each pixel; 0 beyond the frame.
-
-    Weighted by a normal kernel of deviations (x, y) px.
-    """
-    x, y = deviations
-    return cv2.GaussianBlur(  # type: ignore[return-value]  # OpenCV's stubs know no element types
-        np.maximum(2 * foreground - 1, 0), (0, 0), sigmaX=x, sigmaY=y, borderType=cv2.BORDER_CONSTANT
-    )
-
-
-def peaks(heights: Grid, reach: tuple[int, int], least: float, most: int) -> tuple[Floats, Floats]:
-    """Return centres (n, 2) px and heights (n,) of the maxima within reach (x, y) px, the highest first.
-
-    Centres lie between pixels by parabolas along each axis.
-    """
-    tops = cv2.dilate(heights, np.ones((2 * reach[1] + 1, 2 * reach[0] + 1), np.uint8))
-    rows, columns = np.nonzero((heights == tops) & (heights > least))
-    order = np.argsort(-heights[rows, columns], kind="stable")[:most]
-    rows, columns = rows[order], columns[order]
-    y, x = np.clip(rows, 1, heights.shape[0] - 2), np.clip(columns, 1, heights.shape[1] - 2)
-    at = heights[y, x].astype(np.float64)
-    centers = np.stack([columns, rows], axis=1).astype(np.float64)
-    sides = (heights[y, x - 1], heights[y, x + 1]), (heights[y - 1, x], heights[y + 1, x])
-    for axis, (before, after) in enumerate(sides):
-        bend = np.minimum(before - 2 * at + after, -1e-9)
-        centers[:, axis] += np.clip(0.5 * (before - after) / bend, -0.5, 0.5)
-    return centers, heights[rows, columns].astype(np.float64)
 
 
 def _significant(gain: Grid) -> bool:

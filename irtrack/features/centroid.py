@@ -10,10 +10,10 @@ from irsim.types import Image
 def contrast(patch: Image, region: Image) -> float:
     """Return the target's contrast, counts: positive for a hot target, negative for a cold one.
 
-    `region` holds the patch and its surroundings; its median is the background level. The patch holds target and
-    background in any shares. It is split by a threshold midway between the means of both halves (Ridler, Calvard,
-    "Picture thresholding using an iterative selection method", IEEE Trans. SMC 8, 1978). The target is the half
-    whose mean is farther from the level. 0 where the patch is constant.
+    `region` is the patch and its surroundings; its median is the background level. The patch, of target and background
+    in any shares, is split by a threshold midway between the means of both parts (Ridler, Calvard, "Picture
+    thresholding using an iterative selection method", IEEE Trans. SMC 8, 1978). The target is the part whose mean is
+    farther from the level. 0 where the patch is constant.
     """
     if patch.min() == patch.max():
         return 0.0

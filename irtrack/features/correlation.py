@@ -6,11 +6,13 @@ r = sum (I - mean I)(T - mean T) / sqrt(sum (I - mean I)^2 sum (T - mean T)^2)
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
 from irsim.types import Floats, Image
-from irtrack.features.window import Window
+from irtrack.features.window import Reach, Window, region
 
 
 def ncc(region: Image | Floats, template: Floats) -> Floats:
@@ -34,8 +36,7 @@ def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tu
 
     default   the place where all scores are equal, as for a template without structure
 
-    Each axis takes the top of the parabola through the peak and its two neighbours. A peak on the edge has no
-    neighbour there and stays whole on that axis.
+    On each axis by the parabola through the peak and its neighbours; not refined on the edge.
     """
     if default is not None and float(np.ptp(scores)) == 0.0:
         return default, float(scores.flat[0])
@@ -56,6 +57,30 @@ def best_distractor(scores: Floats, corner: tuple[int, int], window: Window) -> 
     x, y = corner
     apart[max(y - window.rows + 1, 0) : y + window.rows, max(x - window.columns + 1, 0) : x + window.columns] = False
     return max(float(scores[apart].max(initial=0.0)), 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """Target in a first frame: its window, its pixels (rows, columns), counts, and the best distractor's score."""
+
+    window: Window
+    pixels: Floats
+    distractor: float
+
+    @classmethod
+    def of(cls, image: Image, window: Window, corner: tuple[int, int], reach: Reach) -> Patch:
+        """Return the patch of a window at `corner`; distractors are searched within `reach`."""
+        pixels = window.cut(image, corner).astype(np.float64)
+        left, top, around = region(image, window, corner, reach)
+        distractor = best_distractor(ncc(around, pixels), (corner[0] - left, corner[1] - top), window)
+        return cls(window, pixels, distractor)
+
+    def search(self, image: Image, center: tuple[float, float], reach: Reach) -> tuple[tuple[float, float], float]:
+        """Return the centre of the best match within `reach` of a centre, px, and its score."""
+        corner = self.window.corner(center)
+        left, top, around = region(image, self.window, corner, reach)
+        (x, y), score = peak(ncc(around, self.pixels), (corner[0] - left, corner[1] - top))
+        return self.window.center((left + x, top + y)), score
 
 
 def _vertex(before: float, top: float, after: float) -> float:

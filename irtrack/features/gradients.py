@@ -2,8 +2,8 @@
 
     G = sqrt(Gx^2 + Gy^2),  theta = arctan(Gy / Gx),  Gx, Gy from the Sobel operators
 
-A target's window is a pattern of places about its centre. A particle of another size has the same number of places,
-farther apart or closer together, each at the nearest pixel.
+A target's window is a pattern of places about its centre. A particle of another size scales the pattern; each place is
+at the nearest pixel.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def sobel(image: Image, left: int, top: int, right: int, bottom: int) -> tuple[G
 def orientations(gx: Gradient, gy: Gradient, bins: int) -> tuple[Bins, Gradient]:
     """Return bins 0 .. bins-1 of theta and magnitudes G, both of the shape of gx and gy.
 
-    Bin u is centred on the direction 2 pi u / bins from +x towards +y, so that edges of upright things lie in the
-    middle of a bin. Directions cover the whole circle, so that the two sides of a target differ.
+    Bin u is centred on the direction 2 pi u / bins from +x towards +y, so that upright edges lie in the middle of a
+    bin. Directions cover the whole circle: the two sides of a target differ.
     """
     magnitude, angle = _polar(gx, gy)
     angle *= bins / (2 * np.pi)
@@ -68,8 +68,8 @@ class Pattern:
     def of(cls, window: Window, most: int) -> Pattern:
         """Return the window's pixels; where they exceed about `most`, an even grid of places among them.
 
-        The kernel sums to one. It is g(r) = 1 - r^2 within the ellipse of the window, 0 outside. Li, Li 2014, eq. 4
-        is unreadable; it is said to favour places near the centre; this is Epanechnikov's.
+        The kernel sums to one: Epanechnikov's g(r) = 1 - r^2 within the ellipse of the window (Li, Li 2014, eq. 4 is
+        unreadable; by the text it favours places near the centre).
         """
         thinning = max(1.0, (window.rows * window.columns / most) ** 0.5)
         x, y = (_thinned(places, thinning) for places in window.offsets())
@@ -114,8 +114,8 @@ class CueImage:
     def windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cues, Floats]:
         """Return cues of windows at `centers` (N, 2) px, `scales` (N, 2) times the first size, and visible shares (N,).
 
-        Grey levels are weighted by the kernel (eq. 3), orientations by their magnitude alone: a kernel that fades
-        towards the rim would leave out the edges. Pixels outside the frame belong to no bin.
+        Grey levels are weighted by the kernel (eq. 3), orientations by their magnitude alone, since a kernel would fade
+        the edges. Pixels outside the frame belong to no bin.
         """
         cues = Cues(np.zeros((len(centers), self.quantiser.bins)), np.zeros((len(centers), self.edge_bins)))
         visible = np.zeros(len(centers))
@@ -162,7 +162,7 @@ class CueImage:
         if 0 in (x.size, y.size):
             return Cues(np.zeros(self.quantiser.bins), np.zeros(self.edge_bins))
         weights = np.ones((y.size, x.size))
-        weights[_span(top - first_y, bottom - first_y), _span(left - first_x, right - first_x)] = 0
+        weights[max(top - first_y, 0) : max(bottom - first_y, 0), max(left - first_x, 0) : max(right - first_x, 0)] = 0
         cues, _ = self.windows(Pattern(x, y, weights, weights > 0), np.zeros((1, 2)), np.ones((1, 2)))
         return cues.of(0)
 
@@ -205,10 +205,6 @@ def _pixels(places: Floats, edge: int) -> tuple[Bins, Bools]:
     at = np.floor(places + 0.5)
     within = (at >= 0) & (at < edge)
     return np.where(within, at, 0).astype(np.intp), within
-
-
-def _span(first: int, end: int) -> slice:
-    return slice(max(first, 0), max(end, 0))
 
 
 def _thinned(places: Floats, thinning: float) -> Floats:

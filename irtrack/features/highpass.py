@@ -2,12 +2,11 @@
 
     residual = frame - background,  background = mean of the frame over a neighbourhood
 
-The fast one of Xue, Yuan, Xie 2011 (section 1.1) predicts from a ring neighbourhood, eq. 1: the
-pixels nearest to (i + r cos theta, j + r sin theta) for r = 0, 1 ... L and theta = 0, 2 pi / m ...,
-and only on a grid; other pixels take the nearest prediction. The method that it accelerates (its
-reference 12: Peng, Zhou 1999) predicts every pixel from its whole n x n neighbourhood. The paper leaves
-open L, m, the grid's step, the samples' weights (here equal, each place (r, theta) one sample and the
-centre one) and the mapping of residuals to grey levels (here `HighPass`). The frame is mirrored at its edge.
+Xue, Yuan, Xie 2011 (section 1.1, eq. 1) predict from a ring neighbourhood, the pixels nearest to (i + r cos theta,
+j + r sin theta) for r = 0, 1 ... L and theta = 0, 2 pi / m ..., and only on a grid; other pixels take the nearest
+prediction. Peng, Zhou 1999 (their reference 12) predict every pixel from its whole n x n neighbourhood. The paper
+leaves open L, m, the grid's step, the samples' weights (here equal, one for each (r, theta) and for the centre) and the
+mapping of residuals to grey levels (here `HighPass`). The frame is mirrored at its edge.
 """
 
 from __future__ import annotations
@@ -32,22 +31,19 @@ so that a part of a picture is exactly that of the whole."""
 Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
-"""Standard deviations of the residual on each side of the middle grey: a target of SCR 8 is just white. Chosen here;
-the source maps to 0 ... 255 and does not say how."""
+"""Standard deviations of the residual on each side of the middle grey: a target of SCR 8 is just white. Chosen here."""
 
 ROUNDING = 1 / sqrt(12)
 """Standard deviation of rounding to whole counts, the least noise of any frame."""
 
 DIRECT = 7
-"""Side of the largest kernel that OpenCV sums sample by sample on any machine; from an area of 50 on it may take a
-Fourier transform (filter2D's documentation says from about 11x11 on)."""
+"""Side of the largest kernel that OpenCV sums sample by sample on any machine, not by a Fourier transform."""
 
 
 def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
     """Return the samples (2L+1, 2L+1) of the ring neighbourhood of eq. 1, m on each radius.
 
-    inner is the least radius, 0 in the source. Beyond the target's half size, the target is left out of the
-    prediction of its own background.
+    inner is the least radius, 0 in the source; beyond the target's half size it excludes the target.
     """
     kernel = np.zeros((2 * L + 1, 2 * L + 1), np.float32)
     for r in range(inner, L + 1):
@@ -72,11 +68,9 @@ def predicted_background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
     return nearest
 
 
-def _on_grid(values: Any, grid: int) -> Any:
-    return _nearest_blocks(values, grid) if grid > 1 else values
-
-
-def _nearest_blocks(sums: Any, grid: int) -> Any:
+def _on_grid(sums: Any, grid: int) -> Any:
+    if grid == 1:
+        return sums
     rows, columns = sums.shape
     first = min((grid - 1) // 2, rows - 1), min((grid - 1) // 2, columns - 1)
     coarse = np.ascontiguousarray(sums[first[0] :: grid, first[1] :: grid])
@@ -89,8 +83,7 @@ def _nearest_blocks(sums: Any, grid: int) -> Any:
 class HighPass:
     """High-pass filter to 8-bit pictures: 128 + gain * residual, rounded and clipped.
 
-    The gain, grey levels per count, is set once. Set anew in each frame, a grey level would mean something else in
-    every frame, and histograms could not be compared.
+    The gain, grey levels per count, is set once, so that histograms of different frames can be compared.
     """
 
     kernel: Kernel

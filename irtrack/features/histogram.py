@@ -2,9 +2,9 @@
 
     p(u) = C sum_i k(|l - l_i| / h) [b(l_i) = u],  C = 1 / sum_i k      (Cheng et al. 2006, eq. 6, 7)
 
-Windows lie on whole pixels (see `irtrack.features.window`): particles that share a window share a histogram, and each
-distinct window is counted once. Pixels outside the frame belong to no bin. A histogram is that of the visible part;
-the visible share of the kernel's mass is given apart.
+Windows lie on whole pixels (see `irtrack.features.window`), and each distinct window is counted once for all particles.
+Pixels outside the frame belong to no bin. A histogram is that of the visible part; the visible share of the kernel's
+mass is returned beside it.
 """
 
 from __future__ import annotations
@@ -90,9 +90,7 @@ def similarity(
     mass, windows, inside = (_masses if COMPILED else _masses_plain)(image, centers, window, kernel, quantiser)
     rho = bhattacharyya(mass, reference)
     if inside:
-        visible = np.empty(len(windows))
-        visible.fill(1)
-        return rho.take(windows), visible
+        return rho.take(windows), np.ones(len(windows))
     # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
     shares = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
     rho *= np.sqrt(shares)
@@ -231,8 +229,7 @@ def _cells(image: Picture, quantiser: Quantiser, left: int, top: int, right: int
 def bhattacharyya(p: Floats, q: Floats) -> Floats:
     """Return rho = sum_u sqrt(p(u) q(u)) of p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8).
 
-    Bins of p beyond those of q, such as that of pixels outside the frame, count for nothing. ValueError where p has
-    fewer bins than q.
+    Further bins of p, such as that of pixels outside the frame, are ignored; ValueError where it has fewer than q.
     """
     if COMPILED:
         rho: Floats = np.empty(p.shape[:-1])

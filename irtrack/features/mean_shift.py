@@ -5,13 +5,11 @@
     y   <- sum_i x_i w_i g(r_i^2) / sum_i w_i g(r_i^2),  g = -k'                           (eq. 13)
 
 D. Comaniciu, V. Ramesh, P. Meer, "Kernel-Based Object Tracking", IEEE TPAMI 25(5), 2003. The profile is
-Epanechnikov's, k(r^2) = max(0, 1 - r^2), so g is flat within the window's ellipse. A pixel is an area: the edge of g
-is a ramp one pixel wide, else pixels that have just entered would draw the window. The paper halves a step that
-lowers the similarity and finds that it almost never happens; it is left out here. Centres lie anywhere between
-pixels. Pixels outside the frame do not count.
+Epanechnikov's, k(r^2) = max(0, 1 - r^2), so g is flat within the window's ellipse; its edge is a ramp one pixel wide,
+else pixels that have just entered would draw the window. The paper halves a step that lowers the similarity, which
+almost never happens; that is left out here. Centres lie anywhere between pixels. Pixels outside the frame do not count.
 
-The window should fit the target. A window with room to spare sees the target whole wherever it is, its steps shrink
-with the cube of the offset, and it stops short by a part of that room.
+The window should fit the target: a larger one contains the whole target at many places, and stops short.
 """
 
 from __future__ import annotations
@@ -74,8 +72,8 @@ def mean_shift(
 ) -> Modes:
     """Return the modes of windows at `centers` (N, 2) px moved by eq. 13 until a step is shorter than `eps` px.
 
-    A window stops after `iterations` steps (20: Comaniciu, Meer 2002, section 6). It stays in place while it
-    contains no grey level of the reference (bins,).
+    At most `iterations` steps (20: Comaniciu, Meer 2002, section 6). A window without a grey level of the reference
+    (bins,) stays.
     """
     centers = np.array(centers, dtype=np.float64, order="C")
     mass, visible = np.empty((len(centers), quantiser.bins)), np.empty(len(centers))

@@ -16,10 +16,9 @@ Counts = Image | npt.NDArray[np.float32]
 BinsRange = Literal["full", "first_frame"]
 
 TAILS = (1.0, 99.0)
-"""Percentiles that bound the first frame's levels; chosen here. They leave out dead pixels (up to 0.5 % of a
-detector) and single noise peaks."""
+"""Percentiles that bound the first frame's levels, without dead pixels (up to 0.5 %) and noise peaks; chosen here."""
 MARGIN = 0.1
-"""Share of that range added on both sides; chosen here. It leaves room for a target that grows warmer or colder."""
+"""Share of that range added on both sides, for targets that grow warmer or colder; chosen here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +71,8 @@ def levels_between(image: Counts, patch: Counts) -> tuple[float, float]:
 def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
     """Return the quantiser of the range filled by a first frame and the target's patch, plus a margin.
 
-    With the full range a low-contrast target and its background share one bin. The patch counts by itself: a small
-    hot target lies beyond its frame's percentiles.
+    With the full range a low-contrast target and its background share one bin. The patch has percentiles of its own,
+    since a small hot target lies beyond the frame's.
     """
     low, high = levels_between(image, patch)
     margin = max(MARGIN * (high - low), 0.5)

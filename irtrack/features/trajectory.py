@@ -18,10 +18,10 @@ Speed = Literal["lambda", "sqrt_lambda"]
 def pca_velocity(places: Floats, speed: Speed) -> Floats:
     """Return the velocity along the principal axis of the places (Algorithm 1).
 
-    The covariance of the k places (step 3, divided by k) has the largest eigenvalue lambda_max. The direction is
-    that of its vector. The speed is proportional to lambda_max (step 5) or, as the text of section 2 says, to the
-    axis' length, sqrt(lambda_max); the factor cancels in eq. 6. The algorithm leaves the vector's sign open: here it
-    points from the first place to the last. Places that coincide have velocity 0.
+    Its direction is that of the eigenvector of the largest eigenvalue lambda_max of their covariance (step 3, divided
+    by k). The speed is proportional to lambda_max (step 5) or, by the text of section 2, to sqrt(lambda_max); the
+    factor cancels in eq. 6. The vector's sign, open in the source, is here from the first place to the last. Places
+    that coincide have velocity 0.
     """
     k = places.shape[-2]
     off = places - places.sum(axis=-2, keepdims=True) / k
@@ -40,8 +40,8 @@ def pca_velocity(places: Floats, speed: Speed) -> Floats:
 def velocity_similarity(velocities: Floats, model: Floats) -> Floats:
     """Return the similarity (...) of velocities (..., 2) to one (2,), 0 .. 1 (eq. 6).
 
-    The smaller speed over the larger, times the cosine between the directions. The text says 0 .. 1, but a cosine
-    reaches -1: a backward velocity counts 0. Two targets at rest have 1; one at rest and one that moves, 0.
+    The smaller speed over the larger, times the cosine between the directions; 0 for a cosine below 0. Two targets at
+    rest have 1; one at rest and one that moves, 0.
     """
     speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
     # min / max . cosine = dot / max^2, which needs no division by a speed of 0.

@@ -1,8 +1,7 @@
 """Rectangle of whole pixels that follows a target's sub-pixel centre.
 
-A window covers whole pixels, and a target's centre is rarely the centre of one. The window is laid on the start
-box once. The offset of the box's centre from the window's centre (the *phase*, at most half a pixel on each axis)
-is kept and added back whenever a window becomes a centre.
+The window is set on the start box once. The offset of the box's centre from the window's centre (the *phase*, at most
+half a pixel on each axis) is kept, and added whenever a window becomes a centre.
 """
 
 from __future__ import annotations
@@ -16,8 +15,9 @@ import numpy.typing as npt
 
 from irsim.types import Box, Floats, Image
 
-Indices = npt.NDArray[np.intp]
 AnyArray = TypeVar("AnyArray", bound=npt.NDArray[np.generic])
+Reach = int | tuple[int, int] | None
+"""px, on both axes or (x, y); None: the whole frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +36,9 @@ class Window:
         return cls(columns, rows, (x - floor(x + 0.5), y - floor(y + 0.5)))
 
     def inside(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[Window, tuple[int, int]]:
-        """Return the part of the window at `corner` within a frame of `shape`, and the part's corner.
+        """Return the part of the window at `corner` in a frame of `shape`, perhaps empty, and its corner.
 
-        The part keeps the target's centre: its phase grows by the pixels cut off. It may be empty.
+        The part keeps the target's centre: its phase grows by the pixels cut off.
         """
         left, top = max(corner[0], 0), max(corner[1], 0)
         columns = max(min(corner[0] + self.columns, shape[1]) - left, 0)
@@ -56,11 +56,6 @@ class Window:
         """Offset (x, y) px of a centre from its corner: floor(centre - offset) is the nearest corner."""
         return self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5
 
-    def corners(self, centers: Floats) -> Indices:
-        """Return columns and rows (..., 2) of the top-left pixels for target centres (..., 2) px."""
-        whole: Indices = np.floor(centers - np.array(self.corner_offset)).astype(np.intp)
-        return whole
-
     def corner(self, center: tuple[float, float]) -> tuple[int, int]:
         """Return column and row of the top-left pixel for one centre, px."""
         x, y = self.corner_offset
@@ -68,10 +63,7 @@ class Window:
 
     def center(self, corner: tuple[float, float]) -> tuple[float, float]:
         """Return the target's centre for a top-left pixel at `corner`, which may lie between pixels."""
-        return (
-            corner[0] + (self.columns - 1) / 2 + self.phase[0],
-            corner[1] + (self.rows - 1) / 2 + self.phase[1],
-        )
+        return (corner[0] + (self.columns - 1) / 2 + self.phase[0], corner[1] + (self.rows - 1) / 2 + self.phase[1])
 
     def offsets(self) -> tuple[Floats, Floats]:
         """Return x (columns,) and y (rows,) of the pixels' centres from the target's centre, px."""
@@ -80,13 +72,11 @@ class Window:
         return x, y
 
 
-def region(
-    image: Image, window: Window, corner: tuple[int, int], reach: int | tuple[int, int] | None
-) -> tuple[int, int, Image]:
-    """Return (left, top, pixels) covered by a window moved by up to `reach` px from `corner`.
+def region(image: Image, window: Window, corner: tuple[int, int], reach: Reach) -> tuple[int, int, Image]:
+    """Return (left, top, pixels) covered by a window moved by up to `reach` from `corner`.
 
-    reach is one number or (x, y); None is the whole frame. Pixels beyond the frame are left out. The corner is
-    first brought to the nearest place at which the window lies inside the frame.
+    Pixels beyond the frame are left out. The corner is first moved to the nearest place at
+    which the window lies inside the frame.
     """
     height, width = image.shape
     if reach is None:

@@ -2,7 +2,7 @@
 
 All filters and detections are paired so that the sum of the costs is least (S. Blackman, R. Popoli, "Design and
 Analysis of Modern Tracking Systems", 1999, sections 6.4 and 7.2; the assignment by scipy). The first track is the
-target. The others keep their detections from being taken for the target.
+target; the others claim the detections of other things.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CONFIRMED = 5
 MEMORY, EARNED = 40, 0.25
 """Frames that another track survives without a detection, at most; and for each of its detections."""
 NEIGHBOUR = 1.2
-"""Sides of the target within which two tracks draw each other's detections together."""
+"""Sides of the target within which two tracks' detections merge."""
 WHOLE = 0.95
 """Share of its level from which on a detection shows the whole target."""
 PARTIAL = 0.8

@@ -40,12 +40,7 @@ def random_walk_density(places: Floats, origins: Floats, radius: float, propagat
 
 
 def ar2(
-    positions: Floats,
-    previous: Floats,
-    ancestors: Indices,
-    damping: float,
-    deviation: Floats,
-    rng: np.random.Generator,
+    positions: Floats, previous: Floats, ancestors: Indices, damping: float, deviation: Floats, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Draw x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u, and return it with x_{t-1}, (n, 2) px each.
 

@@ -2,9 +2,8 @@
 
     resample -> move -> weigh -> estimate            (Doucet, de Freitas, Gordon 2001, chapter 1)
 
-A tracker gives three functions: `resample` picks ancestors by their weights, `move` draws from the proposal, and
-`likelihood` gives the logarithms of the likelihoods. `smc_step` puts them together; `particle_estimate` makes an
-`Estimate` of the outcome.
+`smc_step` takes a tracker's three functions: `resample` picks ancestors by their weights, `move` draws from the
+proposal, and `likelihood` gives log-likelihoods. `particle_estimate` makes an `Estimate` of its outcome.
 """
 
 from __future__ import annotations
@@ -25,12 +24,13 @@ from irtrack.types import Estimate, Status
 class Weights:
     """Normalised importance weights W of particles, from the logarithms of their unnormalised ones.
 
-    W (..., N) is proportional to prior exp(scale lw), each set summing to one: Bayes' rule. lw (..., N) are
-    log-likelihoods up to a factor, the scale, and any constant; finite, or -inf for a likelihood of 0 where the scale
-    is above 0. prior (..., N), at least 0, of any sum; equal for all by default.
+    W (..., N) is proportional to prior exp(scale lw), each set summing to one: Bayes' rule.
 
-    degenerate is True where every particle of a set has a prior or a likelihood of 0: then all weights are equal. The
-    largest lw of a prior above 0 is subtracted first, so that not all likelihoods can underflow.
+    lw          (..., N) log-likelihoods over the scale, up to a constant; -inf for a likelihood of 0
+    prior       (..., N), at least 0, of any sum; equal for all by default
+    degenerate  every particle of a set has a prior or a likelihood of 0: then all weights are equal
+
+    The largest lw of a prior above 0 is subtracted first, so that not all likelihoods can underflow.
     """
 
     __slots__ = ("W", "degenerate")

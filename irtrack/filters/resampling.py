@@ -1,9 +1,9 @@
 """Resampling: n indices drawn so that index i comes n w_i times on average; and weight selection.
 
-Douc, Cappe, Moulines, "Comparison of resampling schemes for particle filtering", ISPA 2005, gives
-the four schemes; multinomial by cumulative weights is the one that Cheng et al. 2006 (section 2.3,
-step 2) print. Weights (N,) are not negative and sum to one; n is N by default. Weight selection (Li, Li 2014,
-section 2) keeps the particles of largest weight in front; it works on one set of weights or many, (..., N).
+The four schemes are those of Douc, Cappe, Moulines, "Comparison of resampling schemes for particle filtering", ISPA
+2005; Cheng et al. 2006 (section 2.3, step 2) print the multinomial one. Weights (N,) are at least 0 and sum to one; n
+is N by default. Weight selection (Li, Li 2014, section 2) moves the largest weights to the front, in one set or many,
+(..., N).
 """
 
 from __future__ import annotations
@@ -122,9 +122,8 @@ def largest_first(weights: Floats, count: int) -> Indices:
 def after_selection(weights: Floats, count: int, restoring: Restoring) -> Floats:
     """Return weights (..., N) after the `count` in front were resampled among themselves (Li, Li 2014, Step 6).
 
-    The formula is lost in print. `own`: those in front share their total weight, and those set aside keep theirs, so
-    that all still represent the same distribution. `equal`: 1/N for all, which gives those set aside an unearned
-    share: at Np = .56 N, 44 %.
+    The formula is lost in print. `own`: those in front share their total weight and the others keep theirs, which
+    keeps the distribution. `equal`: 1/N for all, which gives the others too much: at Np = .56 N, 44 %.
     """
     if restoring == "equal":
         return np.full(weights.shape, 1 / weights.shape[-1])

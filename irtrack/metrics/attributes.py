@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from irsim.types import SHOWN, Floats, Truth
+from irsim.types import SHOWN, Floats, TargetTruth, Truth
 from irtrack.metrics.lost import OFF_IN_A_ROW
 from irtrack.metrics.statistics import share
 
@@ -32,11 +32,10 @@ are chosen here: no benchmark prints one for each frame."""
 class History:
     """Ground truth of one target over n frames; nan or False where it is absent or unknown.
 
-    present, in_view, crossing (n,) bool;  visible (n,);  velocity (n, 2) px per frame;  attitude (n, 3)
+    in_view, crossing (n,) bool;  visible (n,);  velocity (n, 2) px per frame;  attitude (n, 3)
     degrees;  size (n, 2) px;  scr (n,);  nearest (n,) distance of the nearest other target in diagonals of its box
     """
 
-    present: np.ndarray
     in_view: np.ndarray
     crossing: np.ndarray
     visible: Floats
@@ -49,41 +48,28 @@ class History:
     @classmethod
     def of(cls, truths: Sequence[Truth], target: str | None) -> History:
         """Return the history of a target in consecutive truths."""
-        n = len(truths)
         seen = [None if target is None else truth.target(target) for truth in truths]
-        unknown2, unknown3 = (np.nan, np.nan), (np.nan, np.nan, np.nan)
-        nearest = np.full(n, np.nan)
+        nearest = np.full(len(truths), np.nan)
         for k, (truth, one) in enumerate(zip(truths, seen, strict=True)):
             if one is not None:
                 gaps = [np.hypot(*np.subtract(each.center, one.center)) for each in truth.targets if each.id != one.id]
                 nearest[k] = min(gaps, default=np.inf) / one.box.diagonal
+
+        def column(of: Callable[[TargetTruth], Any], size: int = 1) -> Floats:
+            unknown = (np.nan,) * size
+            rows = [unknown if one is None or (value := of(one)) is None else value for one in seen]
+            return np.array(rows, dtype=np.float64).reshape(len(seen), size)
+
         return cls(
-            present=np.array([one is not None for one in seen], dtype=bool),
             in_view=np.array([one is not None and one.in_view is not False for one in seen], dtype=bool),
             crossing=np.array([one is not None and bool(one.crossing) for one in seen], dtype=bool),
-            visible=np.array(
-                [np.nan if one is None or one.visible is None else one.visible for one in seen], dtype=np.float64
-            ),
-            velocity=np.array(
-                [unknown2 if one is None else one.velocity or unknown2 for one in seen], dtype=np.float64
-            ).reshape(n, 2),
-            attitude=np.array(
-                [unknown3 if one is None else one.attitude or unknown3 for one in seen], dtype=np.float64
-            ).reshape(n, 3),
-            size=np.array(
-                [unknown2 if one is None else (one.box.w, one.box.h) for one in seen], dtype=np.float64
-            ).reshape(n, 2),
-            scr=np.array([np.nan if one is None or one.scr is None else one.scr for one in seen], dtype=np.float64),
+            visible=column(lambda one: None if one.visible is None else (one.visible,))[:, 0],
+            velocity=column(lambda one: one.velocity, 2),
+            attitude=column(lambda one: one.attitude, 3),
+            size=column(lambda one: (one.box.w, one.box.h), 2),
+            scr=column(lambda one: None if one.scr is None else (one.scr,))[:, 0],
             nearest=nearest,
         )
-
-
-def _hidden(history: History) -> np.ndarray:
-    return np.asarray(history.visible < SHOWN)
-
-
-def _crossing(history: History) -> np.ndarray:
-    return history.crossing
 
 
 def _manoeuvring(history: History) -> np.ndarray:
@@ -94,18 +80,6 @@ def _deforming(history: History) -> np.ndarray:
     turned = (_change(history.attitude) + 180.0) % 360.0 - 180.0
     grown = np.abs(_change(np.log(history.size)))
     return np.asarray((np.abs(turned) >= TURNS_DEG).any(axis=1) | (grown >= GROWS).any(axis=1))
-
-
-def _low_scr(history: History) -> np.ndarray:
-    return np.asarray(np.abs(history.scr) < LOW_SCR)
-
-
-def _clutter(history: History) -> np.ndarray:
-    return np.asarray(history.nearest < NEAR)
-
-
-def _out_of_view(history: History) -> np.ndarray:
-    return np.asarray(~(history.present & history.in_view))
 
 
 def _change(values: Floats) -> Floats:
@@ -122,20 +96,24 @@ class Attribute:
 
 
 ATTRIBUTES: dict[str, Attribute] = {
-    "hidden": Attribute(f"less than {SHOWN:.0%} of the target is visible", _hidden),
-    "crossing": Attribute("another target's box meets its own", _crossing),
+    "hidden": Attribute(f"less than {SHOWN:.0%} of the target is visible", lambda history: history.visible < SHOWN),
+    "crossing": Attribute("another target's box meets its own", lambda history: history.crossing),
     "manoeuvring": Attribute(f"its apparent velocity changes by {TURN_PX:g} px a frame or more", _manoeuvring),
     "deforming": Attribute(f"it turns by {TURNS_DEG:g} degrees or a side changes by {GROWS:.0%} or more", _deforming),
-    "low SCR": Attribute(f"its signal-to-clutter ratio is below {LOW_SCR:g}", _low_scr),
-    "clutter": Attribute(f"another target is nearer than {NEAR:g} diagonals of its box", _clutter),
-    "out of view": Attribute("it is absent, or its centre is out of the frame", _out_of_view),
+    "low SCR": Attribute(
+        f"its signal-to-clutter ratio is below {LOW_SCR:g}", lambda history: np.abs(history.scr) < LOW_SCR
+    ),
+    "clutter": Attribute(
+        f"another target is nearer than {NEAR:g} diagonals of its box", lambda history: history.nearest < NEAR
+    ),
+    "out of view": Attribute("it is absent, or its centre is out of the frame", lambda history: ~history.in_view),
 }
 
 
 def marks(truths: Sequence[Truth], target: str | None) -> np.ndarray:
     """Return the attributes of each frame, (n, len(ATTRIBUTES)) bool."""
     history = History.of(truths, target)
-    found = [attribute.of(history) for attribute in ATTRIBUTES.values()]
+    found = [np.asarray(attribute.of(history), dtype=bool) for attribute in ATTRIBUTES.values()]
     return np.stack(found, axis=1) if truths else np.zeros((0, len(ATTRIBUTES)), dtype=bool)
 
 

@@ -1,54 +1,59 @@
-"""Figures of `irtrack.metrics.Score`, each as a function of a trace; nan where no frame gives one."""
+"""Figures of `irtrack.metrics.Score`, each a function of a trace; nan where no frame gives one."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from irsim.types import Floats
 from irtrack.metrics import status
-from irtrack.metrics.centre_error import PRECISION_NORM, area, normalised_errors, precision_curve
+from irtrack.metrics.centre_error import (
+    PRECISION_NORM,
+    area,
+    normalised_errors,
+    precision_curve,
+)
 from irtrack.metrics.overlap import success_curve, success_rate, widened
 from irtrack.metrics.statistics import share
 from irtrack.metrics.trace import Trace
 
 
-def frames(trace: Trace) -> int:
-    return int(trace.scored.sum())
+@dataclass(frozen=True)
+class Figure:
+    """Description of a figure.
+
+    of      function of a trace; None: one of `CentreFigures`
+    better  direction in which it is better
+    most    upper bound, where it lies between 0 and that
+    kind    type of its values, each of which may be None
+    """
+
+    of: Callable[[Trace], float | int | bool | None] | None
+    unit: str = ""
+    better: Literal["less", "more"] | None = None
+    most: float = math.inf
+    kind: type = float
 
 
-def counted_frames(trace: Trace) -> int:
-    return int(trace.counted.sum())
+def _less(of: Callable[[Trace], float | bool | None]) -> Figure:
+    """Return a share or a yes and no of which less is better."""
+    return Figure(of, "", "less", 1.0)
 
 
-def held_frames(trace: Trace) -> int:
-    return int(trace.held.sum())
-
-
-def lost(trace: Trace) -> bool | None:
-    return trace.lost_position is not None if trace.scored.any() else None
-
-
-def lost_at(trace: Trace) -> int | None:
-    return None if trace.lost_position is None else int(trace.indices[trace.lost_position])
-
-
-def off_share(trace: Trace) -> float:
-    return share(trace.off[trace.counted])
-
-
-def precision_5(trace: Trace) -> float:
-    return _precision(trace, 5.0)
-
-
-def precision_20(trace: Trace) -> float:
-    return _precision(trace, 20.0)
+def _more(of: Callable[[Trace], float]) -> Figure:
+    """Return a share of which more is better."""
+    return Figure(of, "", "more", 1.0)
 
 
 def _precision(trace: Trace, px: float) -> float:
     return float(precision_curve(trace.errors[trace.scored], np.array([px]), _within_accuracy(trace))[0])
 
 
-def precision_norm(trace: Trace) -> float:
+def _precision_norm(trace: Trace) -> float:
     errors = normalised_errors(trace.centers, trace.truth_centers, widened(trace.truth_sizes))[trace.scored]
     return area(precision_curve(errors, PRECISION_NORM, _within_accuracy(trace)))
 
@@ -57,84 +62,13 @@ def _within_accuracy(trace: Trace) -> np.ndarray:
     return np.asarray((trace.errors <= trace.accuracy)[trace.scored])
 
 
-def success_auc(trace: Trace) -> float:
-    return area(success_curve(trace.overlaps[trace.scored]))
-
-
-def overlap(trace: Trace) -> float:
-    return _mean(trace.overlaps[trace.scored])
-
-
-def success_50(trace: Trace) -> float:
-    return success_rate(trace.overlaps[trace.scored], 0.5)
-
-
-def success_75(trace: Trace) -> float:
-    return success_rate(trace.overlaps[trace.scored], 0.75)
-
-
-def lt_precision(trace: Trace) -> float:
-    return trace.long_term.precision
-
-
-def lt_recall(trace: Trace) -> float:
-    return trace.long_term.recall
-
-
-def lt_f(trace: Trace) -> float:
-    return trace.long_term.f
-
-
-def returns(trace: Trace) -> int:
-    return len(trace.returns)
-
-
-def reacquired(trace: Trace) -> int:
-    return sum(each.after is not None for each in trace.returns)
-
-
-def reacquired_after(trace: Trace) -> float:
-    return _mean(np.array([each.after for each in trace.returns if each.after is not None], dtype=np.float64))
-
-
-def false_tracking(trace: Trace) -> float:
-    return status.false_tracking(trace.statuses, trace.off, trace.counted)
-
-
-def false_lost(trace: Trace) -> float:
-    return status.false_lost(trace.statuses, trace.off, trace.counted)
-
-
-def hidden_tracking(trace: Trace) -> float:
-    return status.hidden_tracking(trace.statuses, trace.scored & (trace.visible == 0))
-
-
-def lost_late(trace: Trace) -> float:
-    return status.lost_late(trace.statuses, trace.lost_position)
-
-
-def nees(trace: Trace) -> float:
-    return _mean(status.nees(trace.offsets, trace.covariances)[trace.held])
-
-
-def neff(trace: Trace) -> float:
-    return _mean(trace.neffs[1:])
-
-
-def ms_mean(trace: Trace) -> float:
-    return _mean(trace.step_ms[1:])
-
-
-def ms_median(trace: Trace) -> float:
-    return _median(trace.step_ms[1:])
-
-
-def cpu_ms_mean(trace: Trace) -> float:
-    return _mean(trace.cpu_ms[1:])
-
-
-def cpu_ms_median(trace: Trace) -> float:
-    return _median(trace.cpu_ms[1:])
+def _reacquired_after(trace: Trace) -> float:
+    return _mean(
+        np.array(
+            [each.after for each in trace.returns if each.after is not None],
+            dtype=np.float64,
+        )
+    )
 
 
 def _mean(values: Floats) -> float:
@@ -149,3 +83,44 @@ def _median(values: Floats) -> float:
         return np.nan
     ordered = np.sort(values)  # np.median takes ten times as long for the few frames of a short track
     return float((ordered[(len(values) - 1) // 2] + ordered[len(values) // 2]) / 2)
+
+
+OF_TRACE: dict[str, Figure] = {
+    "frames": Figure(lambda trace: int(trace.scored.sum()), "frames"),
+    "counted_frames": Figure(lambda trace: int(trace.counted.sum()), "frames"),
+    "held_frames": Figure(lambda trace: int(trace.held.sum()), "frames", "more"),
+    "lost": _less(lambda trace: trace.lost_position is not None if trace.scored.any() else None),
+    "lost_at": Figure(
+        lambda trace: None if trace.lost_position is None else int(trace.indices[trace.lost_position]),
+        "frame",
+    ),
+    "off_share": _less(lambda trace: share(trace.off[trace.counted])),
+    "precision_5": _more(lambda trace: _precision(trace, 5.0)),
+    "precision_20": _more(lambda trace: _precision(trace, 20.0)),
+    "precision_norm": _more(_precision_norm),
+    "success_auc": _more(lambda trace: area(success_curve(trace.overlaps[trace.scored]))),
+    "overlap": _more(lambda trace: _mean(trace.overlaps[trace.scored])),
+    "success_50": _more(lambda trace: success_rate(trace.overlaps[trace.scored], 0.5)),
+    "success_75": _more(lambda trace: success_rate(trace.overlaps[trace.scored], 0.75)),
+    "lt_precision": _more(lambda trace: trace.long_term.precision),
+    "lt_recall": _more(lambda trace: trace.long_term.recall),
+    "lt_f": _more(lambda trace: trace.long_term.f),
+    "returns": Figure(lambda trace: len(trace.returns)),
+    "reacquired": Figure(lambda trace: sum(each.after is not None for each in trace.returns), "", "more"),
+    "reacquired_after": Figure(_reacquired_after, "frames", "less"),
+    "false_tracking": _less(lambda trace: status.false_tracking(trace.statuses, trace.off, trace.counted)),
+    "false_lost": _less(lambda trace: status.false_lost(trace.statuses, trace.off, trace.counted)),
+    "hidden_tracking": _less(lambda trace: status.hidden_tracking(trace.statuses, trace.scored & (trace.visible == 0))),
+    "lost_late": Figure(
+        lambda trace: status.lost_late(trace.statuses, trace.lost_position),
+        "frames",
+        "less",
+    ),
+    "nees": Figure(lambda trace: _mean(status.nees(trace.offsets, trace.covariances)[trace.held])),
+    "neff": Figure(lambda trace: _mean(trace.neffs[1:])),
+    "ms_mean": Figure(lambda trace: _mean(trace.step_ms[1:]), "ms", "less"),
+    "ms_median": Figure(lambda trace: _median(trace.step_ms[1:]), "ms", "less"),
+    "cpu_ms_mean": Figure(lambda trace: _mean(trace.cpu_ms[1:]), "ms", "less"),
+    "cpu_ms_median": Figure(lambda trace: _median(trace.cpu_ms[1:]), "ms", "less"),
+}
+"""Figures of a trace by name; their types are those of the fields of `Score`."""

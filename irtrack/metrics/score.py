@@ -1,42 +1,25 @@
 """Score: the figures of one track against one reference.
 
-A figure is a function in `irtrack.metrics.figures` and a line in `Score`; files, tables and exports follow.
+A figure is a line of `irtrack.metrics.figures.OF_TRACE` and of `Score`; files, tables and exports follow.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
 import irsim
 from irsim.types import Floats, Source
 from irtrack.errors import InputError
-from irtrack.metrics import figures as of
 from irtrack.metrics.centre_error import mean_abs, rmse
+from irtrack.metrics.figures import OF_TRACE, Figure
 from irtrack.metrics.trace import Reference, Trace
 from irtrack.types import Track
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Description of a figure.
-
-    of      function of a trace (nan: no frame gives it); None: one of `CentreFigures`
-    better  whether less or more is better
-    most    upper bound, where it lies between 0 and that
-    kind    type of its values, each of which may be None
-    """
-
-    of: Callable[[Trace], float | int | bool | None] | None
-    unit: str = ""
-    better: Literal["less", "more"] | None = None
-    most: float = math.inf
-    kind: type = float
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,37 +84,37 @@ class Score:
     cpu_ms_mean, cpu_ms_median   CPU time of the process in a step, ms
     """
 
-    frames: Annotated[int, Figure(of.frames, "frames")]
-    counted_frames: Annotated[int, Figure(of.counted_frames, "frames")]
-    held_frames: Annotated[int, Figure(of.held_frames, "frames", "more")]
-    lost: Annotated[bool | None, Figure(of.lost, "", "less", 1.0)]
-    lost_at: Annotated[int | None, Figure(of.lost_at, "frame")]
-    off_share: Annotated[float | None, Figure(of.off_share, "", "less", 1.0)]
+    frames: int
+    counted_frames: int
+    held_frames: int
+    lost: bool | None
+    lost_at: int | None
+    off_share: float | None
     all: CentreFigures
     held: CentreFigures
-    precision_5: Annotated[float | None, Figure(of.precision_5, "", "more", 1.0)]
-    precision_20: Annotated[float | None, Figure(of.precision_20, "", "more", 1.0)]
-    precision_norm: Annotated[float | None, Figure(of.precision_norm, "", "more", 1.0)]
-    success_auc: Annotated[float | None, Figure(of.success_auc, "", "more", 1.0)]
-    overlap: Annotated[float | None, Figure(of.overlap, "", "more", 1.0)]
-    success_50: Annotated[float | None, Figure(of.success_50, "", "more", 1.0)]
-    success_75: Annotated[float | None, Figure(of.success_75, "", "more", 1.0)]
-    lt_precision: Annotated[float | None, Figure(of.lt_precision, "", "more", 1.0)]
-    lt_recall: Annotated[float | None, Figure(of.lt_recall, "", "more", 1.0)]
-    lt_f: Annotated[float | None, Figure(of.lt_f, "", "more", 1.0)]
-    returns: Annotated[int, Figure(of.returns)]
-    reacquired: Annotated[int, Figure(of.reacquired, "", "more")]
-    reacquired_after: Annotated[float | None, Figure(of.reacquired_after, "frames", "less")]
-    false_tracking: Annotated[float | None, Figure(of.false_tracking, "", "less", 1.0)]
-    false_lost: Annotated[float | None, Figure(of.false_lost, "", "less", 1.0)]
-    hidden_tracking: Annotated[float | None, Figure(of.hidden_tracking, "", "less", 1.0)]
-    lost_late: Annotated[float | None, Figure(of.lost_late, "frames", "less")]
-    nees: Annotated[float | None, Figure(of.nees)]
-    neff: Annotated[float | None, Figure(of.neff)]
-    ms_mean: Annotated[float | None, Figure(of.ms_mean, "ms", "less")]
-    ms_median: Annotated[float | None, Figure(of.ms_median, "ms", "less")]
-    cpu_ms_mean: Annotated[float | None, Figure(of.cpu_ms_mean, "ms", "less")]
-    cpu_ms_median: Annotated[float | None, Figure(of.cpu_ms_median, "ms", "less")]
+    precision_5: float | None
+    precision_20: float | None
+    precision_norm: float | None
+    success_auc: float | None
+    overlap: float | None
+    success_50: float | None
+    success_75: float | None
+    lt_precision: float | None
+    lt_recall: float | None
+    lt_f: float | None
+    returns: int
+    reacquired: int
+    reacquired_after: float | None
+    false_tracking: float | None
+    false_lost: float | None
+    hidden_tracking: float | None
+    lost_late: float | None
+    nees: float | None
+    neff: float | None
+    ms_mean: float | None
+    ms_median: float | None
+    cpu_ms_mean: float | None
+    cpu_ms_median: float | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures by name (`FIGURES`) as plain values for JSON or a table."""
@@ -165,13 +148,12 @@ _GROUPED = {
 
 def _figures() -> dict[str, Figure]:
     found: dict[str, Figure] = {}
-    for name, hint in get_type_hints(Score, include_extras=True).items():
+    for name, hint in get_type_hints(Score).items():
         if name in _SUFFIX:
             found |= {each.name + _SUFFIX[name]: Figure(None, "px", "less") for each in fields(CentreFigures)}
         else:
-            plain, figure = get_args(hint)
-            kind = next((each for each in get_args(plain) if each is not type(None)), plain)
-            found[name] = replace(figure, kind=kind)
+            kind = next((each for each in get_args(hint) if each is not type(None)), hint)
+            found[name] = replace(OF_TRACE[name], kind=kind)
     return found
 
 
@@ -181,7 +163,7 @@ FIGURES: dict[str, Figure] = _figures()
 
 def score_trace(trace: Trace) -> Score:
     """Return the figures of a trace."""
-    figures: dict[str, Any] = {name: _finite(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
+    figures: dict[str, Any] = {name: _finite(figure.of(trace)) for name, figure in OF_TRACE.items() if figure.of}
     everywhere = CentreFigures.of(trace.offsets[trace.scored])
     held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
     return Score(all=everywhere, held=held, **figures)

@@ -208,12 +208,12 @@ class Difference:
 
     @property
     def is_tie(self) -> bool:
-        """Whether the interval contains zero."""
+        """True where the interval contains zero."""
         return self.low <= 0 <= self.high
 
     @property
     def is_open(self) -> bool:
-        """Whether there are fewer than `LEAST_SCENES`, too few for an interval."""
+        """True where fewer than `LEAST_SCENES` give no interval."""
         return self.low == -np.inf
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from irsim.types import SHOWN, Floats, Truth
-from irtrack.metrics.attributes import ATTRIBUTES, marks
+from irtrack.metrics.attributes import marks
 from irtrack.metrics.centre_error import centre_errors
 from irtrack.metrics.longterm import LongTerm, long_term
 from irtrack.metrics.lost import loss, off_frames
@@ -64,23 +64,23 @@ class Reference:
             return self
         known = np.isin(indices, self.indices)
         place = np.searchsorted(self.indices, indices[known])
-        unknown = np.full(len(indices), np.nan)
-        centers, sizes = np.column_stack([unknown, unknown]), np.column_stack([unknown, unknown])
-        visible, accuracy = unknown.copy(), np.zeros(len(indices))
-        centers[known], sizes[known] = self.centers[place], self.sizes[place]
-        visible[known], accuracy[known] = self.visible[place], self.accuracy[place]
-        marked = np.zeros((len(indices), len(ATTRIBUTES)), dtype=bool)
-        marked[known] = self.marks[place]
-        return Reference(indices, centers, sizes, visible, accuracy, marked)
+
+        def taken(values: np.ndarray, unknown: float) -> np.ndarray:
+            rows = np.full((len(indices), *values.shape[1:]), unknown, dtype=values.dtype)
+            rows[known] = values[place]
+            return rows
+
+        centers, sizes, visible = (taken(each, np.nan) for each in (self.centers, self.sizes, self.visible))
+        return Reference(indices, centers, sizes, visible, taken(self.accuracy, 0.0), taken(self.marks, False))
 
     @property
     def present(self) -> np.ndarray:
-        """Whether the target is present, (n,) bool."""
+        """Frames in which the target is present, (n,) bool."""
         return np.asarray(np.isfinite(self.centers).all(axis=1))
 
     @property
     def shown(self) -> np.ndarray:
-        """Whether it is present and at least `SHOWN` of it visible, (n,) bool; unknown counts as visible."""
+        """Frames in which at least `SHOWN` of the target is visible, (n,) bool; unknown counts as visible."""
         return np.asarray(self.present & ~(self.visible < SHOWN))
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irtrack.papers.experiment import Experiment, Paper, Scene, Sweep, Switch, Untested, claims
+from irtrack.papers.experiment import Experiment, Paper, Scene, Sweep, Untested, claims, switches
 from irtrack.papers.rules import detected, error_all, false_alarms, holds, less, loses, lost, missed, off_share
 
 FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
@@ -57,33 +57,13 @@ AN = Paper(
         FALSE,
         ("The mean over all particles leads to loss.", "section 2", loses("mean wide")),
         ("The mean over those of large weight keeps the target.", "abstract", holds("restrained wide")),
-        (
-            "It is off in fewer frames than the mean over all.",
-            "abstract",
-            less(off_share, "restrained wide", "mean wide"),
-        ),
-        (
-            "The particle of largest weight is a good estimate where particles are many, else a poor one.",
-            "section 2",
-            less(error_all, "MAP wide, N = 400", "MAP wide, N = 25"),
-        ),
-        (
-            "The mean over the particles of large weight is nearer to the target than the mean over all.",
-            "section 2",
-            less(error_all, "restrained wide", "mean wide"),
-        ),
-        (
-            "It is nearer than the particle of largest weight, which few particles and noise make poor.",
-            "section 2",
-            less(error_all, "restrained wide", "MAP wide"),
-        ),
+        ("It is off in fewer frames than that mean.", "abstract", less(off_share, "restrained wide", "mean wide")),
+        ("The MAP needs many particles.", "section 2", less(error_all, "MAP wide, N = 400", "MAP wide, N = 25")),
+        ("It is nearer to the target than that mean.", "section 2", less(error_all, "restrained wide", "mean wide")),
+        ("It is nearer than the largest weight.", "section 2", less(error_all, "restrained wide", "MAP wide")),
     ),
     untested=(
-        Untested(
-            "Faces are tracked more accurately and robustly before a disturbing background.",
-            "abstract",
-            "no frame of the paper survives; the scene here has two warm ellipses, no faces",
-        ),
+        Untested("Faces are tracked more accurately.", "abstract", "no frame survives; here are two warm ellipses"),
     ),
     sweeps=(
         Sweep(
@@ -93,21 +73,19 @@ AN = Paper(
             SWEPT,
         ),
         Sweep(
-            "Error against the number of particles, wide cloud",
+            "Error against the number N, wide cloud",
             "N",
             {float(n): (FALSE, wide(n)) for n in COUNTS},
             SWEPT,
         ),
     ),
-    switches=tuple(
-        Switch(
-            f"keep by {by}, {keep:g} against all",
-            FALSE,
-            f"background_restrained_pf:keep={keep}:keep_by={by}",
-            TIGHT["mean"],
-        )
-        for by in ("count", "mass")
-        for keep in (0.3, 0.6, 0.9)
+    switches=switches(
+        FALSE,
+        *(
+            (f"keep by {by}, {keep:g} against all", f"{RESTRAINED}:keep={keep}:keep_by={by}", TIGHT["mean"])
+            for by in ("count", "mass")
+            for keep in (0.3, 0.6, 0.9)
+        ),
     ),
 )
 
@@ -128,11 +106,7 @@ CUI = Paper(
             scene, (f"Together they {words} than {label}.", "abstract", less(figure, "SVD and PF", label))
         )
     ),
-    untested=(
-        Untested(
-            "Real sequences show it.", "abstract", "the sequences and their numbers are lost; see the real recordings"
-        ),
-    ),
+    untested=(Untested("Real sequences show it.", "abstract", "their numbers are lost; see the real recordings"),),
     sweeps=(
         Sweep(
             "Detection and false alarms against SCR",

@@ -2,18 +2,7 @@
 
 from __future__ import annotations
 
-from irtrack.papers.experiment import (
-    Choice,
-    Claim,
-    Experiment,
-    Paper,
-    Printed,
-    Rival,
-    Scene,
-    Switch,
-    Untested,
-    claims,
-)
+from irtrack.papers.experiment import Choice, Claim, Experiment, Paper, Printed, Scene, Untested, claims, switches
 from irtrack.papers.rules import cpu, error_over, holds, less, loses, nearly, off_share
 
 SKY, GROUND = Scene.of("cheng-sky"), Scene.of("cheng-ground")
@@ -37,20 +26,13 @@ FILTERS = {
     "fixed R = 12": "grey_pf:noise=fixed:r0=12",
     "fixed R = 12, N = 400": "grey_pf:noise=fixed:r0=12:particles=400",
 }
-BASELINES = {
-    "template": "template",
-    "optical_flow": "optical_flow",
-    "kalman centroid": "kalman:measurement=centroid",
-    "kalman ncc": "kalman:measurement=ncc",
-    "kalman mean shift": "kalman:measurement=mean_shift",
-    "ekf": "ekf",
-    "mean_shift": "mean_shift",
+KALMANS = {
+    f"kalman {measurement.replace('_', ' ')}": f"kalman:measurement={measurement}"
+    for measurement in ("centroid", "ncc", "mean_shift")
 }
-KALMANS = ("kalman centroid", "kalman ncc", "kalman mean shift")
+BASELINES = {name: name for name in ("template", "optical_flow")} | KALMANS | {"ekf": "ekf", "mean_shift": "mean_shift"}
 FIXED = Choice((SKY, GROUND), tuple(f"grey_pf:noise=fixed:r0={r}" for r in (0.5, 1, 2, 3, 4, 5, 7, 10)))
 """Best fixed noise, one for both scenes, as the adaptive noise is."""
-
-first_50 = error_over(1, 50)
 
 
 def on_both(scene: Scene) -> tuple[Claim, ...]:
@@ -68,15 +50,11 @@ def on_both(scene: Scene) -> tuple[Claim, ...]:
         ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by KLD", "grey_pf")),
         ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by Neff", "grey_pf")),
         ("Small noise fails in manoeuvres.", "section 2.4", less(off_share, "fixed R = 4", "fixed R = 1")),
-        (
-            "Large noise needs more particles.",
-            "section 2.4",
-            less(off_share, "fixed R = 12, N = 400", "fixed R = 12"),
-        ),
+        ("Large noise needs more particles.", "section 2.4", less(off_share, "fixed R = 12, N = 400", "fixed R = 12")),
         ("Adaptive noise is more robust than fixed noise.", "section 2.4", less(off_share, "grey_pf", "fixed R = 4")),
         ("Updating the reference makes it more robust.", "section 2.4", less(off_share, "grey_pf", "no update")),
         (
-            "It depends little on the motion model (displacements damped by .7 do about as well).",
+            "Damping the motion by .7 does as well.",
             "section 2.1",
             nearly(off_share, "damped", "grey_pf", 0.05),
         ),
@@ -85,6 +63,34 @@ def on_both(scene: Scene) -> tuple[Claim, ...]:
             for label, words in rivals.items()
         ),
     )
+
+
+def nearer_at_first(scene: Scene) -> tuple[Claim, ...]:
+    """Return the claims of figure 3, over the first 50 frames."""
+    text = "The particle filter's error is below the Kalman filter's over the first 50 frames."
+    return claims(scene, *((text, "figure 3", less(error_over(1, 50), "grey_pf", label)) for label in KALMANS))
+
+
+MECHANISMS = (
+    ("model update", "grey_pf", "grey_pf:update=false"),
+    ("small R0 (2) against 10", "grey_pf:r0=2", "grey_pf"),
+    ("large R0 (30) against 10", "grey_pf:r0=30", "grey_pf"),
+    ("large R0 (30), N = 400 against 100", "grey_pf:r0=30:particles=400", "grey_pf:r0=30"),
+    ("16 bins against 32", "grey_pf:bins=16", "grey_pf"),
+    ("bins over the first frame's range against the full one", "grey_pf", "grey_pf:bins_range=full"),
+    ("damping .7 against the paper's undamped AR(2)", "grey_pf:damping=0.7", "grey_pf"),
+    ("systematic against multinomial resampling", "grey_pf:resampling=systematic", "grey_pf"),
+    ("N = 400 against 100", "grey_pf:particles=400", "grey_pf"),
+    ("N by KLD", "grey_pf:adapt=kld", "grey_pf"),
+    ("N by Neff", "grey_pf:adapt=neff", "grey_pf"),
+    ("adaptive noise against the best fixed one", "grey_pf", FIXED),
+)
+
+
+def experiment(scene: Scene, title: str, hz: float, letter: str) -> Experiment:
+    remark = f"The chart is the paper's figure 3 ({letter}), over all frames."
+    printed, charted = {"grey_pf": Printed(ms=1000 / hz)}, ("grey_pf", *BASELINES)
+    return Experiment(scene, title, FILTERS | BASELINES, printed, remark, scene.siblings, charted)
 
 
 CHENG = Paper(
@@ -97,82 +103,33 @@ CHENG = Paper(
         "paper claims both for grey levels."
     ),
     experiments=(
-        *(
-            Experiment(
-                scene,
-                title,
-                FILTERS | BASELINES,
-                {"grey_pf": Printed(ms=1000 / hz)},
-                f"The chart is the paper's figure 3 ({letter}), over all frames.",
-                scene.siblings,
-                charted=("grey_pf", *BASELINES),
-            )
-            for scene, title, hz, letter in (
-                (SKY, "First experiment: an aircraft before the sky", 8, "a"),
-                (GROUND, "Second experiment: a tank in ground clutter", 3, "b"),
-            )
-        ),
-        *(
-            Experiment(scene, title, {"grey_pf": "grey_pf", "template": "template"})
-            for scene, title in ((HALF_HIDDEN, "Half of a car hidden"), (TURNING, "A jet that yaws"))
-        ),
+        experiment(SKY, "First experiment: an aircraft before the sky", 8, "a"),
+        experiment(GROUND, "Second experiment: a tank in ground clutter", 3, "b"),
+        Experiment(HALF_HIDDEN, "Half of a car hidden", {"grey_pf": "grey_pf", "template": "template"}),
+        Experiment(TURNING, "A jet that yaws", {"grey_pf": "grey_pf", "template": "template"}),
     ),
     claims=(
         *claims(SKY, ("The filter follows the manoeuvring, deforming aircraft.", "section 3", holds("grey_pf"))),
         *claims(GROUND, ("It follows the tank in strong clutter.", "section 3", holds("grey_pf"))),
         *claims(HALF_HIDDEN, ("Grey levels tolerate partial occlusion.", "section 2.2", holds("grey_pf"))),
         *claims(TURNING, ("Grey levels tolerate rotation and deformation.", "section 2.2", holds("grey_pf"))),
-        *claims(SKY, ("Template matching loses the aircraft.", "section 3", loses("template"))),
+        *claims(
+            SKY,
+            ("Template matching loses the aircraft.", "section 3", loses("template")),
+            ("Optical flow follows the aircraft.", "section 3", holds("optical_flow")),
+            *(("The Kalman filter fails in manoeuvres.", "section 3", loses(label)) for label in KALMANS),
+        ),
         *claims(
             GROUND,
             ("Template matching follows the tank.", "section 3", holds("template")),
             ("It is slower than the particle filter there.", "section 3", less(cpu, "grey_pf", "template")),
+            ("Optical flow cannot follow the tank in clutter.", "section 3", loses("optical_flow")),
         ),
-        *claims(SKY, ("Optical flow follows the aircraft.", "section 3", holds("optical_flow"))),
-        *claims(GROUND, ("Optical flow cannot follow the tank in clutter.", "section 3", loses("optical_flow"))),
-        *claims(SKY, *(("The Kalman filter fails in manoeuvres.", "section 3", loses(label)) for label in KALMANS)),
-        *(
-            claim
-            for scene in (SKY, GROUND)
-            for label in KALMANS
-            for claim in claims(
-                scene,
-                (
-                    "The particle filter's error is below the Kalman filter's over the first 50 frames.",
-                    "figure 3",
-                    less(first_50, "grey_pf", label),
-                ),
-            )
-        ),
-        *on_both(SKY),
-        *on_both(GROUND),
+        *(claim for of in (nearer_at_first, on_both) for scene in (SKY, GROUND) for claim in of(scene)),
     ),
     untested=(
         Untested("Learned motion models adapt poorly.", "section 2.1", "no tracker here learns a motion model"),
-        Untested(
-            "Other sampling strategies would improve it.",
-            "section 4",
-            "the paper names none; the sampling methods of grey_pf are switches below",
-        ),
+        Untested("Other sampling would improve it.", "section 4", "none is named; those of grey_pf are switches below"),
     ),
-    switches=tuple(
-        Switch(mechanism, scene, with_it, without)
-        for scene in (SKY, GROUND)
-        for mechanism, with_it, without in (
-            ("model update", "grey_pf", "grey_pf:update=false"),
-            ("small R0 (2) against 10", "grey_pf:r0=2", "grey_pf"),
-            ("large R0 (30) against 10", "grey_pf:r0=30", "grey_pf"),
-            ("large R0 (30), N = 400 against 100", "grey_pf:r0=30:particles=400", "grey_pf:r0=30"),
-            ("16 bins against 32", "grey_pf:bins=16", "grey_pf"),
-            ("bins over the first frame's range against the full one", "grey_pf", "grey_pf:bins_range=full"),
-            ("damping .7 against the paper's undamped AR(2)", "grey_pf:damping=0.7", "grey_pf"),
-            ("systematic against multinomial resampling", "grey_pf:resampling=systematic", "grey_pf"),
-            ("N = 400 against 100", "grey_pf:particles=400", "grey_pf"),
-            ("N by KLD", "grey_pf:adapt=kld", "grey_pf"),
-            ("N by Neff", "grey_pf:adapt=neff", "grey_pf"),
-        )
-    ),
-    rivals=tuple(
-        Rival("adaptive noise against the best fixed one", scene, "grey_pf", FIXED) for scene in (SKY, GROUND)
-    ),
+    switches=switches(SKY, *MECHANISMS) + switches(GROUND, *MECHANISMS),
 )

@@ -1,4 +1,4 @@
-"""Parts of a paper's repetition: scenes, trackers, printed figures, claims, goals, sweeps and switches."""
+"""Parts of a repeated paper: scenes, trackers, printed figures, claims, goals, sweeps and ablations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OF_PAPERS = (
 """Trackers that a paper describes or compares with."""
 
 BETTER = {name: name for name in TRACKERS if name not in OF_PAPERS}
-"""The other trackers of irtrack. They have the same goals as the papers' own."""
+"""The other trackers of irtrack, which have the same goals."""
 
 OURS = {name: name for name in TRACKERS} | {
     "template window": "template:window=20",
@@ -28,7 +28,7 @@ OURS = {name: name for name in TRACKERS} | {
 
 CONTEXT = 3
 THEIRS = {name: name for name in PEERS} | {f"{name} {CONTEXT}x": f"{name}:context={CONTEXT}" for name in PEERS}
-"""External trackers, with the tight start box and with one of CONTEXT times its sides. Some fail with a tight box."""
+"""External trackers, with the tight start box and with a box of CONTEXT times its sides: some fail with a tight box."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Scene:
 
     @classmethod
     def of(cls, name: str) -> Scene:
-        """Return the paper's scene of that name."""
+        """Return the scene `sources/NAME`."""
         return cls(name, f"sources/{name}")
 
     @property
@@ -55,7 +55,7 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Score and trace of one tracker's run of one seed. A failed run has none."""
+    """Score and trace of one tracker's run of one seed."""
 
     score: Score
     trace: Trace
@@ -68,16 +68,10 @@ class Figure:
     words: str
     of: Callable[[Run], float | None]
 
-    def __call__(self, run: Run) -> float | None:
-        return self.of(run)
-
 
 @dataclass(frozen=True)
 class Rule:
-    """Test of a claim in one seed: in words, the trackers' labels, and the function of their runs.
-
-    The function returns None where the seed cannot decide.
-    """
+    """Test of a claim in one seed, a function of the runs by label; None where the seed does not decide."""
 
     words: str
     labels: tuple[str, ...]
@@ -86,7 +80,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Claim:
-    """Claim of a paper, its place in the paper, the scene, and the rule that tests it in each seed."""
+    """Claim of a paper, its place there, the scene, and the rule that tests it in each seed."""
 
     text: str
     place: str
@@ -110,11 +104,8 @@ class Untested:
 
 @dataclass(frozen=True)
 class Goal:
-    """Goal for a tracker on a scene: a share of its seeds, or a mean over them.
-
-    reach    a rule that at least the share `wanted` of the seeds must fulfil; or a figure, px, whose mean over the
-             seeds must be at most `wanted`
-    """
+    """Goal of a tracker: a rule that at least the share `wanted` of the seeds fulfil, or a figure, px, whose mean over
+    the seeds is at most `wanted`."""
 
     text: str
     scene: Scene
@@ -134,10 +125,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Trackers on a scene, by label; the paper's printed figures; further scenes for the same trackers.
-
-    charted   labels in the chart over frames; empty: all
-    """
+    """Trackers on a scene, by label, and on its siblings; printed figures; labels in the chart over frames (all)."""
 
     scene: Scene
     title: str
@@ -154,11 +142,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Figures of trackers against one setting of the scene or of the trackers.
+    """Figures of trackers against one setting `x`, on logarithmic axes where `log` is true.
 
     points    from the setting to the scene and the tracker specs by label
     figures   by their label on the axis
-    log       logarithmic axes
     """
 
     title: str
@@ -173,16 +160,6 @@ class Sweep:
 
 
 @dataclass(frozen=True)
-class Switch:
-    """Ablation: a tracker with a mechanism and without it (or with another), on the same scenes and seeds."""
-
-    mechanism: str
-    scene: Scene
-    with_it: str
-    without: str
-
-
-@dataclass(frozen=True)
 class Choice:
     """Specs, of which the one with the fewest frames off on the development seeds of all scenes is chosen."""
 
@@ -191,13 +168,18 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Rival:
-    """Ablation whose other side is chosen on development seeds and then run on fresh ones."""
+class Switch:
+    """Ablation: a tracker with a mechanism and without it (or with the best of a choice), on the same seeds."""
 
     mechanism: str
     scene: Scene
     with_it: str
-    without: Choice
+    without: str | Choice
+
+
+def switches(scene: Scene, *stated: tuple[str, str, str | Choice]) -> tuple[Switch, ...]:
+    """Return the ablations on one scene from (mechanism, with it, without it)."""
+    return tuple(Switch(mechanism, scene, with_it, without) for mechanism, with_it, without in stated)
 
 
 @dataclass(frozen=True)
@@ -212,7 +194,6 @@ class Paper:
     goals: tuple[Goal, ...] = ()
     sweeps: tuple[Sweep, ...] = ()
     switches: tuple[Switch, ...] = ()
-    rivals: tuple[Rival, ...] = ()
     remark: str = ""
     seeds_at_most: int | None = None
 

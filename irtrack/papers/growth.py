@@ -10,7 +10,6 @@ particles.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,6 +42,13 @@ class GrowthFilter:
 
 BOOTSTRAP = GrowthFilter()
 WSPF = GrowthFilter(share=0.56, threshold=2 / 3)
+PARTICLES = (50, 100, 200, 500)
+SHARES = (0.1, 0.2, 0.3, 0.4, 0.56, 0.7, 0.85, 1.0)
+FILTERS = {"standard PF": BOOTSTRAP, "WSPF": WSPF, "WSPF, equal weights set aside": replace(WSPF, restoring="equal")}
+SHARED = 100
+"""Particles N in the sweep of the share."""
+RUNS_A_SEED = 20
+"""Runs of the model for each seed of the scenes: a thousand for 50."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +105,8 @@ def run(growth: Growth, filter: GrowthFilter, seed: int) -> Estimates:
         estimates[:, k - 1] = np.einsum("rn,rn->r", kept, x[:, :count])
         neff[:, k - 1] = ess(weights)
         due = neff[:, k - 1] < filter.threshold * n
-        x[due, :count] = resample(x[due, :count], kept[due], rng)
+        copies = systematic_copies(kept[due], rng)
+        x[due, :count] = np.repeat(x[due, :count].ravel(), copies.ravel()).reshape(copies.shape)
         weights[due] = after_selection(weights[due], count, filter.restoring)
     return Estimates(estimates, neff)
 
@@ -109,26 +116,10 @@ def reweight(weights: Floats, y: Floats, x: Floats) -> Floats:
     return Weights(-((y - x * x / 20) ** 2), weights, 0.5 / MEASUREMENT_VARIANCE).W
 
 
-def resample(x: Floats, weights: Floats, rng: np.random.Generator) -> Floats:
-    """Resample each row of (R, N) systematically."""
-    return np.repeat(x.ravel(), systematic_copies(weights, rng).ravel()).reshape(x.shape)
-
-
 def rmse(growth: Growth, filtered: Estimates) -> Floats:
     """Return (runs,) the root mean square error over the steps of each run."""
     roots: Floats = np.sqrt(np.mean((filtered.estimates - growth.states) ** 2, axis=1))
     return roots
-
-
-PARTICLES = (50, 100, 200, 500)
-SHARES = (0.1, 0.2, 0.3, 0.4, 0.56, 0.7, 0.85, 1.0)
-FILTERS = {"standard PF": BOOTSTRAP, "WSPF": WSPF, "WSPF, equal weights set aside": replace(WSPF, restoring="equal")}
-CHOSEN = 0.56
-"""Share that the paper recommends (section 2)."""
-SHARED = 100
-"""Particles N in the sweep of the share."""
-RUNS_A_SEED = 20
-"""Runs of the model for each seed of the scenes: a thousand for 50."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,13 +135,13 @@ class FilterRuns:
         """Standard error of the mean of rmse."""
         return float(self.rmse.std(ddof=1) / np.sqrt(len(self.rmse)))
 
-
-def time_filter(truth: Growth, filter: GrowthFilter, seed: int) -> FilterRuns:
-    """Run a filter on all runs and measure its CPU time."""
-    begin = time.process_time()
-    done = run(truth, filter, seed)
-    took = time.process_time() - begin
-    return FilterRuns(rmse(truth, done), done.neff.mean(axis=1), 1e6 * took / truth.states.size)
+    @classmethod
+    def of(cls, truth: Growth, filter: GrowthFilter, seed: int) -> FilterRuns:
+        """Run a filter on all runs and measure its CPU time."""
+        begin = time.process_time()
+        done = run(truth, filter, seed)
+        took = time.process_time() - begin
+        return cls(rmse(truth, done), done.neff.mean(axis=1), 1e6 * took / truth.states.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,36 +154,35 @@ class GrowthResult:
 
     def verdicts(self) -> list[Verdict]:
         """Judge the claims of sections 2 and 5.1, run by run on the same truth."""
-        standard, selected = self.by_particles["standard PF"], self.by_particles["WSPF"]
         found = []
         for n in PARTICLES:
-            answers: dict[str, tuple[str, Sequence[bool]]] = {
-                "Weight selection raises the number of effective particles.": (
-                    "mean Neff over all N above",
-                    (selected[n].neff > standard[n].neff).tolist(),
-                ),
-                "It lowers the root mean square error.": ("RMSE below", (selected[n].rmse < standard[n].rmse).tolist()),
-            }
-            for text, (words, each) in answers.items():
-                rule = f"{words} that of the standard PF, N = {n}"
-                found.append(Verdict(text, "section 5.1, table 1", "growth model", rule, judge(each)))
-        chosen = self.by_share[CHOSEN].rmse
+            standard, selected = self.by_particles["standard PF"][n], self.by_particles["WSPF"][n]
+            higher, lower = selected.neff > standard.neff, selected.rmse < standard.rmse
+            than, place = f"that of the standard PF, N = {n}", "section 5.1, table 1"
+            found += [
+                _verdict("Weight selection raises Neff.", place, f"mean Neff over all N above {than}", higher),
+                _verdict("It lowers the root mean square error.", place, f"RMSE below {than}", lower),
+            ]
         for share, text in (
             (SHARES[0], "Selecting too few makes the estimate inaccurate."),
             (SHARES[-1], "Selecting nearly all impoverishes the particles."),
         ):
-            rule = f"RMSE at Np / N = {CHOSEN} below that at {share:g}, N = {SHARED}"
-            better = (chosen < self.by_share[share].rmse).tolist()
-            found.append(Verdict(text, "section 2", "growth model", rule, judge(better)))
+            rule = f"RMSE at Np / N = {WSPF.share} below that at {share:g}, N = {SHARED}"
+            better = self.by_share[WSPF.share].rmse < self.by_share[share].rmse
+            found.append(_verdict(text, "section 2", rule, better))
         return found
+
+
+def _verdict(text: str, place: str, rule: str, answers: np.ndarray) -> Verdict:
+    return Verdict(text, place, "growth model", rule, judge(answers.tolist()))
 
 
 def growth_result(runs: int, seed: int = 0) -> GrowthResult:
     """Run all filters on the same runs of the model."""
     truth = Growth.of(runs, seed)
     by_particles = {
-        label: {n: time_filter(truth, replace(filter, particles=n), seed) for n in PARTICLES}
+        label: {n: FilterRuns.of(truth, replace(filter, particles=n), seed) for n in PARTICLES}
         for label, filter in FILTERS.items()
     }
-    by_share = {share: time_filter(truth, replace(WSPF, share=share, particles=SHARED), seed) for share in SHARES}
+    by_share = {share: FilterRuns.of(truth, replace(WSPF, share=share, particles=SHARED), seed) for share in SHARES}
     return GrowthResult(by_particles, by_share, runs)

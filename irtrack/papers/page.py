@@ -6,11 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
-
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 import irsim
 from irsim.recording.output import atomic_text, make_folder
@@ -20,21 +17,20 @@ from irtrack.metrics.lost import LOSS_RULE
 from irtrack.papers.an_cui import AN, CAMSHIFT, CUI
 from irtrack.papers.cheng import CHENG
 from irtrack.papers.cost import COST
-from irtrack.papers.experiment import CONTEXT, HARD, OURS, THEIRS, Experiment, Paper
-from irtrack.papers.growth import RUNS_A_SEED, GrowthResult, growth_result
+from irtrack.papers.experiment import CONTEXT, HARD, OURS, THEIRS, Experiment, Paper, Sweep
+from irtrack.papers.growth import RUNS_A_SEED, growth_result
 from irtrack.papers.li import LI
 from irtrack.papers.runs import (
     DEVELOPMENT,
     FIRST_SEED,
     Progress,
-    RealRow,
     SceneRuns,
     plan_choices,
     plan_hard,
-    plan_papers,
+    plan_paper,
     run_plan,
     run_real,
-    settle_rivals,
+    settle_choices,
 )
 from irtrack.papers.tables import (
     Row,
@@ -46,18 +42,9 @@ from irtrack.papers.tables import (
     speeds,
     sweep_chart,
 )
-from irtrack.papers.verdicts import (
-    RULE,
-    Effect,
-    GoalResult,
-    PeerComparison,
-    Verdict,
-    compare_peers,
-    effect,
-    judge_goal,
-    verdict,
-)
+from irtrack.papers.verdicts import RULE, Effect, GoalResult, Verdict, compare_peers, effect, judge_goal, verdict
 from irtrack.papers.xue import XUE
+from irtrack.report.page import render
 from irtrack.report.plots import LineStyle, styles
 
 PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
@@ -87,7 +74,7 @@ class ExperimentPart:
         lines = irsim.find(experiment.scene.path).read_text().splitlines()
         stated = tuple(line.removeprefix("#:").strip() for line in lines if line.startswith("#:"))
         head = experiment.scene.overrides + stated
-        return cls(experiment, head, style, rows(experiment, every), [chart for chart in charts if chart])
+        return cls(experiment, head, style, rows(experiment, every), list(filter(None, charts)))
 
 
 @dataclass(frozen=True)
@@ -97,6 +84,12 @@ class SweepPart:
     title: str
     styles: Mapping[str, LineStyle]
     charts: list[str]
+
+    @classmethod
+    def of(cls, sweep: Sweep, found: Mapping[str, SceneRuns]) -> SweepPart:
+        style = styles(sweep.labels)
+        charts = [sweep_chart(sweep, words, figure, found, style) for words, figure in sweep.figures.items()]
+        return cls(sweep.title, style, list(filter(None, charts)))
 
 
 @dataclass(frozen=True)
@@ -113,28 +106,15 @@ class PaperPart:
 
     @classmethod
     def of(cls, paper: Paper, found: Mapping[str, SceneRuns]) -> PaperPart:
-        sweeps = []
-        for sweep in paper.sweeps:
-            style = styles(sweep.labels)
-            charts = [sweep_chart(sweep, words, figure, found, style) for words, figure in sweep.figures.items()]
-            sweeps.append(SweepPart(sweep.title, style, [chart for chart in charts if chart]))
         return cls(
             paper,
             [ExperimentPart.of(experiment, found) for experiment in paper.experiments],
             [verdict(claim, found) for claim in paper.claims],
             [judge_goal(goal, found) for goal in paper.goals],
-            sweeps,
+            [SweepPart.of(sweep, found) for sweep in paper.sweeps],
             [effect(switch, found[switch.scene.name]) for switch in paper.switches],
             speeds(paper, found),
         )
-
-
-@dataclass(frozen=True)
-class HardPart:
-    """Tables of the hard scenes, and the comparisons with the peers."""
-
-    experiments: list[ExperimentPart]
-    comparisons: list[PeerComparison]
 
 
 def write_papers(
@@ -165,84 +145,55 @@ def write_papers(
     chosen = set(only or PARTS)
     make_folder(folder)
     results = folder / RESULTS
-    taken = range(first, first + seeds)
-    development = DEVELOPMENT[:seeds]
+    taken, development = range(first, first + seeds), DEVELOPMENT[:seeds]
     shown = [paper for paper in papers if paper.key in chosen]
     choice_runs = run_plan(plan_choices(shown), results, development, jobs, progress)
     parts = []
-    for paper in (settle_rivals(paper, choice_runs) for paper in shown):
-        found = run_plan(plan_papers([paper]), results, taken[: paper.seeds_at_most], jobs, progress)
+    for paper in (settle_choices(paper, choice_runs) for paper in shown):
+        found = run_plan(plan_paper(paper), results, taken[: paper.seeds_at_most], jobs, progress)
         parts.append(PaperPart.of(paper, found))
     growth = growth_result(RUNS_A_SEED * seeds, first) if "growth" in chosen else None
-    hard = None
+    hard, comparisons = None, []
     if "hard" in chosen:
         picked_on = run_plan(plan_hard(OURS), results, development, jobs, progress)
         found = run_plan(plan_hard(OURS | THEIRS), results, taken, jobs, progress)
-        tables = [ExperimentPart.of(experiment, found, charted=False) for experiment in HARD]
-        hard = HardPart(tables, compare_peers(found, picked_on))
-    real_table: list[RealRow] = []
+        hard = [ExperimentPart.of(experiment, found, charted=False) for experiment in HARD]
+        comparisons = compare_peers(found, picked_on)
+    real_table = []
     if real is not None:
         with TemporaryDirectory() as work:
             real_table = run_real(real, Path(work), results, jobs, progress=progress)
-    path = folder / PAGE
-    with atomic_text(path) as file:
-        file.write(_render(parts, growth, hard, real_table, taken, development, command))
-    return path
-
-
-def _render(
-    parts: Sequence[PaperPart],
-    growth: GrowthResult | None,
-    hard: HardPart | None,
-    real: Sequence[RealRow],
-    seeds: range,
-    development: range,
-    command: str,
-) -> str:
-    """Return the page as HTML text."""
     growth_verdicts = growth.verdicts() if growth else []
-    every = [each for part in parts for each in part.verdicts] + growth_verdicts
+    verdicts = [each for part in parts for each in part.verdicts] + growth_verdicts
     goals = [each for part in parts for each in part.goals]
-    comparisons = hard.comparisons if hard else []
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader("irtrack", "papers"), PackageLoader("irtrack", "report")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"px": _px, "percent": _percent}
-    return environment.get_template("papers.html.j2").render(
-        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    text = render(
+        "papers.html.j2",
+        "papers",
         parts=parts,
-        counts=Counter(each.judgement.word for each in every),
+        counts=Counter(each.judgement.word for each in verdicts),
         untested=sum(len(part.paper.untested) for part in parts),
         goals_found=goals,
+        goal_counts=Counter([each.word for each in goals] + [each.word for each in comparisons]),
         inf=math.inf,
-        goal_counts=Counter(each.word for each in goals) + Counter(each.word for each in comparisons),
         speeds=[speed for part in parts for speed in part.speeds],
         growth=growth,
         growth_charts=growth_charts(growth) if growth else [],
         growth_verdicts=growth_verdicts,
         growth_styles=styles(growth.by_particles) if growth else {},
         hard=hard,
+        comparisons=comparisons,
         context=CONTEXT,
         ours=len(OURS),
         theirs=len(PEERS),
-        real=real,
-        seeds=seeds,
+        real=real_table,
+        seeds=taken,
         development=development,
-        fresh=seeds.start >= FIRST_SEED,
+        fresh=first >= FIRST_SEED,
         rule=RULE,
         loss_rule=LOSS_RULE,
         command=command,
     )
-
-
-def _px(value: float | None) -> str:
-    """Return pixels with two decimals, or with none from 100 on."""
-    return "–" if value is None else f"{value:.2f}" if abs(value) < 100 else f"{value:.0f}"
-
-
-def _percent(value: float | None) -> str:
-    return "–" if value is None else f"{100 * value:.0f} %"
+    path = folder / PAGE
+    with atomic_text(path) as file:
+        file.write(text)
+    return path

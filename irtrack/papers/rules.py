@@ -13,47 +13,51 @@ BACK_WITHIN = 5
 """Frames within which a tracker must be on its target again."""
 
 
-def _share(run: Run, hit: np.ndarray) -> float | None:
-    scored = run.trace.scored
-    return float(np.mean((hit & (run.trace.statuses == "tracking"))[scored])) if scored.any() else None
+def _score(words: str, name: str) -> Figure:
+    """Return a figure of `irtrack.metrics.FIGURES`."""
+    return Figure(words, lambda run: run.score.figure(name))
 
 
-def _missed(run: Run) -> float | None:
-    found = detected(run)
-    return None if found is None else 1 - found
+def _variance(words: str, name: str) -> Figure:
+    return Figure(words, lambda run: None if (sd := run.score.figure(name)) is None else sd**2)
 
 
-def _frames_until_back(run: Run) -> float | None:
+def _tracking(words: str, hit: Callable[[np.ndarray], np.ndarray], missing: bool = False) -> Figure:
+    """Return the share of scored frames with status `tracking` and such a centre error, or one minus it."""
+
+    def of(run: Run) -> float | None:
+        trace = run.trace
+        if not trace.scored.any():
+            return None
+        share = float(np.mean((hit(trace.errors) & (trace.statuses == "tracking"))[trace.scored]))
+        return 1 - share if missing else share
+
+    return Figure(words, of)
+
+
+def _until_back(run: Run) -> float | None:
+    """Return frames from the end of the first occlusion until the estimate is on the target; inf: never."""
     if not run.trace.returns:
         return None
     after = run.trace.returns[0].after
     return float("inf") if after is None else float(after)
 
 
-def _variance(sd: float | None) -> float | None:
-    return None if sd is None else sd**2
-
-
-error_held = Figure("mean error before loss", lambda run: run.score.held.error)
-error_all = Figure("mean error", lambda run: run.score.all.error)
-abs_x = Figure("mean |error| in X", lambda run: run.score.all.abs_x)
-abs_y = Figure("mean |error| in Y", lambda run: run.score.all.abs_y)
-variance_x = Figure("variance in X", lambda run: _variance(run.score.all.sd_x))
-variance_y = Figure("variance in Y", lambda run: _variance(run.score.all.sd_y))
-lost = Figure("lost", lambda run: run.score.lost)
-"""Yes or no: over seeds, a share."""
-off_share = Figure("share of frames off", lambda run: run.score.off_share)
-cpu = Figure("CPU time", lambda run: run.score.cpu_ms_median)
+error_held = _score("mean error before loss", "error_held")
+error_all = _score("mean error", "error")
+abs_x = _score("mean |error| in X", "abs_x")
+abs_y = _score("mean |error| in Y", "abs_y")
+variance_x = _variance("variance in X", "sd_x")
+variance_y = _variance("variance in Y", "sd_y")
+lost = _score("lost", "lost")
+off_share = _score("share of frames off", "off_share")
+cpu = _score("CPU time", "cpu_ms_median")
 """Median CPU time of a step, ms. Other programs on the machine do not lengthen it."""
-wall = Figure("wall time", lambda run: run.score.ms_median)
+wall = _score("wall time", "ms_median")
 """Median wall time of a step, ms. An external tracker takes no CPU time of this process."""
-detected = Figure("detections", lambda run: _share(run, run.trace.errors <= OFF_PX))
-"""Share of the scored frames with status `tracking` and a centre error of at most OFF_PX."""
-missed = Figure("missed detections", _missed)
-false_alarms = Figure("false alarms", lambda run: _share(run, run.trace.errors > OFF_PX))
-"""Share of the scored frames with status `tracking` and a larger centre error."""
-frames_until_back = Figure("frames until back", _frames_until_back)
-"""Frames from the end of the first occlusion until the estimate is on the target; inf: never; None: no occlusion."""
+detected = _tracking("detections", lambda errors: errors <= OFF_PX)
+missed = _tracking("missed detections", lambda errors: errors <= OFF_PX, missing=True)
+false_alarms = _tracking("false alarms", lambda errors: errors > OFF_PX)
 
 
 def error_over(first: int, last: int) -> Figure:
@@ -78,14 +82,14 @@ def score_between(first: int, last: int) -> Figure:
 
 def unless_lost(figure: Figure) -> Figure:
     """Return the figure of runs without track loss; None of others."""
-    return Figure(figure.words, lambda run: None if run.score.lost else figure(run))
+    return Figure(figure.words, lambda run: None if run.score.lost else figure.of(run))
 
 
 def _rule(words: str, figure: Figure, labels: tuple[str, ...], test: Callable[..., bool | None]) -> Rule:
-    """Return the rule that tests the figure of each tracker; a run without the figure cannot decide."""
+    """Return the rule that tests the figure of each tracker; a run without the figure does not decide."""
 
     def of(runs: Mapping[str, Run]) -> bool | None:
-        values = [value for label in labels if (value := figure(runs[label])) is not None]
+        values = [value for label in labels if (value := figure.of(runs[label])) is not None]
         return test(*values) if len(values) == len(labels) else None
 
     return Rule(words, labels, of)
@@ -101,6 +105,13 @@ def loses(label: str) -> Rule:
     return _rule(f"{label} is lost", lost, (label,), bool)
 
 
+def loses_about(label: str, frame: int, within: int) -> Rule:
+    """Return the rule that the tracker loses the target within some frames of a frame."""
+    lost_at = Figure("", lambda run: float("inf") if run.score.lost is False else run.score.lost_at)
+    words = f"{label} is lost within {within} frames of frame {frame}"
+    return _rule(words, lost_at, (label,), lambda at: abs(at - frame) <= within)
+
+
 def less(figure: Figure, label: str, other: str) -> Rule:
     """Return the rule that a figure of one tracker is less than that of another; equal figures do not decide."""
     words = f"{figure.words} of {label} below that of {other}"
@@ -108,7 +119,7 @@ def less(figure: Figure, label: str, other: str) -> Rule:
 
 
 def at_most(figure: Figure, label: str, limit: float, unit: str = "") -> Rule:
-    """Return the rule that a figure is at most a printed limit."""
+    """Return the rule that a figure is at most a limit."""
     words = f"{figure.words} of {label} at or below {limit:g}{unit}"
     return _rule(words, figure, (label,), lambda own: own <= limit)
 
@@ -119,16 +130,15 @@ def times(figure: Figure, label: str, factor: float, other: str) -> Rule:
     return _rule(words, figure, (label, other), lambda own, its: own >= factor * its)
 
 
-def as_long(label: str, other: str, within: float) -> Rule:
-    """Return the rule that two trackers take the same CPU time for a step, to within a share of the other's."""
-    words = f"CPU time of {label} within {100 * within:g} % of that of {other}"
-    return _rule(words, cpu, (label, other), lambda own, its: abs(own - its) <= within * its)
+def nearly(figure: Figure, label: str, other: str, within: float, relative: bool = False) -> Rule:
+    """Return the rule that a figure of two trackers differs by at most `within`, or that share of the other's."""
+    amount = f"{100 * within:g} %" if relative else f"{within:g}"
+    words = f"{figure.words} of {label} within {amount} of that of {other}"
 
+    def test(own: float, its: float) -> bool:
+        return abs(own - its) <= within * (its if relative else 1)
 
-def nearly(figure: Figure, label: str, other: str, within: float) -> Rule:
-    """Return the rule that a figure of two trackers differs by at most `within`."""
-    words = f"{figure.words} of {label} within {within:g} of that of {other}"
-    return _rule(words, figure, (label, other), lambda own, its: abs(own - its) <= within)
+    return _rule(words, figure, (label, other), test)
 
 
 def on_target(label: str, first: int, last: int) -> Rule:
@@ -139,7 +149,7 @@ def on_target(label: str, first: int, last: int) -> Rule:
 def back_in_time(label: str) -> Rule:
     """Return the rule that the tracker is on the target within BACK_WITHIN frames of its first return."""
     words = f"{label} is on the target within {BACK_WITHIN} frames of its return"
-    return _rule(words, frames_until_back, (label,), lambda back: back <= BACK_WITHIN)
+    return _rule(words, Figure("", _until_back), (label,), lambda back: back <= BACK_WITHIN)
 
 
 def mostly_nearer(label: str, other: str) -> Rule:
@@ -150,13 +160,3 @@ def mostly_nearer(label: str, other: str) -> Rule:
         return bool(np.mean((own.errors < its.errors)[own.scored]) > 0.5) if own.scored.any() else None
 
     return Rule(f"{label} nearer than {other} in more than half of the frames", (label, other), of)
-
-
-def loses_about(label: str, frame: int, within: int) -> Rule:
-    """Return the rule that the tracker loses the target within some frames of a frame; without a loss: no."""
-
-    def of(runs: Mapping[str, Run]) -> bool | None:
-        score = runs[label].score
-        return None if score.lost is None else score.lost_at is not None and abs(score.lost_at - frame) <= within
-
-    return Rule(f"{label} is lost within {within} frames of frame {frame}", (label,), of)

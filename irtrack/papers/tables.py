@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from irtrack.external import PEERS
 from irtrack.metrics import CentreFigures, mean_interval, wilson
 from irtrack.papers.experiment import Experiment, Figure, Paper, Printed, Run, Sweep
 from irtrack.papers.growth import PARTICLES, FilterRuns, GrowthResult
-from irtrack.papers.rules import cpu, wall
+from irtrack.papers.rules import cpu, off_share, wall
 from irtrack.papers.runs import SceneRuns
 from irtrack.report.plots import Axis, Line, LineStyle, error_chart, line_chart, styles
 
@@ -26,6 +26,7 @@ class Row:
 
     lost, decided   runs with track loss, of the runs in which loss is defined; low .. high the interval of the share
     kept, all       centre errors of all frames of the runs without loss, and of all runs
+    off             mean share of frames off
     ms              median CPU time of a step; of an external tracker, wall time
     siblings        (lost, decided) on each of the experiment's siblings
     absent          reason where the tracker has no runs
@@ -33,25 +34,29 @@ class Row:
 
     label: str
     spec: str
+    siblings: tuple[tuple[int, int], ...]
+    printed: Printed
+    absent: str = ""
     runs: int = 0
     failed: int = 0
     lost: int = 0
     decided: int = 0
-    low: float = 0.0
-    high: float = 1.0
     kept: CentreFigures | None = None
-    kept_frames: int = 0
     all: CentreFigures | None = None
-    all_frames: int = 0
     off: float | None = None
     ms: float | None = None
-    siblings: tuple[tuple[int, int], ...] = ()
-    printed: Printed = UNPRINTED
-    absent: str = ""
 
     @property
     def share(self) -> float | None:
         return self.lost / self.decided if self.decided else None
+
+    @property
+    def low(self) -> float:
+        return wilson(self.lost, self.decided)[0]
+
+    @property
+    def high(self) -> float:
+        return wilson(self.lost, self.decided)[1]
 
 
 def rows(experiment: Experiment, every: Mapping[str, SceneRuns]) -> list[Row]:
@@ -64,33 +69,30 @@ def _row(experiment: Experiment, label: str, spec: str, every: Mapping[str, Scen
     siblings = tuple(_losses(label, every[scene.name]) for scene in experiment.siblings)
     printed = experiment.printed.get(label, UNPRINTED)
     if label not in found.runs:
-        return Row(label, spec, siblings=siblings, printed=printed, absent=found.reason(label))
+        return Row(label, spec, siblings, printed, found.reason(label))
     runs = list(found.of(label).values())
     lost, decided = _losses(label, found)
-    low, high = wilson(lost, decided)
-    duration = wall if spec.partition(":")[0] in PEERS else cpu
-    steps = [took for run in runs if (took := duration(run)) is not None]
-    off = [run.score.off_share for run in runs if run.score.off_share is not None]
-    kept, kept_frames = _errors([run for run in runs if not run.score.lost])
-    all_, all_frames = _errors(runs)
+    steps = _values(wall if spec.partition(":")[0] in PEERS else cpu, runs)
+    off = _values(off_share, runs)
     return Row(
         label,
         spec,
-        runs=len(runs) + found.failed(label),
-        failed=found.failed(label),
+        siblings,
+        printed,
+        runs=len(found.runs[label]),
+        failed=len(found.runs[label]) - len(runs),
         lost=lost,
         decided=decided,
-        low=low,
-        high=high,
-        kept=kept,
-        kept_frames=kept_frames,
-        all=all_,
-        all_frames=all_frames,
+        kept=_errors([run for run in runs if not run.score.lost]),
+        all=_errors(runs),
         off=float(np.mean(off)) if off else None,
         ms=float(np.median(steps)) if steps else None,
-        siblings=siblings,
-        printed=printed,
     )
+
+
+def _values(figure: Figure, runs: Iterable[Run]) -> list[float]:
+    """Return a figure of the runs that have it."""
+    return [value for run in runs if (value := figure.of(run)) is not None]
 
 
 def _losses(label: str, found: SceneRuns) -> tuple[int, int]:
@@ -99,12 +101,9 @@ def _losses(label: str, found: SceneRuns) -> tuple[int, int]:
     return sum(decided), len(decided)
 
 
-def _errors(runs: Sequence[Run]) -> tuple[CentreFigures | None, int]:
-    """Return the centre errors of all scored frames of the runs together, and the number of these frames."""
-    if not runs:
-        return None, 0
-    offsets = np.concatenate([run.trace.offsets[run.trace.scored] for run in runs])
-    return CentreFigures.of(offsets), len(offsets)
+def _errors(runs: Sequence[Run]) -> CentreFigures | None:
+    """Return the centre errors of all scored frames of the runs together."""
+    return CentreFigures.of(np.concatenate([run.trace.offsets[run.trace.scored] for run in runs])) if runs else None
 
 
 @dataclass(frozen=True)
@@ -130,8 +129,7 @@ def speeds(paper: Paper, every: Mapping[str, SceneRuns]) -> list[Speed]:
 
 def error_over_frames(experiment: Experiment, found: SceneRuns, style: Mapping[str, LineStyle]) -> str:
     """Draw the centre error over frames, median and quartiles over the seeds; '' without runs."""
-    charted = experiment.charted or experiment.trackers
-    traces = {label: [run.trace for run in found.of(label).values()] for label in charted}
+    traces = {label: [run.trace for run in found.of(label).values()] for label in style}
     shown = {label: seeds for label, seeds in traces.items() if seeds}
     every = [trace for seeds in shown.values() for trace in seeds]
     return error_chart(shown, every, style, experiment.scene.name) if every else ""
@@ -142,8 +140,7 @@ def scores_over_frames(label: str, found: SceneRuns, style: LineStyle) -> str:
     runs = list(found.of(label).values())
     if not runs or not all(np.isfinite(run.trace.scores[1:]).all() for run in runs):
         return ""
-    table = np.array([run.trace.scores[1:] for run in runs])
-    low, middle, high = np.percentile(table, (25, 50, 75), axis=0)
+    low, middle, high = np.percentile([run.trace.scores[1:] for run in runs], (25, 50, 75), axis=0)
     name = f"{found.source.name}: matching coefficient of {label}"
     line = Line(style, runs[0].trace.indices[1:], middle, low, high)
     return line_chart([line], Axis("frame"), Axis("matching coefficient", (0, 1)), size=(900, 220), name=name)
@@ -156,10 +153,8 @@ def sweep_chart(
     lines = []
     for label in sweep.labels:
         points = []
-        for x, (scene, trackers) in sweep.points.items():
-            runs = every[scene.name].of(trackers[label]).values()
-            values = [value for run in runs if (value := figure(run)) is not None]
-            if values:
+        for x, (scene, specs) in sweep.points.items():
+            if values := _values(figure, every[scene.name].of(specs[label]).values()):
                 points.append((x, *interval(values)))
         if points:
             lines.append(Line(style[label], *np.array(points).T))
@@ -187,11 +182,11 @@ def interval(values: Sequence[float]) -> tuple[float, float, float]:
 def growth_charts(result: GrowthResult) -> list[str]:
     """Draw RMSE and Neff against N, and RMSE against Np / N."""
     style = styles(result.by_particles)
-    n = np.array(PARTICLES, dtype=np.float64)
 
     def line(label: str, figure: Callable[[FilterRuns, int], Floats]) -> Line:
         every = result.by_particles[label].items()
-        return Line(style[label], n, *np.array([mean_interval(figure(each, count)) for count, each in every]).T)
+        points = np.array([mean_interval(figure(each, count)) for count, each in every])
+        return Line(style[label], np.array(PARTICLES, dtype=np.float64), *points.T)
 
     rmse = [line(label, lambda each, count: each.rmse) for label in result.by_particles]
     neff = [line(label, lambda each, count: each.neff / count) for label in result.by_particles]

@@ -40,29 +40,15 @@ class Judgement(NamedTuple):
         return self.yes / self.decided if self.decided else math.nan
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """Claim, its place in the paper, the scene's name, the rule in words, and the judgement."""
-
-    text: str
-    place: str
-    scene: str
-    words: str
-    judgement: Judgement
-
-
 def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
-    """Return whether more than the share `wanted` of all seeds say yes; None: the seed does not decide."""
+    """Return the judgement on the claim that more than the share `wanted` of all seeds say yes; None: undecided."""
     decided = [answer for answer in answers if answer is not None]
     yes, count = sum(decided), len(decided)
     low, high = wilson(yes, count, LEVEL)
-    if not decided:
-        return Judgement(0, 0, low, high, "not decidable", "no seed decides")
-    if low > wanted:
-        return Judgement(yes, count, low, high, "held")
-    if high < wanted:
-        return Judgement(yes, count, low, high, "not held")
-    return Judgement(yes, count, low, high, "not decidable", _needed(seeds_to_decide(yes / count, wanted)))
+    if not low <= wanted <= high:
+        return Judgement(yes, count, low, high, "held" if low > wanted else "not held")
+    why = _needed(seeds_to_decide(yes / count, wanted)) if decided else "no seed decides"
+    return Judgement(yes, count, low, high, "not decidable", why)
 
 
 def seeds_to_decide(share: float, wanted: float) -> int | None:
@@ -80,17 +66,27 @@ def _needed(seeds: int | None) -> str:
     return "more seeds would not decide" if seeds is None else f"about {seeds:,} seeds would decide"
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """Claim, its place in the paper, the scene's name, the rule in words, and the judgement."""
+
+    text: str
+    place: str
+    scene: str
+    words: str
+    judgement: Judgement
+
+
 def verdict(claim: Claim, every: Mapping[str, SceneRuns]) -> Verdict:
     """Return the verdict on a claim; not decidable where one of its trackers has no runs."""
-    found, labels = every[claim.scene.name], claim.rule.labels
-    missing = [label for label in labels if label not in found.runs]
+    found, rule = every[claim.scene.name], claim.rule
+    missing = [label for label in rule.labels if label not in found.runs]
     if missing:
-        why = "; ".join(found.reason(label) for label in missing)
-        judgement = Judgement(0, 0, 0.0, 1.0, "not decidable", why)
+        judgement = Judgement(0, 0, 0.0, 1.0, "not decidable", "; ".join(map(found.reason, missing)))
     else:
-        together = set.intersection(*(set(found.of(label)) for label in labels))
-        judgement = judge([claim.rule.of({label: found.of(label)[seed] for label in labels}) for seed in together])
-    return Verdict(claim.text, claim.place, claim.scene.name, claim.rule.words, judgement)
+        together = set.intersection(*(set(found.of(label)) for label in rule.labels))
+        judgement = judge([rule.of({label: found.of(label)[seed] for label in rule.labels}) for seed in together])
+    return Verdict(claim.text, claim.place, claim.scene.name, rule.words, judgement)
 
 
 @dataclass(frozen=True)
@@ -119,12 +115,12 @@ def judge_goal(goal: Goal, every: Mapping[str, SceneRuns]) -> GoalResult:
     if isinstance(goal.reach, Rule):
         share = judge([goal.reach.of({goal.label: run}) for run in runs], goal.wanted)
         return GoalResult(goal, share.share, share.low, share.high, share.decided, share.word, share.why)
-    values = [value for run in runs if (value := goal.reach(run)) is not None]
+    values = np.array([value for run in runs if (value := goal.reach.of(run)) is not None])
     count = len(values)
     if count < 2:
-        mean = values[0] if values else math.nan
+        mean = float(values[0]) if count else math.nan
         return GoalResult(goal, mean, -math.inf, math.inf, count, "not decidable", "fewer than two seeds decide")
-    mean, low, high = map(float, mean_interval(np.array(values), LEVEL))
+    mean, low, high = map(float, mean_interval(values, LEVEL))
     if not low <= goal.wanted < high:
         return GoalResult(goal, mean, low, high, count, "held" if high <= goal.wanted else "not held")
     apart = abs(mean - goal.wanted)
@@ -137,27 +133,28 @@ class Effect:
     """Effect of a switch, with it minus without it: share of frames off, and error before the loss, px."""
 
     switch: Switch
-    off: Difference | None
-    error: Difference | None
-    lost_with: int
-    lost_without: int
-    seeds: int
+    off: Difference | None = None
+    error: Difference | None = None
+    lost_with: int = 0
+    lost_without: int = 0
+    seeds: int = 0
     why: str = ""
 
 
 def effect(switch: Switch, found: SceneRuns) -> Effect:
     """Return the paired differences over the seeds of both sides."""
-    missing = [spec for spec in (switch.with_it, switch.without) if spec not in found.runs]
+    sides = (switch.with_it, str(switch.without))
+    missing = [spec for spec in sides if spec not in found.runs]
     if missing:
-        return Effect(switch, None, None, 0, 0, 0, found.reason(missing[0]))
-    own, other = found.of(switch.with_it), found.of(switch.without)
-    seeds = sorted(own.keys() & other.keys())
+        return Effect(switch, why=found.reason(missing[0]))
+    both = [found.of(spec) for spec in sides]
+    seeds = sorted(both[0].keys() & both[1].keys())
 
     def difference(name: str) -> Difference | None:
-        a, b = ([_figure(runs[seed].score, name) for seed in seeds] for runs in (own, other))
-        return paired_difference(a, b, [str(seed) for seed in seeds], most=FIGURES[name].most)
+        a, b = ([_figure(runs[seed].score, name) for seed in seeds] for runs in both)
+        return paired_difference(a, b, list(map(str, seeds)), most=FIGURES[name].most)
 
-    lost_with, lost_without = (sum(runs[seed].score.lost is True for seed in seeds) for runs in (own, other))
+    lost_with, lost_without = (sum(runs[seed].score.lost is True for seed in seeds) for runs in both)
     return Effect(switch, difference("off_share"), difference("error_held"), lost_with, lost_without, len(seeds))
 
 
@@ -179,7 +176,7 @@ class PeerComparison:
 
     @property
     def word(self) -> Word:
-        """Whether the best of ours is off in fewer frames."""
+        """Verdict on the goal that the best of ours is off in fewer frames."""
         if self.difference.high < 0:
             return "held"
         return "not held" if self.difference.low > 0 else "not decidable"
@@ -193,15 +190,13 @@ def compare_peers(every: Mapping[str, SceneRuns], development: Mapping[str, Scen
     names = [experiment.scene.name for experiment in HARD]
     best = fewest_off(OURS, [development[name] for name in names])
     found: list[PeerComparison] = []
-    if best is None:
-        return found
-    for name in names:
+    for name in names if best is not None else ():
         for peer in THEIRS:
-            ours, theirs = (every[name].off_shares(label) for label in (best, peer))
+            ours, theirs = (every[name].off_shares(label) for label in (best or "", peer))
             common = sorted(ours.keys() & theirs.keys())
             own, other = ([shares[seed] for seed in common] for shares in (ours, theirs))
-            difference = paired_difference(own, other, [str(seed) for seed in common], most=FIGURES["off_share"].most)
+            difference = paired_difference(own, other, list(map(str, common)), most=FIGURES["off_share"].most)
             if difference is not None:
                 mine, its = sum(own) / len(own), sum(other) / len(other)
-                found.append(PeerComparison(name, best, peer, mine, its, difference))
+                found.append(PeerComparison(name, best or "", peer, mine, its, difference))
     return found

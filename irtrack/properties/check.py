@@ -20,7 +20,7 @@ from hypothesis.errors import Flaky
 
 from irsim.config.base import suggestion
 from irsim.types import Box, Frame
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError, error_line
 from irtrack.properties.case import Broken, Case, NotAsked
 from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
 from irtrack.registry.identity import tracker_name
@@ -85,7 +85,7 @@ def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
         except NotAsked as reason:
             silent.add(str(reason))
         except Exception as error:  # any exception of the tracker breaks the property
-            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {told(error)}"
+            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {error_line(error)}"
             raise
 
     try:
@@ -202,7 +202,7 @@ class Watched:
             try:
                 return work(frame, *given)
             except KeyboardInterrupt as error:  # workers ignore Ctrl-C: the tracker raised it
-                raise RuntimeError(told(error)) from error
+                raise RuntimeError(error_line(error)) from error
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _itself, (self.tracker,)

@@ -31,7 +31,7 @@ _AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 _LOCATION = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
 """Attributes of a class that give its place in a file, or its documentation."""
 _KERNELS = "irtrack._native"
-"""Package of the C kernels. Their source counts; a compiled binary does not, as it computes the same everywhere."""
+"""Package of the C kernels, of which the source counts, compiled or not."""
 
 
 def tracker_name(tracker: Tracker) -> str:
@@ -43,18 +43,18 @@ def tracker_name(tracker: Tracker) -> str:
 
 
 def tracker_config(tracker: Tracker) -> dict[str, Any]:
-    """Return {"tracker": name, "parameters": {...}} in values that JSON can hold.
+    """Return {"tracker": name, "parameters": {...}} as JSON holds it.
 
-    Parameters are a Part's or a dataclass' fields, else the object's attributes. Different values give different
-    configurations: an array is its dtype, shape and a digest of its bytes, an infinity is written as in YAML, any
-    other object is its repr. InputError where a repr does not identify the value.
+    Parameters are a Part's or a dataclass' fields, else the object's attributes. An array is its dtype, shape and a
+    digest of its bytes, an infinity as in YAML, any other object its repr. InputError where a repr does not identify
+    the value.
     """
     name = tracker_name(tracker)
     parameters = _fields(tracker)
     return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
 
 
-def remade(config: Mapping[str, Any]) -> Tracker | None:
+def tracker_of_config(config: Mapping[str, Any]) -> Tracker | None:
     """Return the tracker of a configuration (`tracker_config`); None where it cannot be made here.
 
     A configuration may come from an untrusted results file: no module is imported for it.
@@ -72,7 +72,7 @@ def remade(config: Mapping[str, Any]) -> Tracker | None:
 
 def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a configuration that differ from the tracker's defaults; all where those are unknown."""
-    usual = remade({"tracker": config["tracker"], "parameters": {}})
+    usual = tracker_of_config({"tracker": config["tracker"], "parameters": {}})
     defaults = {} if usual is None else tracker_config(usual)["parameters"]
     return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
 
@@ -127,11 +127,10 @@ def _plain(value: Any, place: str) -> Any:
 def code_hash(tracker: Tracker) -> str:
     """Return a hex digest of the tracker's source code.
 
-    Counted are the file of its class and all modules that it imports, directly or not, if they are irtrack's, of the
-    same package, or not installed (compiled modules too). Of irtrack's C kernels the source counts, compiled or not.
-    Installed packages do not count, nor files opened at run time (libraries by ctypes, weights). A class without a
-    file (typed into a prompt or a notebook) is identified by its compiled methods and by the functions and classes
-    that they name, of the same prompt or in such files.
+    It covers the file of its class and all modules imported by it, directly or not, that are irtrack's, of the same
+    package, or not installed; not installed packages, nor files opened at run time (libraries by ctypes, weights). A
+    class without a file (of a prompt or a notebook) is identified by its compiled methods and by the functions and
+    classes that they name.
     """
     kind = _kind(tracker)
     file = source_file(kind)
@@ -209,14 +208,13 @@ def _named(name: str, value: object, module: str, seen: dict[int, object]) -> It
 
 
 def _instructions(code: CodeType) -> tuple[object, ...]:
-    """Return the instructions of a code object, without line numbers."""
-    constants = [_instructions(each) if isinstance(each, CodeType) else _ordered(each) for each in code.co_consts]
+    """Return the instructions of a code object, without line numbers; a set in a fixed order, as its repr has none."""
+    constants: list[object] = []
+    for each in code.co_consts:
+        constants.append(_instructions(each) if isinstance(each, CodeType) else each)
+        if isinstance(each, frozenset):
+            constants[-1] = sorted(map(repr, each))
     return code.co_code, code.co_names, code.co_varnames, code.co_exceptiontable, constants
-
-
-def _ordered(constant: object) -> object:
-    """Return a constant in a fixed order: a set's repr differs between processes."""
-    return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 
 def _names(code: CodeType) -> Iterator[str]:
@@ -232,7 +230,10 @@ def _with_imports(path: Path, module: str) -> set[Path]:
     waiting = [(path, module)]
     while waiting:
         path, module = waiting.pop()
-        for name in _imported(path, module):
+        if path.suffix != ".py":
+            continue
+        package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+        for name in _imports(path.read_bytes(), package):
             file = _counted_file(name, module)
             if file is not None and file not in found:
                 found.add(file)
@@ -243,16 +244,9 @@ def _with_imports(path: Path, module: str) -> set[Path]:
     return found
 
 
-def _imported(path: Path, module: str) -> tuple[str, ...]:
-    """Return the names that a file imports: modules, and names in modules that may be modules, too."""
-    if path.suffix != ".py":
-        return ()
-    return _imports(path.read_bytes(), module if path.name == "__init__.py" else module.rpartition(".")[0])
-
-
 @cache
 def _imports(source: bytes, package: str) -> tuple[str, ...]:
-    """Return the same of a file's text, parsed once for all trackers that share it."""
+    """Return the names that a module imports: modules, and names in modules that may be modules, too."""
     found: list[str] = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):

@@ -21,7 +21,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError, error_line
 from irtrack.external import HINT, PEERS, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
 from irtrack.trackers.base import TrackerPart
@@ -85,14 +85,15 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     given = _command(name) | dict(parameters or {})
     if issubclass(cls, Part):
         return cast(Tracker, build(cls, given, name))
-    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
+    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_plain(hint)}
+    plain = {key: field for key, field in plain.items() if not key.startswith("_") and not hasattr(Part, key)}
     checked = build(create_model(cls.__name__, __base__=Part, **cast(Any, plain)), {k: given[k] for k in plain}, name)
     given |= {key: getattr(checked, key) for key in plain}
     try:
         with redirect_stdout(sys.stderr):
             made = cls(**given)
     except (Exception, SystemExit) as error:  # a user's class may raise anything
-        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else told(error)
+        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
     return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
 
@@ -167,7 +168,7 @@ def _load(name: str, entry: EntryPoint) -> object:
         with redirect_stdout(sys.stderr):
             return entry.load()
     except (Exception, SystemExit) as error:  # a user's module may raise anything
-        raise InputError(f"cannot import tracker '{name}': {told(error)}") from None
+        raise InputError(f"cannot import tracker '{name}': {error_line(error)}") from None
 
 
 def _checked(name: str, found: object) -> type[Any]:
@@ -190,10 +191,6 @@ def _hints(cls: type[Any]) -> dict[str, Any]:
         return get_type_hints(cls.__init__)
     except Exception:  # annotations may be any text
         return {}
-
-
-def _is_checked(key: str, hint: Any) -> bool:
-    return _is_plain(hint) and not key.startswith("_") and not hasattr(Part, key)
 
 
 def _is_plain(hint: Any) -> bool:

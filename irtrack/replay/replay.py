@@ -15,7 +15,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError, told, whole_number
+from irtrack.errors import IrtrackError, TrackerError, error_line, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
@@ -28,7 +28,7 @@ Pair = tuple[Frame, Truth | None]
 
 BLOCK_FRAMES = 64
 BLOCK_BYTES = 16 * 2**20
-"""Frames shown to one tracker in a row: enough that its first step, with cold caches, weighs little."""
+"""Frames shown to one tracker in a row: enough that its first step, with cold caches, counts little."""
 
 
 class Player:
@@ -51,11 +51,11 @@ class Player:
         self._cpu_ms: list[float] = []
 
     def see(self, frame: Frame) -> None:
-        """Show the tracker the next frame.
+        """Show the tracker the next frame; its output goes to standard error.
 
-        Its output goes to standard error. TrackerError for its exceptions, also for those that would end the program
-        (KeyboardInterrupt: in workers), and for an invalid estimate. Errors of irsim and irtrack are passed on, such
-        as the InputError of a shipped tracker for a frame of another size.
+        TrackerError for its exceptions, also for those that would end the program (KeyboardInterrupt: in workers), and
+        for an invalid estimate. Errors of irsim and irtrack are passed on, such as the InputError of a shipped tracker
+        for a frame of another size.
         """
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
@@ -74,9 +74,11 @@ class Player:
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
                 raise  # Ctrl-C; where that is ignored, the tracker raised it
-            raise TrackerError(f"{place}: {told(error)}") from error
+            raise TrackerError(f"{place}: {error_line(error)}") from error
         if not (isinstance(answer, tuple) and len(answer) == 2):
-            raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")
+            given = f"a tuple of {len(answer)}" if isinstance(answer, tuple) else f"a {type(answer).__name__}"
+            given = "None" if answer is None else given
+            raise TrackerError(f"{place}: step gave {given}; allowed: (state, Estimate)")
         state, estimate = answer
         wrong = fault(estimate)
         if wrong is not None:
@@ -111,12 +113,6 @@ class Player:
             step_ms=np.array(self._step_ms),
             cpu_ms=np.array(self._cpu_ms),
         )
-
-
-def _named(answer: object) -> str:
-    if isinstance(answer, tuple):
-        return f"a tuple of {len(answer)}"
-    return "None" if answer is None else f"a {type(answer).__name__}"
 
 
 def run(
@@ -165,9 +161,9 @@ def replay(
 ) -> list[Truth]:
     """Show frames start .. stop-1 to all viewers; return their ground truth, nothing where the source has none.
 
-    A frame is rendered or read once, whatever the number of viewers. Each viewer sees a block of frames before the
-    next one does, so that its steps follow each other and their times are those of a tracker alone. With all viewers
-    in turn on each frame, the steps of the first, with caches and heap as rendering left them, take twice as long.
+    A frame is rendered or read once for all viewers. Each viewer sees a block of frames before the next one does, so
+    that step times are those of a tracker alone. With all viewers in turn on each frame, the first one's steps, after
+    rendering, take twice as long.
     """
     total = (len(source) if stop is None else min(stop, len(source))) - start
     shown = None if progress is None else lambda done: progress(done, total)

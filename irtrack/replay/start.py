@@ -23,19 +23,16 @@ class Start:
 
 
 def find_start(
-    source: Source,
-    truths: Iterable[Truth],
-    target: str | None = None,
-    init: tuple[Box, int] | None = None,
+    source: Source, truths: Iterable[Truth], target: str | None = None, init: tuple[Box, int] | None = None
 ) -> Start:
     """Return the start: the first frame in which at least half of the target is visible, and its true box.
 
     truths  of the source; read only as far as needed
     target  id; by default the target that the source names, else the first in its truth
-    init    (box, frame) given by the user, in place of the truth; the target is then known only by `target`
+    init    (box, frame) of the user, in place of the truth
 
-    InputError where the target is unknown or never visible, where there is neither truth nor `init`, where `init` is
-    no such pair, or where the box lies outside the frame or is larger than it.
+    InputError where the target is unknown or never visible, where there is neither truth nor `init`, or where `init` is
+    no such pair or its box lies outside the frame or is larger.
     """
     if init is not None:
         box, frame = _given(init)
@@ -76,12 +73,9 @@ def shows(target: TargetTruth) -> bool:
 
 
 def _check_target(source: Source, truths: Iterable[Truth], target: str) -> None:
-    ids: dict[str, None] = {}
-    for truth in truths:
-        ids.update(dict.fromkeys(seen.id for seen in truth.targets))
-        if target in ids:
-            return
-    raise _unknown(source, target, ids)
+    ids = list(dict.fromkeys(seen.id for truth in truths for seen in truth.targets))
+    if target not in ids:
+        raise _unknown(source, target, ids)
 
 
 def _unknown(source: Source, target: str, ids: Iterable[str]) -> InputError:

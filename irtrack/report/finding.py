@@ -61,7 +61,7 @@ def _items(rows: Rows) -> list[str]:
 
 
 def write_failure_report(falsification: Falsification, failure: Failure, folder: Path) -> None:
-    """Write replay.html and report.md beside minimal.yaml and minimal.mcap (`irtrack.falsify.falsification.Report`)."""
+    """Write replay.html and report.md beside minimal.yaml and minimal.mcap (`irtrack.falsify.find.Report`)."""
     subject, trials = falsification.subject, falsification.trials
     scene = falsification.smallest(failure)
     with (

@@ -14,32 +14,10 @@ import numpy as np
 
 from irsim.errors import counted
 from irtrack.bench import Run, SummaryRow
-from irtrack.bench.summary import MARKS, RULES
+from irtrack.bench.summary import MARKS, NOTHING, RANKED, RULES, percent, ranked_texts
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, SourceFigures, loss_tables
-
-NOTHING = "–"
-
-
-def px(value: float | None) -> str:
-    """Return a length in px with two decimals."""
-    return NOTHING if value is None else f"{value:.2f}"
-
-
-def share(value: float | None) -> str:
-    """Return a share or an area 0..1 with three decimals."""
-    return NOTHING if value is None else f"{value:.3f}"
-
-
-def percent(value: float | None) -> str:
-    """Return a share in whole percent."""
-    return NOTHING if value is None else f"{100 * value:.0f} %"
-
-
-def ms(value: float | None) -> str:
-    """Return a time in ms with three significant digits."""
-    return NOTHING if value is None else f"{value:.3g}"
 
 
 def lead(rows: Sequence[SummaryRow]) -> str:
@@ -185,26 +163,7 @@ def as_markdown(figures: Figures) -> str:
 
 
 def _ranked(rows: Sequence[SummaryRow]) -> str:
-    head = ("", "tracker", "runs", "lost", "95 %", "rmse before loss, px", "off", "≤ 5 px", "≤ 20 px", "AUC", "ms")
-    return _table(
-        head,
-        [
-            (
-                f"{row.rank}{MARKS[row.standing]}",
-                row.label,
-                f"{row.runs} ({row.failed} failed)" if row.failed else row.runs,
-                f"{percent(row.lost_share)}",
-                f"{percent(row.lost_low)} to {percent(row.lost_high)}",
-                px(row.held.rmse),
-                percent(row.off_share),
-                share(row.precision_5),
-                share(row.precision_20),
-                share(row.success_auc),
-                ms(row.ms_median),
-            )
-            for row in rows
-        ],
-    )
+    return _table(RANKED, [ranked_texts(row) for row in rows])
 
 
 def _breaking_points(severities: Sequence[SeverityFigures]) -> str:

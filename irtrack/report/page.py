@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.resources import files
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from irtrack.bench import Results, Run, RunRecord, summary
-from irtrack.bench.summary import MARKS, RULES
+from irtrack.bench.summary import MARKS, RULES, ms, percent, px, share
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
-from irtrack.report.formats import lead, ms, percent, px, share
+from irtrack.report.formats import lead
 from irtrack.report.frames import gallery
 from irtrack.report.plots import styles
 from irtrack.report.repeat import repeat_commands
@@ -56,10 +56,10 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     )
 
 
-def render(template: str, **values: object) -> str:
-    """Return a template of this package as HTML text."""
+def render(template: str, folder: str = "report", **values: object) -> str:
+    """Return a template of a folder of irtrack as HTML text; it may include those of this one."""
     environment = Environment(
-        loader=PackageLoader("irtrack", "report"),
+        loader=ChoiceLoader([PackageLoader("irtrack", each) for each in (folder, "report")]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -15,7 +15,7 @@ from irsim.types import Box, Floats, Frame, Image, Source
 from irtrack.bench import RunRecord
 from irtrack.errors import IrtrackError
 from irtrack.metrics import Trace
-from irtrack.registry.identity import code_hash, remade
+from irtrack.registry.identity import code_hash, tracker_of_config
 from irtrack.replay.replay import Player, replay
 from irtrack.replay.start import Start
 from irtrack.report.frames import Follower
@@ -210,7 +210,7 @@ def _repeats(cells: Sequence[RunRecord], followers: Sequence[Follower], source: 
         trace = tracks.get(cell.label)
         if trace is None or np.isnan(trace.neffs).all():  # without Neff no particles
             continue
-        tracker = remade(cell.config)
+        tracker = tracker_of_config(cell.config)
         if tracker is None or not resumable(tracker) or code_hash(tracker) != cell.key.code_hash:
             continue
         box = Box(*map(float, (*trace.centers[0], *trace.sizes[0])))

@@ -1,8 +1,8 @@
-"""Crash reporter: another process tells where a tracker was when it ended the process of `irtrack run`.
+"""Crash reporter: another process reports the frame at which a tracker ended the process of `irtrack run`.
 
 A tracker may do so by `os._exit`, from native code, or by SIGKILL. The reporter is a copy of the process, made before
-there are threads and libraries, that sleeps until the other ends; so the tracker runs where debuggers and profilers
-look for it. Only Linux has it: elsewhere such a copy is not safe, or there is none.
+threads and libraries, that sleeps until the other ends; so the tracker stays in the process that debuggers and
+profilers see. Only Linux has it: elsewhere such a copy is not safe.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from irsim.types import Frame
 
 PROGRESS = struct.Struct("<?q")
-"""Whether the tracker is at work; the frame that it is working on, or worked on last, -1 before the first."""
+"""Whether the tracker is at work; its frame, or the last one, -1 before the first."""
 
 FRESH_LINE = b"\r\x1b[K\x1b[?25h"
-"""To the line's begin, the line cleared, the cursor shown (ECMA-48; xterm's DECTCEM): a progress bar had both."""
+"""Clears the line and shows the cursor after a progress bar (ECMA-48; xterm's DECTCEM)."""
 
 
 class CrashReporter:
-    """Memory shared with the reporting process: the progress of a tracker, and a note that ends the report."""
+    """Memory shared with the reporting process: a tracker's progress, and the last line of the report."""
 
     def __init__(self, note: str) -> None:
         self._memory = mmap.mmap(-1, 16 * mmap.PAGESIZE)
@@ -53,7 +53,7 @@ class CrashReporter:
         self._memory[PROGRESS.size : PROGRESS.size + len(text)] = text
 
     def watching(self, see: Callable[[Frame], None]) -> Callable[[Frame], None]:
-        """Return a viewer of frames that keeps the progress of another."""
+        """Return a function of frames that records the progress of another."""
 
         def seen(frame: Frame) -> None:
             self.progress = True, frame.index
@@ -63,7 +63,7 @@ class CrashReporter:
         return seen
 
     def report(self, headline: str, how: str) -> bytes:
-        """Return the report of a process that ended in this way."""
+        """Return the report of a process that ended by a signal or exit status."""
         at_work, frame = self.progress
         if at_work:
             words = f"frame {frame}: the process died while the tracker was at work ({how})"
@@ -103,7 +103,7 @@ def _start(reporter: CrashReporter, headline: str) -> int:
 
 
 def _wait_and_report(parent: int, reporter: CrashReporter, headline: str) -> NoReturn:
-    """Sleep until the parent has ended; flush and close nothing that was copied from it."""
+    """Sleep until the parent has ended, and report; flush and close nothing of the parent's."""
     with suppress(Exception):
         select.select([os.pidfd_open(parent)], [], [])
         os.write(2, FRESH_LINE * os.isatty(2) + reporter.report(headline, _how_it_ended(parent)))
@@ -111,7 +111,7 @@ def _wait_and_report(parent: int, reporter: CrashReporter, headline: str) -> NoR
 
 
 def _how_it_ended(process: int) -> str:
-    """Return how a process ended, in words; field 52 of proc(5)'s stat, which is gone once its parent has read it."""
+    """Return a process' signal or exit status: field 52 of proc(5)'s stat, gone once its parent has read it."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
         return exit_status_text(os.waitstatus_to_exitcode(int(fields[52 - 3])))

@@ -1,7 +1,7 @@
 """Runners of functions: `Pool` in a fixed number of worker processes, `InProcess` in this one.
 
-Both call ``function(heartbeat, *arguments)``. The function marks each frame that a tracker works on by
-``with heartbeat.frame(index):``, so that a tracker which hangs or kills its process is known by name.
+Both call ``function(heartbeat, *arguments)``. The function marks each frame of a tracker by
+``with heartbeat.frame(index):``, so that a tracker which hangs or kills its process is known.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class Runner(Protocol):
     def call(
         self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
     ) -> Result:
-        """Return function(heartbeat, *arguments); what it raises is raised. TrackerLostError as in `Pool.call`."""
+        """Return function(heartbeat, *arguments), or raise its exception. TrackerLostError as in `Pool.call`."""
         ...
 
     def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
-        """Apply a function of this process to items; results in their order, each as soon as it is there."""
+        """Yield a function of this process of each item, in their order, each as soon as it is known."""
         ...
 
 
@@ -50,8 +50,7 @@ class Pool(ThreadPoolExecutor):
     """Runner in a fixed number of worker processes; one that hangs or dies is replaced.
 
     As an executor it runs functions in as many threads of this process, each of which may `call` or `run` in a worker.
-    The calling script needs the guard ``if __name__ == "__main__"``. Its end, also by Ctrl-C, ends the processes,
-    whatever they are doing.
+    The calling script needs the guard ``if __name__ == "__main__"``. Its end, also by Ctrl-C, ends the processes.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -65,11 +64,11 @@ class Pool(ThreadPoolExecutor):
     def call(
         self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
     ) -> Result:
-        """Return function(heartbeat, *arguments) from a worker; what it raises is raised. Waits for a free worker.
+        """Return function(heartbeat, *arguments) from the next free worker, or raise its exception.
 
-        A worker that dies by chance is replaced and the call repeated. TrackerLostError where the tracker that the
-        heartbeat names hangs or kills the processes; InputError where function or arguments cannot be sent to another
-        process; WorkerError, which begins with `name`, where workers die while no tracker is at work.
+        A worker that dies by chance is replaced and the call repeated. TrackerLostError where the tracker at work hangs
+        or kills the processes; InputError where the work cannot be sent to another process; WorkerError, which begins
+        with `name`, where workers die while no tracker is at work.
         """
         (answer,) = self.run(_call, [arguments], function, limit=limit, name=name)
         if isinstance(answer, Blame):
@@ -87,10 +86,10 @@ class Pool(ThreadPoolExecutor):
     ) -> list[Result | Blame]:
         """Return function(heartbeat, members, *arguments) from a worker: a result for each of the members.
 
-        Members share a process as trackers share frames, and ``heartbeat.frame(index, number)`` tells which is at
-        work. One that hangs or kills its processes is answered by a `Blame`, and the others run again. Where a process
-        dies while none is at work, they run one at a time: one may have left the process unable to go on. Before one
-        is blamed for that, `function` runs without members. Errors as in `call`.
+        Members share a process as trackers share frames; ``heartbeat.frame(index, number)`` names the one at work. The
+        result of one that hangs or kills its processes is a `Blame`, and the others run again. Where a process dies
+        while none is at work, they run one at a time: one may have damaged the process. Before one is blamed for that,
+        `function` runs without members. Errors as in `call`.
         """
         found: dict[int, Result | Blame] = {}
         crashes, together = CrashCount(name), True
@@ -117,9 +116,9 @@ class Pool(ThreadPoolExecutor):
         return [found[number] for number in range(len(members))]
 
     def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
-        """Apply a function to items, in as many threads as there are workers; results in the order of the items.
+        """Yield a function of each item, in their order, by as many threads as there are workers.
 
-        A caller that stops listening spares the items that have not begun.
+        A caller that stops early cancels the items that have not begun.
         """
         if self._jobs == 1:
             with one_thread():
@@ -128,7 +127,7 @@ class Pool(ThreadPoolExecutor):
             yield from self.map(function, items)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
-        """End the processes, whatever they are doing; what has not begun is cancelled."""
+        """End the processes at once, and cancel the calls that have not begun."""
         for worker in self._workers:
             worker.close()
         super().shutdown(wait, cancel_futures=cancel_futures)

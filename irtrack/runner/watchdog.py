@@ -1,6 +1,8 @@
-"""Watchdog of trackers in worker processes: time limit, heartbeat of the current frame, and blame for a crash.
+"""Watchdog of trackers in worker processes: a hang is noticed here, and a crash is blamed on a tracker.
 
-`worker.Worker` waits for answers and ends the process at the limit.
+A worker writes the frame at work and its deadline into a `Heartbeat`, memory shared with the process that waits for
+it. That one (`worker.Worker`) asks `Heartbeat.is_overdue` while it waits, and ends an overdue worker. `CrashCount`
+turns the end of a process into `Blame`, or into another try.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from typing import Any, Literal
 from irtrack.errors import TrackerError, WorkerError
 
 MAX_CRASHES = 2
-"""A worker may be killed by chance once (memory, an operator); a tracker on which two died has killed them."""
+"""Crashes from which on a tracker is blamed; one may be chance (memory, an operator)."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Limit:
         return self.seconds - spent_s * (self.of == "run")
 
     def exceeded(self) -> str:
-        """Return the words for a tracker that took longer."""
+        """Return the message for a tracker that took longer."""
         verb = "timed out" if self.of == "run" else "hangs"
         return f"{verb}: more than {self.seconds:g} s in the tracker"
 
@@ -42,29 +44,29 @@ NO_LIMIT = Limit(math.inf, "run")
 class Heartbeat:
     """Record of the frame that a tracker is working on.
 
-    numbers   where it is kept: memory shared with the process that watches, or a list where none does. They are the
-              member at work (-1: none), the frame at work or worked on last (-1: none yet), and the deadline by
-              time.monotonic(), s
+    numbers   member at work (-1: none), frame at work or last at work (-1: none yet), and deadline by
+              time.monotonic(), s; in memory shared with the process that watches, or in a list
     """
 
     IDLE = (-1.0, -1.0, math.inf)
 
+    @staticmethod
+    def is_overdue(numbers: Sequence[float]) -> bool:
+        """Return whether the frame at work has passed its deadline: the tracker hangs."""
+        return monotonic() > numbers[2]
+
     def __init__(self, limit: Limit = NO_LIMIT, numbers: Any = None) -> None:
         self.limit = limit
         self.overdue = False
-        """Whether the last frame took longer than it might."""
+        """Whether the last frame took longer than its limit."""
         self._numbers = list(self.IDLE) if numbers is None else numbers
         self._spent_s: defaultdict[int, float] = defaultdict(float)
 
     @contextmanager
     def frame(self, index: int, member: int = 0) -> Iterator[None]:
-        """Note that a member of the work is at frame `index` for the length of the block.
-
-        The note stays where the block raises no `Exception` but an error that ends the process.
-        """
+        """Note the member and the frame at work within the block; kept where the block ends the process."""
         begin, left = monotonic(), self.limit.left(self._spent_s[member])
-        self._numbers[0], self._numbers[1] = member, index
-        self._numbers[2] = begin + left
+        self._numbers[0], self._numbers[1], self._numbers[2] = member, index, begin + left
         try:
             yield
         except Exception:

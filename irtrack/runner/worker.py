@@ -1,4 +1,7 @@
-"""Worker process: begins with one thread and a seed of its own, runs functions sent to it, and answers."""
+"""Worker process: runs functions sent to it, one after the other, with one thread and a seed of its own.
+
+`Worker.call` waits for the answer. It ends a process whose heartbeat is overdue (`irtrack.runner.watchdog`).
+"""
 
 from __future__ import annotations
 
@@ -12,28 +15,27 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
-from time import monotonic
 from typing import Any
 
 import cv2
 import numpy as np
 
 from irsim.render.interrupts import end_with_parent, ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, exit_status_text, told
+from irtrack.errors import IrtrackError, error_line, exit_status_text
 from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
 
 POLL_S = 0.05
-"""Period of the watchdog: a worker may run over its limit by so much."""
+"""Period in which heartbeats are read: the largest delay of a time limit."""
 
 END_S = 10.0
-"""How long a process whose pipe has ended may take to end itself: a core dump is written first."""
+"""Longest time between the end of a process' pipe and of the process: it may write a core dump."""
 
 SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
 """Objects that can be sent to another process."""
 
 _reaping = threading.Lock()
-"""Python reads the exit status of all its processes whenever it starts one (multiprocessing), and a status can be read
-only once: of two threads that read at the same time one would read nonsense."""
+"""Exit statuses are read by one thread at a time: each can be read once, and multiprocessing reads all when it starts a
+process."""
 
 
 class NotSentError(Exception):
@@ -62,10 +64,9 @@ class Worker:
         self.closed = False
 
     def call(self, limit: Limit, function: Callable[..., Any], *arguments: object) -> Any:
-        """Return function(heartbeat, *arguments) from the process; what it raises is raised here.
+        """Return function(heartbeat, *arguments) from the process, or raise its exception.
 
-        WorkerDiedError where the process died, or was ended because it passed a deadline of its `Heartbeat`;
-        NotSentError where the function or its arguments cannot be pickled.
+        WorkerDiedError where the process died or hung; NotSentError where the work cannot be pickled.
         """
         work = _pickled((limit, function, arguments))
         try:
@@ -122,7 +123,7 @@ class _Process:
     def answer(self) -> Any:
         while not self._pipe.poll(POLL_S):
             at = tuple(self._heartbeat)
-            if monotonic() > at[-1]:
+            if Heartbeat.is_overdue(at):
                 self.kill()
                 raise self._died(overdue=True, moved=at != tuple(self._heartbeat))
         try:
@@ -139,8 +140,8 @@ class _Process:
             return WorkerDiedError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # not by chance: the next one would, too
             raise IrtrackError(
-                f"a worker process ended as it began ({exit_status_text(code)}): what it imports ends it; a script "
-                'that asks for workers is imported too, and needs the guard if __name__ == "__main__":'
+                f"a worker process ended as it began ({exit_status_text(code)}): a module that it imports ends it; a "
+                'script that starts workers is imported, too, and needs the guard if __name__ == "__main__":'
             ) from None
         how = "it closed its pipe and went on" if code is None else exit_status_text(code)
         return WorkerDiedError(at, overdue, moved, how, went_on=code is None)
@@ -164,10 +165,10 @@ class _Process:
 
 
 def _context() -> Any:
-    """Return how processes are started: never as a copy of this one, whose threads may hold locks.
+    """Return the way to start processes: never as a copy of this one, whose threads may hold locks.
 
-    On Linux they are copies of a server that has imported what this process had of irsim and irtrack when it began:
-    10 ms of CPU time in place of 1.2 s (Python 3.11). A tracker that dies a hundred times takes two hundred processes.
+    On Linux they are copies of a server that has imported this process' modules of irsim and irtrack: 10 ms of CPU time
+    in place of 1.2 s (Python 3.11).
     """
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
@@ -186,8 +187,8 @@ def _pickled(value: object) -> bytes:
 
 
 def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> None:
-    """Run each function that the pipe sends and answer by what it returns or raises, until the pipe ends."""
-    ignore_interrupts()  # the parent answers Ctrl-C: it would replace a worker that died of it
+    """Run each function from the pipe, and answer with its result or exception, until the pipe ends."""
+    ignore_interrupts()  # the parent handles Ctrl-C
     cv2.setNumThreads(1)
     np.random.seed()  # noqa: NPY002 - for trackers that draw from it: all copies of the fork server share it
     end_with_parent()
@@ -201,7 +202,7 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
         try:
             limit, function, arguments = pickle.loads(work)
         except Exception as error:  # its module is not there, or raises while it is imported
-            what = f"a worker process cannot read what it is to run: {told(error)}"
+            what = f"a worker process cannot read what it is to run: {error_line(error)}"
             unknown = isinstance(error, AttributeError | ImportError)  # such as a class of a notebook
             answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
         else:
@@ -219,7 +220,7 @@ def _answered(answer: object) -> bytes:
         if isinstance(answer, Exception):
             pickle.loads(sent)  # fails where its class takes other arguments than Exception was given
     except Exception as error:  # pickle raises all sorts
-        sent = bytes(ForkingPickler.dumps(IrtrackError(told(answer if isinstance(answer, Exception) else error))))
+        sent = bytes(ForkingPickler.dumps(IrtrackError(error_line(answer if isinstance(answer, Exception) else error))))
     return sent
 
 

@@ -38,8 +38,8 @@ class Plain:
     kind        the class;  parameters  the class' arguments, or an object's attributes
     again       returns a new object, not yet started
 
-    `start` is called with the image (rows, cols), a copy that may be written on, and the start `Box`; with a generator
-    too where it has a parameter `rng`. `step` is called with the image, and returns a value of `ALLOWED`.
+    `start` gets the image (rows, cols), a copy that may be written on, and the start `Box`; a generator, too, where it
+    has a parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`.
     """
 
     kind: type

@@ -1,7 +1,7 @@
 """Appearance of a target by its grey histogram, and the mixins of trackers that use it.
 
-The first frame sets for good the picture that histograms are taken of (the frame or its high-pass), the window, its
-kernel, and the grey range of the bins.
+The first frame sets the picture of the histograms (the frame or its high-pass), the window, its kernel, and the grey
+range of the bins.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from irtrack.features.window import Window
 from irtrack.filters.motion import Propagation
 from irtrack.filters.particle import Likelihood
 from irtrack.filters.resampling import Resampling
-from irtrack.trackers.base import Deviation, Footage, Ratio, TrackerPart, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Ratio, VisibilityMonitor, footage, start_window
 from irtrack.types import Status
 
 LEAST_L = 5
-"""px. The ring's radius for targets of up to 6 px: well beyond them, and the filter is still quick."""
+"""px. The ring's radius for targets of up to 6 px: well beyond them, at little cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ class Appearance:
         return self.background.score(picture, (x, y), reference)
 
 
-class GreyTracker(TrackerPart):
+class GreyTracker(MonitoredTracker):
     """Tracker that knows its target by a grey histogram."""
 
     bins: int = Field(default=32, ge=2, le=256)
@@ -101,15 +101,10 @@ class GreyTracker(TrackerPart):
     """Least radius, at most L; 0 as in eq. 1. Beyond the target's half size, the target is left out of its own
     background."""
     grid: int = Field(default=1, ge=1, le=16)
-    """Step of the grid on which the background is predicted (section 1.1, Fig. 2). The grid was to save time,
-    and here saves none."""
+    """Step of the grid on which the background is predicted (section 1.1, Fig. 2); here it saves no time."""
     ring: Annotated[float, Field(ge=0.1, le=10)] = 0.5
     """Width of the local background around the target, in sides of the window; at 0.5 it has three times the
-    window's area, enough pixels for a steady histogram."""
-    seen: Fraction = 0.5
-    """Share of the way from the local background's rho to the target's usual one that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
+    window's area."""
 
     def appearance(self, frame: Frame, box: Box) -> tuple[Appearance, Floats]:
         """Return the target's appearance in its first frame, and its histogram (bins,) there.

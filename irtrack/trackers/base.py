@@ -10,14 +10,14 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.base import Part
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.window import Window
 from irtrack.types import Status
 
 Deviation = Annotated[float, Field(ge=1e-3, le=1e4)]
-"""Standard deviation in px, px/frame or px/frame^2: its square is not lost beside a picture's width, and it is no
-wider than any picture."""
+"""Standard deviation in px, px/frame or px/frame^2; its square is not lost to rounding."""
 Spread = Annotated[float, Field(ge=0, le=1e4)]
 """Standard deviation that may be 0."""
 Ratio = Annotated[float, Field(ge=1e-3, le=1e4)]
@@ -34,7 +34,7 @@ class TrackerPart(Part):
 
 @dataclass(frozen=True, slots=True)
 class Footage:
-    """Size and type of frames, which must not change along a track."""
+    """Size and type of the frames of a track."""
 
     shape: tuple[int, int]
     dtype: np.dtype[np.uint8] | np.dtype[np.uint16]
@@ -71,9 +71,19 @@ def start_window(frame: Frame, box: Box) -> tuple[Window, tuple[int, int]]:
     return part, corner
 
 
+class MonitoredTracker(TrackerPart):
+    """Mixin of trackers whose status is that of a `VisibilityMonitor`."""
+
+    seen: Fraction = 0.5
+    """Least score of a visible target: the share of the way from the background score (the score of the target's
+    surroundings, or of the best distractor) to the usual score of the visible target."""
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
+    """Misses in a row after which the status is lost."""
+
+
 LEVEL_RATE = 0.1
-"""Share of a new score that enters the running level of a `VisibilityMonitor`. Chosen here, no source gives one: a
-memory of ten frames, slow enough that an occlusion that sets in over some frames does not lower the level."""
+"""Share of a new score in the running level of a `VisibilityMonitor`. Chosen here: a memory of ten frames, so that an
+occlusion that begins slowly does not lower the level."""
 
 DISTINCT = 1e-5
 """Scores closer than this are equal. OpenCV's correlation sums in 32 bits (rounding 6e-8 of each of some hundred
@@ -82,15 +92,15 @@ terms); without the bound a constant frame would show a target."""
 
 @dataclass(frozen=True, slots=True)
 class VisibilityMonitor:
-    """Decision whether the target is visible, by a score against the scores that this scene gives.
+    """Decision on the visibility of the target, by its score in the scale of the scene.
 
-    A fixed threshold on a similarity fails: noise alone costs a histogram of n pixels E[1 - rho] = (B - 1) / (8 n),
-    so that a small target never reaches the score that a large one always has. So the scene sets the scale. The
-    background score is that of the target's surroundings or of the best distractor. The level is a running mean of
-    the score while the target was visible. A hit is a score above background score + share (level - background
-    score), and above the background score in any case.
+    A fixed threshold on a similarity fails: noise alone costs a histogram of n pixels E[1 - rho] = (B - 1) / (8 n), so
+    that a small target never reaches the score of a large one. A hit is a score above background score + share (level
+    - background score), and in any case above the background score, that of the target's surroundings or of the best
+    distractor.
 
-    misses is the number of frames in a row without a hit.
+    level    running mean of the score while the target was visible
+    misses   frames in a row without a hit
     """
 
     level: float | None = None

@@ -16,20 +16,20 @@ from irtrack.features.histogram import LocalBackground, gaussian_kernel
 from irtrack.features.mean_shift import back_projection
 from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
 from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Footage, MonitoredTracker, VisibilityMonitor, footage, start_window
 from irtrack.trackers.kalman import GatedKalman, kalman_estimate
 from irtrack.types import Estimate
 
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
 """Iterations at most, and px of the last step; OpenCV's window moves by whole pixels."""
 SIZES = (0.5, 2.0)
-"""Least and largest size, in start sizes. Chosen here: on a background of its own levels the ellipse floods."""
+"""Least and largest size, in start sizes. Chosen here: on a background of the target's levels the ellipse floods."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings of the first frame. likely (bins,): share of the target at each level, 0 .. 1; histogram (bins,): the
-    reference of matches; ellipse: the target's full sides there, px."""
+    """Settings of the first frame. likely (bins,): weight of each level, 0 .. 1; histogram (bins,): the reference of
+    matches; ellipse: the target's full sides, px."""
 
     footage: Footage
     size: tuple[float, float]
@@ -51,20 +51,18 @@ class CamShiftState:
     monitor: VisibilityMonitor
 
 
-class CamShiftKalman(GatedKalman):
+class CamShiftKalman(GatedKalman, MonitoredTracker):
     """CamShift in a window predicted by a Kalman filter, which alone gives the place during occlusion.
 
-    One of the systems named in the digest beside L. An et al. 2007: CamShift gives a centroid and an
-    ellipse as measurement, a Kalman filter the next window, and the place while targets overlap;
-    rotation is its weakness. CamShift is that of G. Bradski, "Computer Vision Face Tracking for Use in
-    a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back projection of
-    the target's levels, then its moments there.
+    One of the systems named in the digest beside L. An et al. 2007: CamShift measures a centroid and an
+    ellipse, a Kalman filter predicts the next window, and the place while targets overlap. CamShift is that
+    of G. Bradski, "Computer Vision Face Tracking for Use in a Perceptual User Interface", Intel Technology
+    Journal Q2, 1998: mean shift on the back projection of the target's levels, then its moments there.
 
-    Chosen here: grey levels for his hue; a level counts by its share in the target against that in a
-    ring around it, since with the share alone a target's rim draws the window into a like
-    background; sizes are those of the ellipse's second moments against the first frame's, smoothed;
-    constant velocity with white-noise acceleration; occlusion is detected by the match of the place found
-    (see `irtrack.trackers.base.VisibilityMonitor`) and the gate.
+    Chosen here: grey levels for his hue; levels weighted by the target's share against a ring's, since by
+    the target's alone its rim draws the window into a similar background; smoothed sizes, by the ellipse's
+    second moments against the first frame's; constant velocity with white-noise acceleration; occlusion by
+    the match at the place found (see `irtrack.trackers.base.VisibilityMonitor`) and by the gate.
     """
 
     source: ClassVar[str] = "Bradski 1998; Kalman 1960"
@@ -79,10 +77,6 @@ class CamShiftKalman(GatedKalman):
     """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
     margin: Annotated[float, Field(ge=0, le=10)] = 0.25
     """Margin of the search window beyond the target on each side, in its sides; the centroid must not be cut."""
-    seen: Fraction = 0.5
-    """Share of the way from the local background's score to the target's usual one that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> CamShiftState:
         """Return the state at the box's centre, at rest within `start_speed_sd`."""

@@ -44,11 +44,10 @@ class TrajectoryPFState:
 class TrajectoryPF(RandomWalkParticles):
     """Base of particle filters on grey levels and velocity (Xue, Yuan, Xie 2011).
 
-    What the paper leaves open, and what is chosen here: sigma of eq. 5 and 7; how particles spread
-    ("radius 10": a normal deviation of a third of it, or a disc); the first particles (all on the start
-    box's centre); multinomial or other drawing; the high-pass (see `irtrack.features.highpass`).
-    The velocity of the model, v_t of eq. 7, is that of the last k estimates; a particle's is that of
-    the last k - 1 and itself.
+    The paper leaves open, and here is chosen: sigma of eq. 5 and 7; the spread of particles ("radius 10":
+    a normal deviation of a third of it, or a disc); the first particles (all on the start box's centre);
+    the resampling; the high-pass (see `irtrack.features.highpass`). The model's velocity, v_t of eq. 7, is
+    that of the last k estimates; a particle's is that of the last k - 1 and itself.
     """
 
     high_pass: Literal["none", "ring", "full"] = "ring"
@@ -66,9 +65,8 @@ class TrajectoryPF(RandomWalkParticles):
     place_sd: Deviation = 2.0
     """least_squares: standard deviation of the place from the line, px."""
     coast: bool = False
-    """Whether an occluded target goes on along the trajectory's line: the estimate lies on it, the particles keep to
-    it within place_sd times the misses in a row, and grey levels do not count. The paper's filter has no
-    occlusion."""
+    """Whether an occluded target is predicted along the trajectory's line: the estimate lies on it, the particles
+    within place_sd times the misses in a row, and grey levels do not count. The paper has no occlusion."""
     carried: bool = False
     """Whether particles first move by the velocity of the trajectory's line; the paper's do not."""
 
@@ -193,33 +191,23 @@ class ProductPF(TrajectoryPF):
 class CoastingPF(ProductPF):
     """`product_pf` with a straight line in place of principal axes, along which an occluded target is predicted.
 
-    A variant of M. Xue, G. Yuan, K. Xie 2011 made here, not of a paper. It is a preset of `product_pf`:
-    the velocity by least squares over ten frames (`velocity`, `k`); particles carried along it, so that
-    they need not spread so wide (`carried`, `radius`); an occluded target goes on along its line and is
-    not learned from (`coast`, `update`); eight bins, which 25 pixels can fill; and the frame itself, since
-    the high-pass removes the difference between a small target and bright cloud (`high_pass`). The values
-    were found on scenes made for the purpose and on seeds from 1000 on of the rebuilt scenes of that paper.
+    A variant of M. Xue, G. Yuan, K. Xie 2011 made here, not of a paper: a preset of `product_pf`. Velocity by
+    least squares over ten frames (`velocity`, `k`); particles carried along it, with a narrower spread
+    (`carried`, `radius`); an occluded target predicted along its line, without updates (`coast`, `update`);
+    eight bins, which 25 pixels can fill; and the frame itself, since the high-pass removes the difference
+    between a small target and bright cloud (`high_pass`). The values were found on scenes made for it and
+    on seeds from 1000 on of the rebuilt scenes of that paper.
     """
 
     source: ClassVar[str] = "after Xue, Yuan, Xie 2011"
 
     bins: int = Field(default=8, ge=2, le=256)
-    """Grey levels of the histogram."""
     high_pass: Literal["none", "ring", "full"] = "none"
-    """Picture of the histograms: the frame, or its difference from a predicted background."""
     particles: int = Field(default=60, ge=2, le=100_000)
-    """N."""
     k: int = Field(default=10, ge=3, le=100)
-    """Frames of the trajectory; until there are so many, grey levels count alone."""
     velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "least_squares"
-    """Likelihood by velocity: see `product_pf`."""
     carried: bool = True
-    """Whether particles first move by the velocity of the trajectory's line."""
     coast: bool = True
-    """Whether an occluded target goes on along the trajectory's line."""
     radius: Deviation = 5.0
-    """Radius of the particles' random walk, px."""
     sigma_grey: Ratio = 0.25
-    """sigma of eq. 5."""
     update: Literal["always", "seen", "never"] = "seen"
-    """When the reference is updated."""

@@ -7,13 +7,13 @@ from math import ceil, floor
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Frame
-from irtrack.features.background import BackgroundModel, GreyDensities, Region, local_foreground, peaks
+from irtrack.features.background import BackgroundModel, Region
+from irtrack.features.foreground import GreyDensities, local_foreground, peaks
 from irtrack.filters.association import Rules, Tracks, advance
-from irtrack.trackers.base import Deviation, Footage, Spread, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Spread, VisibilityMonitor, footage, start_window
 from irtrack.trackers.kalman import GatedKalman
 from irtrack.types import Estimate
 
@@ -50,19 +50,19 @@ class ChangeState:
     monitor: VisibilityMonitor
 
 
-class ChangeKalman(GatedKalman):
+class ChangeKalman(GatedKalman, MonitoredTracker):
     """Constant-velocity Kalman filters on the foreground before a learned background, one for each moving thing.
 
-    A variant of `kalman`, the baseline of J. Cheng et al. 2006, made here, not of a paper, for targets among
-    clutter and similar targets, with occlusion. It adds three things. The measurement: a background model is
-    learned and registered to each frame (`irtrack.features.background`), so that clutter at rest drops out,
-    however bright; a pixel is foreground if it differs from the model and has the target's grey levels, whose
-    histogram is Cheng's. Association: other moving things have filters of their own, and detections are
-    assigned among all of them (`irtrack.filters.association`). Occlusion: the visible part of a partly hidden
-    target lies off its centre, so its track coasts until the target is whole again.
+    A variant of `kalman`, the baseline of J. Cheng et al. 2006, made here, not of a paper, for occluded targets
+    among clutter and similar targets. Measurement: a background model is learned and registered to each
+    frame (`irtrack.features.background`), which removes clutter at rest; a pixel is foreground if it differs
+    from the model and has the target's grey levels, by Cheng's histogram. Association: other moving things
+    have filters of their own, and detections are assigned among all (`irtrack.filters.association`).
+    Occlusion: the visible part of a partly hidden target lies off its centre, so its track coasts until the
+    target is whole again.
 
-    It needs a background that keeps its form, a camera that may pan and shake but not roll or zoom, and
-    a target that moves against the background: a target at rest is distinguished by its grey levels alone.
+    It needs a background of constant form, a camera that does not roll or zoom, and a target that moves
+    against the background: one at rest is distinguished by its grey levels alone.
     """
 
     source: ClassVar[str] = "after Cheng, Zhou, Cai, Yang 2006 (baseline); Wren et al. 1997; Blackman, Popoli 1999"
@@ -80,9 +80,7 @@ class ChangeKalman(GatedKalman):
     company: bool = True
     """Whether other moving things are tracked, too; else every detection may be the target."""
     seen: Fraction = 0.5
-    """Share of the target's usual foreground that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
+    """Least foreground of a visible target, as a share of its usual foreground."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ChangeState:
         """Return a background model of the first frame but for the box, and the target's densities in the box."""

@@ -32,8 +32,7 @@ class ExternalTracker(TrackerPart):
     name: ClassVar[str]
 
     context: Annotated[float, Field(ge=0.2, le=20)] = 1.0
-    """Side of the box given to the program, in sides of the target: correlation filters need the surroundings of the
-    target (3 is usual)."""
+    """Side of the program's box in sides of the target: correlation filters need its surroundings (3 is usual)."""
     timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
     """Longest time of a step, s; a program that takes longer hangs."""
 
@@ -140,7 +139,7 @@ class Mosse(Peer):
 
 
 class Dlib(Peer):
-    """Correlation filter with scale, of dlib; it never says that it lost the target."""
+    """Correlation filter with scale, of dlib; it never reports a loss."""
 
     name: ClassVar[str] = "dlib"
     source: ClassVar[str] = "Danelljan, Hager, Khan, Felsberg 2014"

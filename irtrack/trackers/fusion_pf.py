@@ -18,7 +18,7 @@ from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
 from irtrack.features.window import Window
 from irtrack.filters.particle import Likelihood, covariance, equal_weights, ess, normalise, smc_step
 from irtrack.filters.resampling import RESAMPLERS, Resampling, Restoring, after_selection, largest_first
-from irtrack.trackers.base import DISTINCT, Footage, Spread, TrackerPart, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
@@ -105,7 +105,7 @@ class FusionState:
         return at[0], at[1], at[4] * width, at[5] * height
 
 
-class FusionWSPF(TrackerPart):
+class FusionWSPF(MonitoredTracker):
     """Particle filter with selected weights on grey levels and gradients, with redetection after occlusion.
 
     W. Li, H. Li, "Infrared target tracking based on optimized particle filter of multi-feature
@@ -113,19 +113,18 @@ class FusionWSPF(TrackerPart):
     choose the Np largest weights and estimate from them, resample those, update the model by eq. 13;
     while the target is hidden, mean shift with a wider bandwidth (section 4.2), then detection anew.
 
-    What the source leaves open or the print has lost, and what is chosen here: the noises of the
-    state; the kernel of eq. 4 (Epanechnikov's); orientations weighted by magnitude, over the whole
-    circle; sigma of eq. 12; the confidence of eq. 9 (three are offered); the form of eq. 13: the fused
-    coefficient passes rho_T, or that of the cue of greater confidence does; the update's rate; the
-    weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff is that
-    of all N particles, since over the Np kept it is always below Nth. Mean shift starts from the
-    estimate, on grey levels, and where the target is visible at its mode the particles move there.
-    Detection slides the model over the whole frame; the best place is taken where its coefficient
-    passes `accept`, else the filter goes on predicting and searches again in the next frame.
+    Chosen here, since the source leaves it open or the print has lost it: the noises of the state; the
+    kernel of eq. 4 (Epanechnikov's); orientations weighted by magnitude, over the whole circle; sigma of
+    eq. 12; the confidence of eq. 9 (three forms); eq. 13 (the fused coefficient, or that of the cue of
+    greater confidence, passes rho_T); the update's rate; the weights of particles set aside after
+    resampling (see `irtrack.filters.resampling`); Neff of all N particles, since over the Np kept it is
+    always below Nth. Mean shift starts from the estimate, on grey levels; where the target is visible at
+    its mode, the particles move there. Detection slides the model over the whole frame; the best place is
+    taken where its coefficient passes `accept`, else the search is repeated in the next frame.
 
-    The source counts a frame as unseen where no condition of eq. 13 holds. rho_T is the same for all
-    scenes, so that a target similar to its surroundings always passes: here the place must also pass
-    the threshold of this scene (see `irtrack.trackers.base.VisibilityMonitor`).
+    A frame is a miss where eq. 13 does not hold. rho_T is the same for all scenes, and a target similar to
+    its surroundings always passes, so the place must also pass the threshold of this scene (see
+    `irtrack.trackers.base.VisibilityMonitor`).
     """
 
     source: ClassVar[str] = "Li, Li 2014"
@@ -161,11 +160,10 @@ class FusionWSPF(TrackerPart):
     start_speed_sd: Spread = 2.0
     """Standard deviation of the speed of the first particles, and of those at a detected target, px/frame."""
     rho_t: Fraction | None = 0.86
-    """rho_T (section 4.2: 0.86); without a value, the scene's own threshold alone decides."""
+    """rho_T of eq. 13 (section 4.2: 0.86): least Bhattacharyya coefficient of a visible target with the model, fused
+    or of the leading cue, besides the threshold by `seen`; without a value that threshold alone."""
     update: Fraction = 0.05
     """Share of the estimate's cues that enters the model when eq. 13 holds; 0: the model stays."""
-    seen: Fraction = 0.5
-    """Share of the way from the ring's coefficient to the target's usual one that counts as visible."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
     """Misses in a row from which on mean shift is used (section 4.2: 2; the step list: 4)."""
     widening: Annotated[float, Field(ge=0, le=10)] = 2.0
@@ -175,8 +173,8 @@ class FusionWSPF(TrackerPart):
     redetect: bool = True
     """Whether a lost target is searched in the whole frame."""
     accept: Fraction | None = None
-    """Fused coefficient that a detection must pass; without a value, half way from the best false match
-    in the first frame to the target's usual one (the way is `seen`)."""
+    """Fused coefficient that a detection must pass; without a value, the share `seen` of the way from the best false
+    match in the first frame to the target's usual one."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> FusionState:
         """Return the model, and particles of equal weights at the box's centre."""

@@ -48,16 +48,14 @@ class GreyPF(GreyTracker):
     J. Infrared Millim. Waves 25(2), 2006. A step is the paper's section 2.3: resample, move by
     eq. 4, weigh by eq. 10, estimate by eq. 3; then the reference is updated by eq. 13.
 
-    What the paper leaves open, and what is chosen here: the values of R0, Rmin, Rmax, w_T, alpha;
-    the first particles (normal in place and speed); the scale of the kernel (eq. 6 says "size of the
-    target's area", section 3 calls (14, 10) the sizes; here half sizes); the grey range (fitted to
-    the first frame). None of these is tuned to a scene. On the shipped examples sky and ground a
-    narrower kernel and a slower update (kernel_scale 0.25, alpha 0.02) gave smaller errors: with half
-    sizes the kernel is still .61 at the window's corner, with quarters .14. That variant was measured
-    nowhere else. w_T is a value of rho of eq. 8; without a value the status' own threshold is taken
-    (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance, but U = R U0 with U0 standard normal
-    makes it a standard deviation, px. A histogram is taken at the whole pixel nearest to a particle.
-    The size stays that of the start box.
+    The paper leaves open, and here is chosen, not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
+    particles (normal in place and speed); the scale of the kernel (eq. 6 says "size of the target's area",
+    section 3 calls (14, 10) the sizes; here half sizes); the grey range (fitted to the first frame). On the
+    shipped sky and ground kernel_scale 0.25 and alpha 0.02 gave smaller errors: with half sizes the kernel
+    is still .61 at the window's corner, with quarters .14. w_T is a value of rho of eq. 8; without a value
+    the update follows the status (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance,
+    but U = R U0 with U0 standard normal makes it a standard deviation, px. A histogram is taken at the
+    nearest whole pixel. The size stays that of the start box.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006"

@@ -12,7 +12,7 @@ from pydantic import Field
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.centroid import centroid, contrast
-from irtrack.features.correlation import best_distractor, ncc, peak
+from irtrack.features.correlation import Patch
 from irtrack.features.histogram import LocalBackground, epanechnikov_kernel
 from irtrack.features.mean_shift import Bandwidth, bandwidth, kernel_histogram, mean_shift
 from irtrack.features.quantiser import Quantiser, fitted_range
@@ -22,6 +22,7 @@ from irtrack.filters.motion import constant_velocity, coordinated_turn, turn_noi
 from irtrack.trackers.base import (
     Deviation,
     Footage,
+    MonitoredTracker,
     Ratio,
     Spread,
     TrackerPart,
@@ -34,7 +35,7 @@ from irtrack.types import Estimate, Status
 BINS = 32
 """Grey levels of the mean shift's histogram: those of Cheng et al. 2006, section 3."""
 FASTEST_TURN = pi / 2
-"""rad/frame. A faster turn rate is noise: at a quarter turn a frame, left cannot be distinguished from right."""
+"""rad/frame. A faster turn rate is noise."""
 
 
 class GatedKalman(TrackerPart):
@@ -100,37 +101,29 @@ class GreyReference:
 class Target:
     """First frame's description of the target; each measurement uses its own part.
 
-    contrast              counts, for centroid
-    template, distractor  (rows, columns) counts and the best distractor's score, for ncc
-    grey                  for mean_shift
+    contrast  counts, for centroid;  patch  for ncc, with the window of both;  grey  for mean_shift
     """
 
     footage: Footage
     size: tuple[float, float]
-    window: Window
     contrast: float
-    template: Floats
-    distractor: float
+    patch: Patch
     grey: GreyReference
 
     @classmethod
     def of(cls, frame: Frame, box: Box) -> Target:
         """Return the description of a box; InputError where it does not meet the frame, or is none."""
         window, corner = start_window(frame, box)
-        patch, center = window.cut(frame.image, corner), (box.cx, box.cy)
-        template = patch.astype(np.float64)
-        left, top, around = region(frame.image, window, corner, (window.columns, window.rows))
-        levels = fitted_range(frame.image, patch, BINS)
+        pixels, center, reach = window.cut(frame.image, corner), (box.cx, box.cy), (window.columns, window.rows)
+        levels = fitted_range(frame.image, pixels, BINS)
         whole = Window.of(box)
         margin = (ceil(whole.columns / 2), ceil(whole.rows / 2))
         background = LocalBackground.of(whole, epanechnikov_kernel(whole), margin, levels)
         return cls(
             footage=footage(frame),
             size=(box.w, box.h),
-            window=window,
-            contrast=contrast(patch, around),
-            template=template,
-            distractor=best_distractor(ncc(around, template), (corner[0] - left, corner[1] - top), window),
+            contrast=contrast(pixels, region(frame.image, window, corner, reach)[2]),
+            patch=Patch.of(frame.image, window, corner, reach),
             grey=GreyReference(
                 levels=levels,
                 reference=kernel_histogram(frame.image, center, bandwidth(box), levels)[0],
@@ -155,7 +148,7 @@ Measured = tuple[tuple[float, float] | None, float | None, VisibilityMonitor]
 """Measured place, None where the target was not found; its score; the monitor after it."""
 
 
-class PositionFilter(GatedKalman):
+class PositionFilter(GatedKalman, MonitoredTracker):
     """Base of Gaussian filters with one of three measurements; without one in the gate, the prediction is kept."""
 
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
@@ -163,11 +156,6 @@ class PositionFilter(GatedKalman):
     patch, or the mode of similarity that mean shift reaches from the predicted place."""
     threshold: Fraction = 0.5
     """centroid: share of the target's first contrast that a pixel must pass."""
-    seen: Fraction = 0.5
-    """ncc: share of the way from the best distractor's score to the target's usual one that counts as visible;
-    mean_shift: from the local background's score."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without a measurement after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
         """Return the state at the box's centre, at rest within `start_speed_sd`."""
@@ -193,20 +181,20 @@ class PositionFilter(GatedKalman):
         target = state.target
         if self.measurement == "mean_shift":
             return self._mode(target.grey, state.monitor, image, mean)
-        window, corner = target.window, target.window.corner((float(mean[0]), float(mean[1])))
+        predicted = float(mean[0]), float(mean[1])
         gate = [ceil(min(sqrt(self.gate * v), max(image.shape))) for v in variance.tolist()]
         if self.measurement == "centroid":
             # At least twice the target's size, so that the region's median is the background's level.
+            window = target.patch.window
             reach = (max(gate[0], ceil(window.columns / 2)), max(gate[1], ceil(window.rows / 2)))
-            left, top, pixels = region(image, window, corner, reach)
+            left, top, pixels = region(image, window, window.corner(predicted), reach)
             found = centroid(pixels, target.contrast, self.threshold)
             if found is None:
                 return None, None, state.monitor.miss()
             return (left + found[0], top + found[1]), None, state.monitor.hit()
-        left, top, pixels = region(image, window, corner, (gate[0], gate[1]))
-        (x, y), score = peak(ncc(pixels, target.template))
-        monitor = state.monitor.after(score, target.distractor, self.seen)
-        return (window.center((left + x, top + y)) if monitor.misses == 0 else None), score, monitor
+        place, score = target.patch.search(image, predicted, (gate[0], gate[1]))
+        monitor = state.monitor.after(score, target.patch.distractor, self.seen)
+        return (place if monitor.misses == 0 else None), score, monitor
 
     def _mode(self, grey: GreyReference, monitor: VisibilityMonitor, image: Image, mean: Floats) -> Measured:
         modes = mean_shift(image, mean[None, :2], grey.h, grey.levels, grey.reference)
@@ -221,10 +209,9 @@ class PositionFilter(GatedKalman):
 class Kalman(PositionFilter):
     """Constant-velocity Kalman filter, measured by a centroid in a gate, by correlation, or by mean shift.
 
-    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), which leave everything
-    open but the name. Here: white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and
-    three measurements to choose from, since the measurement decides the filter's accuracy: a
-    centroid alone would be a straw man.
+    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), who only name it. Here:
+    white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and three measurements to choose
+    from, since the measurement decides the filter's accuracy.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
@@ -233,9 +220,8 @@ class Kalman(PositionFilter):
 class EKF(PositionFilter):
     """Extended Kalman filter of a target at constant speed with a wandering turn rate.
 
-    A baseline of J. Cheng et al. 2006, section 3, of which they give only the name. Here: the nearly
-    coordinated turn of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; the
-    measurements are those of `kalman`.
+    A baseline of J. Cheng et al. 2006, section 3, that they only name. Here: the nearly coordinated turn
+    of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; measured as `kalman`.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"

@@ -142,10 +142,9 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
     that Xue et al. print for their own filter are taken (sigma, update). The original works on the frame
     itself, and Xue's comparison with it is confounded by the high-pass: switch it on here as well.
 
-    A shifted particle is no draw from the motion model any more, and a weight by similarity alone
-    favours places that mean shift reaches. `corrected`: shifted particles are scattered by `jitter`, and
-    weighed by likelihood times the density that the motion model gives their place over that of the
-    shifted particles, both as mixtures over all particles.
+    A shifted particle is no draw from the motion model, and weights by similarity alone favour places that
+    mean shift reaches. `corrected`: shifted particles are scattered by `jitter`, and weighed by likelihood
+    times the motion model's density over that of the shifted particles, both as mixtures over all.
     """
 
     source: ClassVar[str] = "Wei, Zhao, Pan, Zhang 2008"

@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import Fraction
-from irsim.types import Box, Floats, Frame, Image
-from irtrack.features.correlation import best_distractor, ncc
+from irsim.types import Box, Floats, Frame
+from irtrack.features.correlation import Patch
 from irtrack.features.optical_flow import Picture, forward_backward, scale_change
 from irtrack.features.quantiser import Quantiser, fitted_range
-from irtrack.features.window import Window, region
-from irtrack.trackers.base import Footage, Ratio, TrackerPart, VisibilityMonitor, footage, start_window
+from irtrack.trackers.base import Footage, MonitoredTracker, Ratio, VisibilityMonitor, footage, start_window
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpticalFlowState:
-    """State: the last frame in 256 levels; center (2,) px; scale of the start size; velocity (2,) px/frame.
-
-    template, distractor: the first patch, and the best distractor's score near it.
-    """
+    """State: the first patch and the best distractor's score near it; the last frame in 256 levels; center (2,) px,
+    scale of the start size, velocity (2,) px/frame."""
 
     footage: Footage
     size: tuple[float, float]
-    window: Window
+    patch: Patch
     levels: Quantiser
-    template: Floats
-    distractor: float
     picture: Picture
     center: Floats
     scale: float
@@ -38,17 +33,16 @@ class OpticalFlowState:
     monitor: VisibilityMonitor
 
 
-class OpticalFlow(TrackerPart):
+class OpticalFlow(MonitoredTracker):
     """Median motion of a grid of points in the target's box, of those that return to their start.
 
-    The optical flow of J. Cheng et al. 2006, section 3, a baseline of which they give only the name.
-    Here: pyramidal Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the
-    medians of place and scale as in Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error:
-    Automatic Detection of Tracking Failures", ICPR 2010 ("median flow"). Points are set anew in each
-    frame, so that points that have slid off are dropped. The flow of noise has a median, too: the
-    target counts as visible where enough points return and the place matches the first patch (normalised
-    cross-correlation). While occluded, the box goes on with its last velocity, and flow starts from there.
-    Pictures are quantised to 256 levels of the first frame's range.
+    The optical flow of J. Cheng et al. 2006, section 3, a baseline that they only name. Here: pyramidal
+    Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the medians of place
+    and scale as in Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error: Automatic Detection of
+    Tracking Failures", ICPR 2010 ("median flow"). Points are set anew in each frame. The target is visible
+    where enough points return and the place matches the first patch (normalised cross-correlation). While
+    occluded, the box keeps its last velocity, and flow starts from there. Pictures are quantised to 256
+    levels of the first frame's range.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bouguet 2001; Kalal, Mikolajczyk, Matas 2010"
@@ -65,25 +59,16 @@ class OpticalFlow(TrackerPart):
     """Share of the points that must return within `error`."""
     scale: bool = False
     """Whether the box is scaled by the points' distances."""
-    seen: Annotated[float, Field(ge=0, le=1)] = 0.5
-    """Share of the way from the best distractor's score to the target's usual one that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> OpticalFlowState:
         """Return the state at the box's centre, at rest."""
         window, corner = start_window(frame, box)
-        patch = window.cut(frame.image, corner)
-        template = patch.astype(np.float64)
-        left, top, around = region(frame.image, window, corner, (window.columns, window.rows))
-        levels = fitted_range(frame.image, patch, 256)
+        levels = fitted_range(frame.image, window.cut(frame.image, corner), 256)
         return OpticalFlowState(
             footage=footage(frame),
             size=(box.w, box.h),
-            window=window,
+            patch=Patch.of(frame.image, window, corner, (window.columns, window.rows)),
             levels=levels,
-            template=template,
-            distractor=best_distractor(ncc(around, template), (corner[0] - left, corner[1] - top), window),
             picture=levels(frame.image).astype(np.uint8),
             center=np.array([box.cx, box.cy]),
             scale=1.0,
@@ -105,8 +90,9 @@ class OpticalFlow(TrackerPart):
         if good.any() and np.mean(errors <= self.error) >= self.agree:
             moves = after[good] - before[good]
             step = np.median(moves, axis=0)
-            score = self._match(state, frame.image, state.center + step)
-            monitor = state.monitor.after(score, state.distractor, self.seen)
+            x, y = (state.center + step).tolist()
+            _, score = state.patch.search(frame.image, (x, y), 1)
+            monitor = state.monitor.after(score, state.patch.distractor, self.seen)
             if monitor.misses == 0:
                 center, velocity = state.center + step, step
                 covariance = np.atleast_2d(np.cov(moves.T)) / len(moves) if len(moves) > 2 else None
@@ -128,9 +114,3 @@ class OpticalFlow(TrackerPart):
         along = (np.arange(self.points) + 0.5) / self.points - 0.5
         x, y = np.meshgrid(along * state.scale * state.size[0], along * state.scale * state.size[1])
         return state.center + np.stack([x.ravel(), y.ravel()], axis=1)
-
-    def _match(self, state: OpticalFlowState, image: Image, center: Floats) -> float:
-        """Return the best correlation with the first patch within a pixel of a place, clipped to the frame."""
-        corner = state.window.corner((float(center[0]), float(center[1])))
-        _, _, pixels = region(image, state.window, corner, 1)
-        return float(ncc(pixels, state.template).max())

@@ -16,9 +16,9 @@ from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import (
     Deviation,
     Footage,
+    MonitoredTracker,
     Ratio,
     Spread,
-    TrackerPart,
     VisibilityMonitor,
     footage,
     start_window,
@@ -68,21 +68,18 @@ class Observed(Likelihood):
     restart: Floats | None = None
 
 
-class SVDPF(TrackerPart):
+class SVDPF(MonitoredTracker):
     """Background suppressed by singular values, candidates in the residual, a particle filter's search window.
 
     L. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available:
-    SVD filtering gives candidates in each frame, a particle filter estimates the motion and gives a
-    search window, and the two are joined, so that a missed detection is predicted, and a wrong
-    prediction is corrected by candidates.
+    SVD filtering gives candidates in each frame, a particle filter predicts a search window, and the two
+    are joined, so that a missed detection is predicted, and candidates correct a wrong prediction.
 
-    All the rest is chosen here. Removed are the largest `components` singular values; without a value
-    their number maximises the target's z in the first frame, since a target that is large for its frame
-    is itself among the large ones. Candidates are maxima of the mean over the target's box, or over 3x3
-    px where z is larger by that, above `threshold` standard deviations. The window is `gate`
-    deviations of the predicted particles and half the box; of the candidates in it the highest is the
-    target. With none in it the particles are weighed by z at their places, as with the filter alone. With
-    none in it for `wrong_after` frames, the particles start anew at the highest in the frame.
+    The rest is chosen here. Candidates are maxima of z, the mean over the target's box (or over 3x3 px, if
+    z is larger) in standard deviations, above `threshold`. The highest in the window, `gate` deviations of
+    the predicted particles and half the box, is the target. Without one, the particles are weighed by z at
+    their places, as with the filter alone; after `wrong_after` such frames, they start anew at the highest
+    in the frame.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
@@ -91,7 +88,8 @@ class SVDPF(TrackerPart):
     """Both joined; the highest candidate of each frame alone; or the particle filter alone, which weighs
     by z itself (likelihood ratio of a known amplitude in normal noise, exp(A z - A^2 / 2))."""
     components: Annotated[int | None, Field(ge=0, le=50)] = None
-    """Number of largest singular values removed; 0: none; without a value, see above."""
+    """Number of largest singular values removed; without a value, the one with the target's largest z in the first
+    frame, since a target that is large for its frame is among them."""
     threshold: Ratio = 4.0
     """z of a candidate; of unit normal noise one of some 30,000 places passes 4."""
     particles: int = Field(default=100, ge=2, le=1_000_000)
@@ -111,9 +109,7 @@ class SVDPF(TrackerPart):
     wrong_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without a candidate in the window from which on the whole frame is searched."""
     seen: Fraction = 0.3
-    """Share of the way from the threshold to the target's usual z that counts as visible."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
+    """Least z of a visible target: the share of the way from `threshold` to the target's usual z."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> SVDPFState:
         """Return polarity and number of components by the first frame, and particles about the box's centre."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -102,16 +101,6 @@ def test_show_writes_videos(run: Run, folder: Path, ending: str) -> None:
     assert [capture.read()[0] for _ in range(3)] == [True, True, False]
 
 
-def test_show_applies_overrides_and_a_seed(run: Run, folder: Path) -> None:
-    def picture(*words: str) -> bytes:
-        done = run("show", "scene.yaml", *words, "-o", "sheet.png", cwd=folder)
-        assert done.returncode == 0, done.stderr
-        return (folder / "sheet.png").read_bytes()
-
-    assert picture() == picture("--seed", "3") == picture("targets.jet.path.speed=2.0")
-    assert len({picture(), picture("--seed", "4"), picture("targets.jet.path.speed=4")}) == 3
-
-
 def test_info_reports_damage(run: Run, folder: Path) -> None:
     path = folder / "scene.mcap"
     irsim.record(irsim.Rendering(irsim.loads(SMALL_SCENE)), path)
@@ -126,32 +115,8 @@ def test_info_reports_damage(run: Run, folder: Path) -> None:
     ]
 
 
-def test_info_of_a_cut_file_prints_the_recovery_command(run: Run, folder: Path) -> None:
-    path = folder / "a walk.mcap"
-    irsim.record(irsim.Rendering(irsim.loads(SMALL_SCENE)), path)
-    path.write_bytes(path.read_bytes()[:-500])
-    done = run("info", "a walk.mcap", cwd=folder)
-    assert done.returncode == 2
-    program, *words = shlex.split(done.stderr.partition("; ")[2].removesuffix(" keeps what is whole\n"))
-    assert program == "irsim"
-    done = run(*words, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert len(irsim.open_recording(folder / "NEW.mcap")) > 0
-
-
 @pytest.mark.parametrize("name", ["irsim", "irtrack"])
 def test_both_commands_print_their_version(folder: Path, name: str) -> None:
     script = Path(sys.executable).with_name(name)
     done = subprocess.run([script, "--version"], cwd=folder, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, f"{name} {irsim.__version__}\n")
-
-
-@pytest.mark.parametrize("command", ["noise", "fit"])
-def test_measuring_a_damaged_recording(command: str, run: Run, folder: Path) -> None:
-    data = bytearray(irsim.record(irsim.open_source(folder / "scene.yaml"), folder / "flip.mcap").read_bytes())
-    data[len(data) // 2] ^= 4
-    (folder / "flip.mcap").write_bytes(data)
-    done = run(command, "flip.mcap", cwd=folder)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("irsim: flip.mcap: damaged: ")
-    assert done.stderr.count("\n") == 1

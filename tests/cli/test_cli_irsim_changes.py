@@ -26,7 +26,7 @@ SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 24").replace(
 )
 
 
-@pytest.mark.parametrize("command", ["check", "info", "noise", "show", "render", "masks"])
+@pytest.mark.parametrize("command", ["check", "noise", "render"])
 def test_overrides_equal_changes_of_the_scenario(run: Run, tmp_path: Path, command: str) -> None:
     """--without adds to the parts that the scenario switches off."""
     changed = SHAKEN.replace("seed: 3", "seed: 4").replace("speed: 2", "speed: 1")
@@ -51,7 +51,7 @@ def output_of(run: Run, folder: Path, command: str, *words: str) -> object:
     return done.stdout, {path.name: path.read_bytes() for path in folder.rglob("*.png")}
 
 
-@pytest.mark.parametrize("command", ["check", "render", "sample"])
+@pytest.mark.parametrize("command", ["check", "render"])
 def test_overrides_without_effect_are_warned_of(run: Run, tmp_path: Path, command: str) -> None:
     """Except for the scenario's hash, the output does not change."""
     vary = "vary: {targets.jet.path.speed: {kind: uniform, low: 1, high: 3}}\n"
@@ -65,27 +65,6 @@ def test_overrides_without_effect_are_warned_of(run: Run, tmp_path: Path, comman
         [line for line in done.stdout.splitlines() if not line.startswith("scene hash ")] for done in (idle, plain)
     )
     assert said == without
-
-
-@pytest.mark.parametrize("command", ["check", "info", "masks"])
-def test_overrides_of_switched_off_parts_are_warned_of(run: Run, tmp_path: Path, command: str) -> None:
-    """A temperature beside `scr` has no effect; where the point is off, that is the reason given."""
-    point = SHAKEN.replace("temperature_k: 600", "scr: 9, area_m2: 1")
-    (tmp_path / "scene.yaml").write_text(point)
-    words = ["targets.jet.shape.temperature_k=400", "camera.netd_mk=30"]
-    on, off = (
-        run(command, "scene.yaml", *COMMANDS[command], *words, *more, cwd=tmp_path).stderr.splitlines()
-        for more in ([], ["--without", "jet"])
-    )
-    warned = "override targets.jet.shape.temperature_k: warning: "
-    assert [line.removeprefix(warned) for line in off if "override" in line] == ["its part is switched off"]
-    assert [line.split(",")[0] for line in on if "override" in line] == [f"{warned}does not count beside scr"]
-
-
-def test_check_without_a_part(run: Run, folder: Path) -> None:
-    (folder / "scene.yaml").write_text(SMALL_SCENE.replace("start: [10, 16]", "start: [1000, 16]"))
-    assert "jet" in run("check", "scene.yaml", cwd=folder).stderr
-    assert run("check", "scene.yaml", "--without", "jet", cwd=folder).stderr == ""
 
 
 def test_unknown_part_to_switch_off(run: Run, folder: Path) -> None:

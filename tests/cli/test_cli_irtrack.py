@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from bench_fakes import Strip, Walker
@@ -13,7 +12,6 @@ from command_line import Call
 
 import irsim
 import irtrack
-from irsim.render.frame import Renderer
 from irtrack.cli.output import print_run
 from irtrack.registry.table import TRACKERS
 
@@ -111,26 +109,6 @@ def test_run_writes_the_track(call: Call, tmp_path: Path) -> None:
     with (tmp_path / "track.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["cx"]) for row in rows] == [row["cx"] for row in frames]
-
-
-def test_a_run_draws_each_scene_once(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[int] = []
-    plain = Renderer.scene
-
-    def counted(self: Renderer, index: int) -> Any:
-        drawn.append(index)
-        return plain(self, index)
-
-    monkeypatch.setattr(Renderer, "scene", counted)
-    assert call("run", "kalman", "scene.yaml", "--json").status == 0
-    assert drawn[:2] == [0, 0]  # to find the start; then the frames with their truth
-    assert drawn[1:] == list(range(20))
-
-
-def test_a_parameter_of_infinity_is_still_one_document(call: Call) -> None:
-    answer = call("run", "mine:Reaching", "clip.mcap", "reach=.inf", "--json")
-    assert (answer.status, answer.err) == (0, "")
-    assert json.loads(answer.out)["config"]["parameters"] == {"reach": ".inf"}
 
 
 def test_run_from_a_given_box_has_no_scores(call: Call) -> None:

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import pytest
 import typer
-from command_line import Run
 
 from irsim.cli.app import app as irsim_app
-from irsim.cli.terminal import OPTIONS, in_options
 from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
@@ -78,38 +76,6 @@ def test_errors_of_the_library_name_arguments_not_options() -> None:
     assert not found
 
 
-@pytest.mark.parametrize("parameter", OPTIONS)
-def test_what_is_said_of_arguments_is_said_of_options_on_the_command_line(parameter: str) -> None:
-    """Each is an option of some command, as the reference of commands has it."""
-    option = in_options(f"give it ({parameter})").removeprefix("give it (").removesuffix(")")
-    assert option.split()[0].removeprefix("--") in re.findall(r"--([a-z]+)", (ROOT / "docs/commands.md").read_text())
-    assert in_options("import my_kinds first, if you trust it").startswith("--import my_kinds before the command")
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "there is no stop=None.mcap",
-        "a.png: there is no ./init=BOXES",
-        "nonstop=N is no key; allowed: frames",
-        "of region=X,Y,W,H.mcap nothing is left",
-        "there is no 'truth=CSV'; allowed: a file",
-        "stop=N: there is no key 'stop'; allowed: frames",
-        "camera.rate_hz=HZ is no number",
-    ],
-)
-def test_words_of_the_user_stay_as_they_are(line: str) -> None:
-    assert in_options(line) == line
-
-
-def test_a_parameter_that_ends_a_sentence_is_an_option_too() -> None:
-    assert in_options("no truth; give it by init=BOX.") == "no truth; give it by --init X,Y,W,H[@FRAME]."
-
-
-def test_a_file_called_like_a_parameter_keeps_its_name_in_an_error(tmp_path: Path, run: Run) -> None:
-    assert "--frames" not in run("info", "stop=None.mcap", cwd=tmp_path).stderr
-
-
 SWALLOWS = """\
 import os, signal, time
 import typer
@@ -131,7 +97,7 @@ run(app, "work")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, status: int) -> None:
     """As numpy does while it compares structured arrays."""
     program = SWALLOWS.replace("SIGNAL", name)

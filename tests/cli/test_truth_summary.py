@@ -70,11 +70,6 @@ def test_scr_quantiles_and_median_speed() -> None:
     assert jet.speed == pytest.approx(50)
 
 
-def test_unknown_truth_is_none() -> None:
-    (jet,) = summarize([Truth(0, 0.0, (seen(None),))], SIZE)
-    assert (jet.scr, jet.no_scr, jet.speed, jet.hidden) == (None, "unknown", None, ())
-
-
 def test_info_prints_decimal_numbers(tmp_path: Path) -> None:
     """3000 s and an SCR of hundreds, not 3e+03 s and 6e+02."""
     path = tmp_path / "scene.yaml"

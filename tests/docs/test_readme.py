@@ -63,10 +63,14 @@ def test_commands_and_code_of_documents_run(document: Path, tmp_path: Path, comm
             assert "warning: " not in done.stderr
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_calls_in_the_text_fit_their_signatures(document: Path) -> None:
+def quoted(path: Path) -> list[str]:
+    """Return the texts between back quotes outside of blocks."""
+    return re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", path.read_text()))
+
+
+def test_calls_in_the_text_fit_their_signatures() -> None:
     """Calls between back quotes fit; statements stand in blocks."""
-    for text in re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", document.read_text())):
+    for text in (text for path in DOCUMENTS for text in quoted(path)):
         with suppress(SyntaxError):  # no Python
             found = ast.parse(text)
             for called in calls(found, irsim) + calls(found, irtrack):
@@ -74,10 +78,10 @@ def test_calls_in_the_text_fit_their_signatures(document: Path) -> None:
                 bind(called)
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_links_lead_somewhere(document: Path) -> None:
-    links = re.findall(r"\]\((?!https?:)([^)#]+)\)", document.read_text())
-    assert not [link for link in links if not (document.parent / link).exists()]
+def test_links_lead_to_files() -> None:
+    for path in DOCUMENTS:
+        links = re.findall(r"\]\((?!https?:)([^)#]+)\)", path.read_text())
+        assert not [link for link in links if not (path.parent / link).exists()], path.name
 
 
 def test_the_readme_lists_every_document() -> None:
@@ -125,35 +129,18 @@ TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
 """Properties of a protocol: no names in Python."""
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
-def test_names_of_the_packages_exist(path: Path) -> None:
+def test_names_of_the_packages_exist() -> None:
     """Names between back quotes; pages for developers name modules, too."""
-    quoted = re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", path.read_text()))
-    names = {
-        name
-        for text in quoted
-        for name in re.findall(r"(?<![\w/.-])(?:irsim|irtrack)(?:\.[A-Za-z]\w*)+", text)
-        if not name.endswith((".db", ".html", ".json"))
-    }
-    inner = path.name in {"architecture.md", "CONTRIBUTING.md"}
-    for name in names - TRAX_PROPERTIES:
-        assert not isinstance(resolved(name), ModuleType) or inner or name in PUBLIC_MODULES, name
-
-
-REMOVED = (
-    "--blind",
-    "--display PICTURES",
-    "fit --display",
-    "two-process",
-    "test-further",
-    "irtrack sources",
-    "--bless",
-)
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_documents_name_nothing_that_was_removed(document: Path) -> None:
-    assert not [words for words in REMOVED if words in document.read_text()]
+    for path in DOCUMENTS:
+        names = {
+            name
+            for text in quoted(path)
+            for name in re.findall(r"(?<![\w/.-])(?:irsim|irtrack)(?:\.[A-Za-z]\w*)+", text)
+            if not name.endswith((".db", ".html", ".json"))
+        }
+        inner = path.name in {"architecture.md", "CONTRIBUTING.md"}
+        for name in names - TRAX_PROPERTIES:
+            assert not isinstance(resolved(name), ModuleType) or inner or name in PUBLIC_MODULES, (path.name, name)
 
 
 def test_documents_are_short() -> None:

@@ -24,7 +24,7 @@ from irtrack.features.trajectory import trajectory_similarity
 from irtrack.filters.particle import Weights
 
 ROOT = Path(__file__).parents[2]
-SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "bench" / "full_chain.yaml")]
+SCENES = ["entrant", str(ROOT / "tests" / "bench" / "full_chain.yaml")]
 RENDER = """
 import pickle, sys
 import irsim, irsim._native
@@ -39,13 +39,13 @@ def can_compile() -> bool:
 
 
 @pytest.mark.skipif(not can_compile() or bool(os.environ.get("IRSIM_PLAIN")), reason="no compiler, or not wanted")
-def test_what_can_be_compiled_is() -> None:
+def test_kernels_are_compiled_where_they_can_be() -> None:
     assert irsim._native.COMPILED
     assert irtrack._native.COMPILED
 
 
 def test_without_a_compiler_the_plain_loops_run(tmp_path: Path) -> None:
-    """What was compiled before is not taken for new."""
+    """Old binaries are removed."""
     shutil.copy(ROOT / "hatch_build.py", tmp_path)
     for package in ("irsim", "irtrack"):
         shutil.copytree(ROOT / package / "_native", tmp_path / package / "_native")
@@ -61,8 +61,8 @@ def test_without_a_compiler_the_plain_loops_run(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("_kernels*.so"))
 
 
-def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
-    """Arrays of columns, whole numbers and other floats, as somebody's own shape or tracker may give them."""
+def test_kernels_take_arrays_of_any_order_and_type() -> None:
+    """Arrays in column order, numpy integers and other floats, as a user's own tracker may give them."""
     level = np.zeros((40, 40), np.uint8)
     level[20:24, 10:14] = 200
     quantiser, h = full_range(8, 16), (4.0, 4.0)
@@ -80,14 +80,14 @@ def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
 
 
 @pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
-def test_what_was_compiled_of_other_source_is_told_and_not_used(tmp_path: Path) -> None:
+def test_a_kernel_of_other_source_is_warned_of_and_not_used(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="irsim._native was compiled of other source .*make install"):
         assert load("irsim._native", tmp_path) is None
 
 
 @pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
 def test_scenes_are_rendered_alike_by_both() -> None:
-    """Bodies' light may differ in its last digits, which turns a count where it is rounded."""
+    """The light of bodies may differ in its last digits, and so a rounded count by one."""
     done = subprocess.run(
         [sys.executable, "-c", RENDER, *SCENES], env={**os.environ, "IRSIM_PLAIN": "1"}, capture_output=True, check=True
     )

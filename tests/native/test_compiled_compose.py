@@ -1,9 +1,8 @@
-"""Sprites are laid and their clutter is measured by compiled code as by its plain twin."""
+"""Sprites drawn over an image, and their clutter: C kernels against their plain twins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,9 +14,6 @@ from irsim.geometry.sprite import Sprite
 from irsim.render import composite as compose
 from irsim.render import contrast
 from irsim.types import Box
-
-if COMPILED:
-    from irsim._native import kernels
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 
@@ -31,7 +27,7 @@ def picture(seed: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
     return np.random.default_rng(seed).uniform(1, 2, (HIGH, WIDE)).astype(np.float32)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), SIZE, SIZE, PLACE, PLACE)
 @example(1, 4, 5, 0, 0)
 @example(1, 4, 5, WIDE - 4, HIGH - 5)
@@ -54,7 +50,7 @@ def test_a_sprite_is_laid_alike(seed: int, wide: int, high: int, x: int, y: int)
     assert sums == pytest.approx(expected, rel=1e-12)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.floats(-60, 130),
@@ -83,33 +79,6 @@ def test_the_ratio_is_the_same(seed: int, cx: float, cy: float, w: float, h: flo
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
-def test_what_is_no_number_does_not_crash(bad: float) -> None:
+def test_boxes_that_are_no_numbers_do_not_crash(bad: float) -> None:
     for box in (Box(bad, 3.0, 4.0, 4.0), Box(3.0, 3.0, bad, 4.0), Box(bad, bad, bad, bad)):
         assert isinstance(contrast.scr(picture(0), box), float)
-
-
-def test_a_picture_of_no_numbers_has_no_ratio() -> None:
-    for bad in (math.nan, math.inf):
-        dark = np.full((HIGH, WIDE), bad, dtype=np.float32)
-        assert not math.isfinite(contrast.scr(dark, Box(30.0, 30.0, 4.0, 4.0)))
-
-
-def test_wrong_arrays_are_refused() -> None:
-    light, patch = picture(0), np.ones((3, 4))
-    lay: Callable[..., tuple[float, ...]] = kernels.lay
-    clutter: Callable[..., tuple[float, ...]] = kernels.clutter
-    right = [light, WIDE, patch, patch, 4, 0, 0]
-    assert lay(*right)[0] == 12
-    wrong = {1: 0, 2: np.ones((3, 3)), 3: np.ones(11), 4: 5, 5: 2**62, 6: -(2**62)}
-    for place, value in wrong.items():
-        with pytest.raises(ValueError, match="lay: its arrays do not agree"):
-            lay(*right[:place], value, *right[place + 1 :])
-    for columns, ring in ((0, 20.0), (WIDE + 1, 20.0), (WIDE, 3.0)):
-        with pytest.raises(ValueError, match="whole rows"):
-            clutter(light, columns, 1.0, 1.0, 1.0, 1.0, ring, 4.0)
-    for call in (lay, clutter):
-        with pytest.raises(TypeError):
-            call(light)
-    light.flags.writeable = False
-    with pytest.raises((TypeError, ValueError, BufferError)):
-        lay(*right)

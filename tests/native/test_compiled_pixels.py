@@ -19,7 +19,7 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud_drift import EvolvingCloud, integer_weights
 from irsim.backgrounds.cloud_evolution import CloudState
 from irsim.backgrounds.clouds import CloudShading
-from irsim.camera import ar1, response
+from irsim.camera import agc, ar1, response
 from irsim.camera import noise as noise_module
 from irsim.camera.ar1 import Ar1
 from irsim.camera.buffers import Int16Image, int16_image
@@ -28,36 +28,17 @@ from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.response import MAX_ADDED
 from irsim.camera.sensor import ElectronSensor, SensorSettings
 from irsim.geometry.projection import Geometry
-from irsim.rng import cell_means
 
 FIELDS = cloud_evolution.EvolvingFields(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
 
-def test_wrong_seed_or_table_is_refused() -> None:
-    seed, table, deep, refined = rng.kernel_arguments(1, "a")
-    out = np.zeros(8, np.float32)
-    for wrong in (
-        (seed[1:], table, deep, refined),
-        (seed, table[1:], deep, refined),
-        (seed, table, deep[1:], refined),
-        (seed, table, deep, -1),
-        (seed, table, deep, refined + 1),
-    ):
-        with pytest.raises(ValueError, match="wanted"):
-            kernels.add_normals(*wrong, out, 1.0)
-    with pytest.raises(TypeError):
-        kernels.add_normals(seed, table, deep, refined, out.astype(float), 1.0)
-    with pytest.raises(ValueError, match="read-only"):
-        kernels.add_normals(seed, table, deep, refined, cell_means(), 1.0)
-    assert not out.any()
-
-
+@settings(max_examples=30)
 @given(length=st.integers(0, 10_000), seed=st.integers(-(2**70), 2**70))
-@example(length=3_000_001, seed=1)
+@example(length=1_000_001, seed=1)
 def test_drawn_normals_equal_the_plain_ones(length: int, seed: int) -> None:
-    """Each of the 65,536 words occurs in the example."""
+    """The example has each of the 65,536 words."""
     found = np.zeros(length, np.float32)
     kernels.add_normals(*rng.kernel_arguments(seed, "a", 3), found, 1.0)
     np.testing.assert_array_equal(found, rng.normals((length,), seed, "a", 3), strict=True)
@@ -75,13 +56,11 @@ NOISES = [
 ]
 
 
+@settings(max_examples=60)
 @given(rows=st.integers(1, 90), columns=st.integers(1, 90), index=st.integers(0, 10**6), noise=st.sampled_from(NOISES))
-@example(rows=512, columns=640, index=77, noise=NOISES[0])
-@example(rows=512, columns=640, index=77, noise=NOISES[1])
-@example(rows=512, columns=640, index=76, noise=NOISES[2])
-@example(rows=512, columns=640, index=77, noise=NOISES[2])
-@example(rows=512, columns=640, index=77, noise=NOISES[4])
-def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int, index: int, noise: Noise) -> None:
+@example(rows=120, columns=160, index=77, noise=NOISES[1])
+@example(rows=120, columns=160, index=76, noise=NOISES[2])
+def test_noise_added_while_drawn_is_that_of_passes(rows: int, columns: int, index: int, noise: Noise) -> None:
     """To an ulp of what is added up."""
     light = np.random.default_rng(index).uniform(-1e3, 1.1 * RESPONSE.well, (rows, columns)).astype(np.float32)
     light.reshape(-1)[index % 7 :: 1501] = 150.0  # electrons, as in the dark
@@ -97,7 +76,7 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
     np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
 
 
-def test_states_are_as_far_out_as_words_reach() -> None:
+def test_states_are_clipped_to_16_bits() -> None:
     far, spread = np.full((3, 1000), 32_700, np.int16), 64.0  # beyond it in one number of seven
     drawn = rng.normals(far.shape, 1, "far")
     found = np.empty_like(far)
@@ -116,13 +95,13 @@ def drifting(side: int, seed: int) -> EvolvingCloud:
     return EvolvingCloud("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(
     size=st.tuples(st.integers(2, 90), st.integers(2, 90)),
     seed=st.integers(0, 5),
     times=st.lists(st.floats(0, 1e4), min_size=1, max_size=4),
 )
-@example(size=(640, 512), seed=1, times=[0.0, 3.77, 3.79])
+@example(size=(640, 512), seed=1, times=[3.77])
 def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: list[float]) -> None:
     side = 1024 if max(size) > 128 else 128
     layer, plain = drifting(side, seed), drifting(side, seed)
@@ -151,8 +130,8 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
-@pytest.mark.parametrize("time", [0.0, 3.77, 3.79, 1234.5])
-def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float) -> None:
+@pytest.mark.parametrize("time", [0.0, 3.77])
+def test_a_changing_layer_is_between_its_states(time: float) -> None:
     """Against plain sums in float64. Shares are rounded to 1/32768: what states differ by, here by all that they may,
     is off by as much at most, and by half a unit of words."""
     layer, (columns, rows) = drifting(128, 1), (90, 61)
@@ -188,21 +167,7 @@ def test_fields_are_mixed_as_by_passes(place: float, rows: tuple[int, int], colu
             np.testing.assert_array_equal(field, plain, strict=True)
 
 
-def test_fields_of_another_size_are_refused() -> None:
-    pair, out, places = np.ones((4, 4, 2), np.float32), np.zeros((3, 9), np.float32), (4, 1, 2)
-    kernels.mixed((1.0, 0.0, 2.0, 0.0), (1.0, 0.5), *places, out, out, pair, pair, pair, pair)
-    assert (out == 1.5).all()
-    with pytest.raises(ValueError, match="side"):
-        kernels.mixed((1.0,) * 4, (1.0, 0.5), *places, out, out, pair, pair, pair, pair[:3])
-    with pytest.raises(ValueError, match="one size"):
-        kernels.mixed((1.0,) * 4, (1.0, 0.5), *places, out, out[1:], pair, pair, pair, pair)
-    with pytest.raises(ValueError, match="from a row"):
-        kernels.mixed((1.0,) * 4, (1.0, 0.5), 4, -1, 2, out, out, pair, pair, pair, pair)
-    with pytest.raises(TypeError, match="tuple of 4"):
-        kernels.mixed((1.0,) * 3, (1.0, 0.5), *places, out, out, pair, pair, pair, pair)
-
-
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(
     size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
     seed=st.integers(0, 2**32 - 1),
@@ -226,37 +191,6 @@ def test_clouds_are_painted_as_by_passes(
             np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
 
 
-def test_clouds_of_another_size_are_refused() -> None:
-    look, one = CloudShading.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
-    other, out = one[1:], (np.empty_like(one), np.empty_like(one))
-    table = look.glow, 1.0, 1.0
-    kernels.cloud(one, one, None, 0.0, 1.0, 1.0, *table, *out)
-    for thickness, warmth, lit in ((other, one, one), (one, other, one), (one, one, other)):
-        with pytest.raises(ValueError, match="one size"):
-            kernels.cloud(thickness, warmth, lit, 0.0, 1.0, 1.0, *table, *out)
-    with pytest.raises(ValueError, match="table"):
-        kernels.cloud(one, one, one, 0.0, 1.0, 1.0, look.glow[1:], 1.0, 1.0, *out)
-    with pytest.raises(TypeError, match="array of f"):
-        kernels.cloud(one, one, one.astype(float), 0.0, 1.0, 1.0, *table, *out)
-
-
-EVEN = (16384, 0, 16384, 0)
-"""Shares of words, half of either state."""
-
-
-@pytest.mark.parametrize("shares", [(4097, 9175, 6010, 13486), (32768, 0, 0, 0), (0, 0, 0, 32768)])
-def test_pixels_of_a_veil_that_are_worked_out_at_once_are_what_each_is_alone(shares: tuple[int, int, int, int]) -> None:
-    states = rng.stream(2, 1).integers(-32768, 32768, (4, 6, 46)).astype(np.int16)
-    states[0, :, :9], states[1, :, 5:12], states[2, 2, 30:] = -32768, -32768, 32767
-    under, found, one, *air = rng.stream(2, 2).random((5, 5, 45)).astype(np.float32)
-    for airy in ([], air):
-        kernels.veil(under, *shares, 0.45, 2e-5, 5e-5, found, *states, *airy)
-        for i in range(45):
-            few = [picture[:, i : i + 1] for picture in (under, one, *airy)]
-            kernels.veil(few[0], *shares, 0.45, 2e-5, 5e-5, few[1], *states[:, :, i : i + 2], *few[2:])
-        np.testing.assert_array_equal(found, one)
-
-
 @pytest.mark.parametrize("word", [-32768, -1, 32767])
 def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
     """To the last digit but one, and where nothing passes nothing does."""
@@ -270,27 +204,7 @@ def test_an_even_veil_is_its_words_at_any_place(word: int) -> None:
         assert light[0, 0] == pytest.approx((word + 32768) / 65535, rel=3e-7, abs=0)
 
 
-def test_a_veil_of_another_size_is_refused() -> None:
-    state, light = np.full((5, 6), 2 - 32768, np.int16), np.ones((4, 5), np.float32)
-    kernels.veil(light, *EVEN, 0.0, 0.5, 0.5, light, state, state, state, state)
-    assert (light == 2).all()
-    with pytest.raises(ValueError, match="larger"):
-        kernels.veil(light, *EVEN, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
-    with pytest.raises(ValueError, match="as large"):
-        kernels.veil(light[1:], *EVEN, 0.0, 0.5, 0.5, light, state, state, state, state)
-    tau, path = np.full_like(light, 0.5), np.full_like(light, 4.0)
-    kernels.veil(light, *EVEN, 0.0, 0.5, 0.5, light, state, state, state, state, tau, path)
-    assert (light == (2 - 4) * 1 + 0.5 * 1 + 4).all()
-    for air in ((light[1:], light), (light, light[:, 1:])):
-        with pytest.raises(ValueError, match="as large"):
-            kernels.veil(light, *EVEN, 0.0, 0.5, 0.5, light, state, state, state, state, *air)
-    with pytest.raises(TypeError, match="int16"):
-        kernels.moved(*EVEN, 0.0, 0.5, light, state, state.view(np.uint16))
-    for shares in ((16384, 0, 16384, 1), (32769, -1, 0, 0), (0, 0, 0, 65536)):
-        with pytest.raises(ValueError, match="32768"):
-            kernels.moved(*shares, 0.0, 0.5, light, state, state)
-
-
+@settings(max_examples=60)
 @given(
     values=st.lists(
         st.floats(-1e9, 1e9, width=32, allow_subnormal=False) | st.sampled_from([0.0, 214.0, 642.0]),
@@ -321,39 +235,11 @@ def test_counts_are_those_of_passes(
         np.testing.assert_array_equal(out, wanted, strict=True)
 
 
-@pytest.mark.parametrize("patterns", range(MAX_ADDED + 2))
-def test_lines_are_counted_over_every_block(patterns: int) -> None:
-    down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
-    signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.int16)
-    detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    counts = detector.counts(signal, None, [Int16Image(one, 2.0)] * patterns, (down, across))
-    np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
-
-
-def test_what_is_added_counts_by_its_weight_over_every_block() -> None:
-    signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.int16).reshape(7, 400)
-    detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    added = [Int16Image(pattern, 2.0), Int16Image(pattern, 3.0)]
-    np.testing.assert_array_equal(detector.counts(signal, added=added), 5 + 5 * pattern)
-
-
-def test_nothing_told_is_count_0() -> None:
+def test_a_signal_of_nan_is_count_0() -> None:
     assert RESPONSE.counts(np.full((2, 20), np.nan, np.float32)).max() == 0
 
 
-def test_what_is_no_word_is_refused() -> None:
-    numbers, states, out = np.zeros(40, np.float32), np.zeros(40, np.int16), np.ones(40, np.uint16)
-    with pytest.raises(TypeError, match="an array of h"):
-        kernels.counts_of(numbers, out, 1.0, 0.0, 255, False, None, None, numbers, 1.0)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="an array of h"):
-        kernels.signal_of(numbers, numbers, 1.0, 0.0, 0.0, 1.0, numbers, 1.0)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="an array of h"):
-        kernels.bridge(*rng.kernel_arguments(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="ambiguous"):
-        kernels.counts_of(numbers, out, 1.0, 0.0, 255, numbers, None, None)  # type: ignore[arg-type]
-    assert out.all()
-
-
+@settings(max_examples=60)
 @given(
     values=st.lists(st.floats(-0.125, 1e6, width=32, allow_subnormal=False), min_size=1, max_size=99),
     root=st.sampled_from([0.0, RESPONSE.root]),
@@ -377,8 +263,27 @@ def test_the_signal_is_that_of_passes(
         np.testing.assert_allclose(found, plain * (1 + gain.to_float()), rtol=4.8e-7)
 
 
-def test_what_dark_pixels_give_has_no_gain_and_a_well_is_full_after_it() -> None:
+def test_dark_signal_has_no_gain_and_the_well_limits() -> None:
     detector = replace(RESPONSE, root=0.0, linear=2.0, zero=100.0)
     light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Int16Image(np.full((1, 3), 2, np.int16), 0.25)
     np.testing.assert_array_equal(detector.signal(light, gain=gain), [[100, 250, 1600]])
     np.testing.assert_array_equal(detector.signal(light, gain=gain, most=300.0), [[100, 250, 300]])
+
+
+@settings(max_examples=40)
+@given(
+    rows=st.integers(0, 40),
+    columns=st.integers(0, 40),
+    bits=st.sampled_from([8, 14, 16]),
+    deepest=st.integers(0, 2**16 - 1),
+    seed=st.integers(0, 99),
+)
+@example(rows=99, columns=333, bits=14, deepest=0, seed=1)
+def test_a_histogram_is_that_of_numpy(rows: int, columns: int, bits: int, deepest: int, seed: int) -> None:
+    """Of counts within their depth and beyond it, and of every other column of a picture."""
+    counts = np.random.default_rng(seed).integers(0, deepest, (rows, columns), np.uint16, endpoint=True)
+    for each in (counts, counts[:, ::2]):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(agc, "COMPILED", False)
+            wanted = agc.histogram(each, bits)
+        np.testing.assert_array_equal(agc.histogram(each, bits), wanted, strict=True)

@@ -6,13 +6,11 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import irsim
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
-real = pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")
 
 
 def real_counts(name: str) -> Floats:

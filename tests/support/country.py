@@ -22,3 +22,10 @@ def view_direction(
     return ViewDirection(
         0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn, float))), place=place
     )
+
+
+def view_at(
+    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> ViewDirection:
+    """Return the view at a time, s, of a camera that stays in its first place."""
+    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))

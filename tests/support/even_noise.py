@@ -1,4 +1,4 @@
-"""The detector's own noise on an even picture, for the tests of what is measured."""
+"""Noise of the camera on a uniform picture."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNTOUCHED = 2**16 - 1
 
 
 def effect(noise: Noise, frame_context: FrameContext, response: Response, level: float) -> Floats:
-    """What a noise makes of an even picture, less that picture, in units of NETD, (rows, cols) float64."""
+    """Return the effect of a noise on a uniform picture, NETD, (rows, cols) float64."""
     signal = np.full(frame_context.shape, level, np.float32)
     gains = noise.gain_deviation(frame_context)
     if gains is not None:
@@ -32,7 +32,7 @@ def effect(noise: Noise, frame_context: FrameContext, response: Response, level:
 
 
 def add(noise: Noise, signal: Floats, frame_context: FrameContext, response: Response) -> None:
-    """Add to a signal, (rows, cols) float32, all that a noise has to add."""
+    """Add the noise to a signal, (rows, cols) float32."""
     lines, steady = noise.line_noise(frame_context), noise.fixed_pattern(frame_context)
     noise.draw_electrons(signal, response, frame_context, 0.0)
     add_temporal_noise(signal, noise.temporal_sigma(frame_context) * response.noise, frame_context)
@@ -44,7 +44,7 @@ def add(noise: Noise, signal: Floats, frame_context: FrameContext, response: Res
 
 
 def pattern(noise: Noise, frame_context: FrameContext) -> Floats:
-    """All that a noise adds whatever the light, (rows, cols) float32 in units of NETD."""
+    """Return the noise that does not depend on the light, NETD, (rows, cols) float32."""
     sum_of_all = np.zeros(frame_context.shape, np.float32)
     add(
         noise,
@@ -56,8 +56,8 @@ def pattern(noise: Noise, frame_context: FrameContext) -> Floats:
 
 
 def rendered(seed: int, shape: tuple[int, int, int], *noises: dict[str, Any]) -> Floats:
-    """(T, rows, columns) of the detector's own noise terms on an even picture; NETD is 10. Each is drawn alone, by a
-    seed of its own: in a scene their grain is one."""
+    """Return noise terms on a uniform picture, (frames, rows, columns); the NETD is 10. Each has its own seed, as white
+    noise of all terms has one address."""
     frames = np.full(shape, 1000.0, np.float32)
     response = ElectronSensor().response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0)))
     for number, given in enumerate(noises):

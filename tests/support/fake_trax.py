@@ -1,4 +1,4 @@
-"""A TraX tracker that knows nothing of irtrack: it follows the brightest pixel, and misbehaves as its first word says.
+"""A TraX tracker without irtrack: it follows the brightest pixel, and misbehaves by its mode.
 
 Run as `python fake_trax.py MODE AT [hello's KEY=VALUE...]`. Wants pictures from memory.
 """
@@ -14,21 +14,14 @@ from pathlib import Path
 
 ANSWERS = {
     "nan": '@@TRAX:state "nan,2,3,4"',
-    "inf": '@@TRAX:state "1,2,inf,4"',
     "flat": '@@TRAX:state "1,2,0,4"',
     "words": '@@TRAX:state "somewhere left"',
-    "ellipse": '@@TRAX:state "ellipse:10,10,3,4,0.5"',
-    "odd": '@@TRAX:state "1,2,3,4,5"',
-    "mask": '@@TRAX:state "mask:1,2,3,4,5,99"',
-    "none": "@@TRAX:state",
     "several": '@@TRAX:state "1,2,3,4" "5,6,7,8"',
     "unclosed": '@@TRAX:state "1,2,3,4',
     "sure": '@@TRAX:state "1,2,3,4" "confidence=very"',
-    "unsure": '@@TRAX:state "1,2,3,4" "confidence=nan"',
     "hello": "@@TRAX:hello",
     "quit": '@@TRAX:quit "trax.reason=no more\\nluck"',
     "special": '@@TRAX:state "0"',
-    "gone": '@@TRAX:state "mask:0,0,64,48"',
     "twice": '@@TRAX:state "1,2,3,4"\n@@TRAX:state "1,2,3,4"',
 }
 
@@ -75,9 +68,6 @@ def main(mode: str, at: int, hello: list[str]) -> None:
         column, row = place(pictures[0])
         answer = f'@@TRAX:state "{column - (w - 1) / 2},{row - (h - 1) / 2},{w},{h}" "confidence={os.getpid()}"'
         if frame >= at:
-            if mode == "die":
-                print("out of luck", file=sys.stderr, flush=True)
-                os._exit(3)
             if mode == "hang":
                 time.sleep(600)
             if mode == "flood":

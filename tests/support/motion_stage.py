@@ -1,4 +1,4 @@
-"""A stage with another target, and paths on it."""
+"""Scene context with another target, and paths in it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from irsim.motion import PATHS, Path, SceneMotion
 from irsim.types import Floats
 
 GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
+RATE = 30.0
+"""Frames per second."""
 LEADER: dict[str, Any] = {"kind": "weave", "start": [20, 40], "speed": 1.0, "amplitude_px": 5.0, "heading_deg": 20.0}
 
 
 def context(seed: int = 0) -> SceneContext:
-    """With one other target, `leader`, that the paths under test may refer to."""
-    return SceneContext(seed, GEOMETRY, 30.0, "mwir", 0.6, SceneMotion({"leader": path(**LEADER)}, ()))
+    """Return a context with one target, `leader`, to which paths may refer."""
+    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, SceneMotion({"leader": path(**LEADER)}, ()))
 
 
 def path(**keys: Any) -> Path:
@@ -27,11 +29,13 @@ def path(**keys: Any) -> Path:
     return value
 
 
-def pixels(value: Path, frames: npt.ArrayLike, seed: int = 0) -> Floats:
-    return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), context(seed), "jet"))
+def world(value: Path, frames: npt.ArrayLike, scene: SceneContext) -> Floats:
+    """Return positions (n, 3) m: east, north, up."""
+    found = value.positions(np.asarray(frames, dtype=float), scene, "jet")
+    return np.asarray(found @ np.stack(level_axes(), axis=-1))
 
 
 def level_axes() -> tuple[Floats, Floats, Floats]:
-    """East, north and up in the first camera frame: it is lifted by 0.1 rad about the axis to its right."""
+    """Return east, north and up in the first camera frame, which is lifted by 0.1 rad."""
     c, s = np.cos(0.1), np.sin(0.1)
     return np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, -c, s])

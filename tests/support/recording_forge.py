@@ -8,8 +8,8 @@ from pathlib import Path
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from recording_fakes import Noise
 
-from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, _digest
+from irsim.recording.mcap_writer import Compression, McapWriter, Message
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, TRUTH_DESCRIPTOR, encode_image, encode_truth, to_ns
 from irsim.recording.writer import header_of
 
@@ -35,7 +35,7 @@ def forge(
 ) -> Path:
     """A recording of one frame; `header` and `contents` change single texts of the metadata."""
     with path.open("wb") as file:
-        writer = ChunkWriter(file, compression)
+        writer = McapWriter(file, compression)
         writer.metadata("irsim", resealed(header_of(SOURCE).to_record(), header))
         if scenario is not None:
             writer.attachment(SCENARIO, "application/yaml", scenario)

@@ -1,19 +1,17 @@
-"""Intervals of irsim.calibration hold the true value at the stated rate, over many recordings of the camera presets."""
+"""Intervals of irsim.calibration hold the true value in 95 % of many recordings of the camera presets."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
-from calibration_clips import noise_frames, real, real_counts, rendered
+from calibration_clips import noise_frames, rendered
 from intervals import held
 
 import irsim
-from irsim.calibration import CLASSES, Estimate, NoiseReport, compare_texture, measure_noise, texture_figures
+from irsim.calibration import CLASSES, NoiseReport, compare_texture, measure_noise, texture_figures
 from irsim.calibration.background import background_pictures
 from irsim.calibration.fit import fit
 from irsim.config.yaml_text import read_yaml
@@ -67,28 +65,6 @@ def test_rendered_and_fitted_again_the_figures_agree(preset: str, spread: str) -
         if not name.startswith(("flaws.", "rows.", "columns.")):
             assert found.low <= again[name].high, name
             assert again[name].low <= found.high, name
-
-
-@real
-@pytest.mark.parametrize(
-    ("name", "rate_hz", "bits", "ranges"),
-    [
-        ("raw14_lwir", 30.0, 14, {"pixel": (0.6, 0.7), "row": (0, 0.25), "column": (0.03, 0.2), "noise": (1.6, 1.8)}),
-        ("raw14_mwir", 30.0, 14, {"pixel": (14, 18), "column": (1.5, 4.3), "even_rows": (-52, -26)}),
-        ("raw16_lepton", 9.0, 16, {"pixel": (2, 6.4), "column": (-0.1, 1.4), "row": (0.4, 1.3), "noise": (1.4, 3.5)}),
-    ],
-)
-def test_fits_of_real_sensors(
-    name: str, rate_hz: float, bits: int, ranges: dict[str, tuple[float, float]], tmp_path: Path
-) -> None:
-    """The data's README: pixel, column, row .66, .14, .20 (LWIR); 16, 3, 52 (MWIR); 4, 1, 1 (Lepton)."""
-    for k, image in enumerate(real_counts(name)):
-        cv2.imwrite(str(tmp_path / f"{k:04}.png"), image)
-    found = fit(irsim.import_frames(tmp_path, tmp_path / "real.mcap", rate_hz=rate_hz, bits=bits))
-    for figure, (low, high) in ranges.items():
-        estimate: Estimate = getattr(found.figures, figure)
-        assert low <= estimate.value <= high, figure
-    assert found.scenario.frames == len(real_counts(name))
 
 
 @pytest.mark.parametrize("name", [name for name, like in CLAIMS.items() if like])

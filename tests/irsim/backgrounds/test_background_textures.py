@@ -11,22 +11,15 @@ import pytest
 from country import context, view_direction
 
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.ground_texture import SOFT_PX, softened_psf
 from irsim.backgrounds.panorama import ROOM, Panorama, PanoramaGrid
 from irsim.backgrounds.texture import (
     PeriodicTexture,
     blurred,
-    coarseness,
     enlarged,
-    periodic_gaussian,
-    shrunk,
     tile_shape,
 )
-from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import spectral
 from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
-from irsim.physics.diffraction import LensPSF
 from irsim.physics.lens import Lens
 from irsim.physics.psf import PSF, GaussianPSF
 from irsim.render.frame import Renderer
@@ -35,21 +28,7 @@ from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
 
-@pytest.mark.parametrize(
-    ("frame", "shape"),
-    [
-        ((640, 512), (1024, 1024)),
-        ((1280, 720), (2048, 2048)),
-        ((4096, 3000), (4096, 4096)),
-        ((4096, 16), (1024, 4096)),
-        ((16, 3000), (4096, 1024)),
-    ],
-)
-def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple[int, int]) -> None:
-    assert tile_shape(frame) == shape
-
-
-@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.2, 0.0), (0.0, 0.0, 1.2), (0.0, 0.0, np.pi / 2)])
+@pytest.mark.parametrize("turn", [(0.3, -0.2, 0.0), (0.0, 0.0, np.pi / 2)])
 def test_a_rotated_strip_samples_its_texture(turn: tuple[float, float, float]) -> None:
     scene = context(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
@@ -59,10 +38,9 @@ def test_a_rotated_strip_samples_its_texture(turn: tuple[float, float, float]) -
     assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
 
 
-@pytest.mark.parametrize("size", [(640, 512), (2500, 16), (16, 2500)])
-@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(("size", "axis"), [((640, 512), 0), ((640, 512), 1), ((2500, 16), 1)])
 def test_a_drifting_texture_has_no_seam(size: tuple[int, int], axis: int) -> None:
-    """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
+    """The outermost nodes of the chart lie right of the texture's edge, the outermost pixels left of it."""
     texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
     tile, chart = PeriodicTexture.of(texture, size, GaussianPSF(0.5)), view_direction(context(size=size)).chart
     shift = [0.0, 0.0]
@@ -73,25 +51,13 @@ def test_a_drifting_texture_has_no_seam(size: tuple[int, int], axis: int) -> Non
 
 
 def _wrapped(tile: PeriodicTexture, chart: Chart, shift: tuple[float, float]) -> Floats:
-    """The texture where each pixel sees it, wrapped by whole numbers."""
+    """Return the texture at each pixel, wrapped by whole periods."""
     soft = tile.padded[: tile.shape[0], : tile.shape[1]]
     columns, rows = (
         np.mod(chart.at_pixels(at - by + phase), period).astype(np.float32)
         for at, by, phase, period in zip(chart.uv, shift, tile.phase, tile.shape[::-1], strict=True)
     )
     return np.asarray(cv2.remap(np.pad(soft, (0, 1), mode="wrap"), columns, rows, cv2.INTER_LINEAR))
-
-
-@pytest.mark.parametrize("sigma_px", [5.0, 10.0, 23.0, 60.0])
-def test_reduction_of_a_blurred_picture_is_reversible(sigma_px: float) -> None:
-    """Across its edges, too: it is rolled by an odd number of pixels first."""
-    picture = np.roll(spectral((256, 256), 3.0, None, 60.0, 1.0, 4, "t"), (37, 91), axis=(0, 1))
-    wanted, coarse = periodic_gaussian(picture, sigma_px), coarseness(sigma_px, 256)
-    whole = slice(0, 256)
-    found = enlarged(periodic_gaussian(shrunk(picture, coarse), sigma_px / coarse), coarse, whole, whole)
-    assert found.shape == picture.shape
-    assert np.abs(found - wanted).max() < 0.015 * np.ptp(wanted)
-    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.02 * wanted.std()
 
 
 @pytest.mark.parametrize("coarse", [1, 2, 8])
@@ -115,10 +81,9 @@ DEFOCUS = "psf_px: 0, optics: {f_number: 4, pitch_um: 15, defocus_px: 4}"
 SHARP = "psf_px: 0.3, optics: {f_number: 1, pitch_um: 15}"
 
 GROUND = "-1 ground, beta: 0"
-CARPET = "-20 ground, beta: 0, height_m: 300"
+PLANE = "-20 ground, beta: 0, height_m: 300"
 CLOUDS = "5 sky, horizon_k: 250, zenith_k: 250, clouds: [{beta: 0, stretch: 1}]"
 EVOLVING = "5 sky, horizon_k: 250, zenith_k: 250, clouds: [{beta: 0, stretch: 1, evolve_s: 100}]"
-COUNTRY = "-12 landscape, betas: [1, 1]"
 SEA = "-12 sea, wind_m_s: 8"
 
 
@@ -132,7 +97,6 @@ def scene(background: str, optics: str, seed: int) -> Scenario:
 
 @lru_cache
 def power(background: str, optics: str) -> Floats:
-    """Over all seeds."""
     window, total = np.hanning(SIDE), np.zeros((SIDE, SIDE))
     for seed in range(SEEDS):
         light = Renderer(scene(background, optics, seed)).scene(0)[0].astype(np.float64)
@@ -142,16 +106,10 @@ def power(background: str, optics: str) -> Floats:
 
 @pytest.mark.parametrize(
     ("background", "optics"),
-    [
-        (GROUND, GAUSSIAN),
-        (CLOUDS, DIFFRACTION),
-        (EVOLVING, SHARP),
-        *((kind, DEFOCUS) for kind in (CARPET, COUNTRY, SEA)),
-    ],
+    [(GROUND, GAUSSIAN), (CLOUDS, DIFFRACTION), (EVOLVING, SHARP), (PLANE, DEFOCUS), (SEA, DEFOCUS)],
 )
 def test_a_background_has_the_transfer_function_of_the_lens(background: str, optics: str) -> None:
-    """By the ratio of power with and without a lens; of kinds that are blurred by the transform of what repeats, by
-    a kernel once, and in each frame."""
+    """By the ratio of power with and without a lens, for each way of blurring."""
     seen, bare = (power(background, how) for how in (optics, "psf_px: 0"))
     frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE))
     rings = [np.abs(frequency - mark) < 0.006 for mark in MARKS]
@@ -160,20 +118,8 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
     np.testing.assert_allclose(found, expected, atol=0.02)
 
 
-@pytest.mark.parametrize("psf", [GaussianPSF(1.1), Lens().psf("lwir", 0.2), LensPSF(((3.0, 1.0),), 4.0)])
-def test_otf_is_the_transform_of_the_pixel_integral(psf: PSF) -> None:
-    """These pass nothing of what a row of pixels takes for something else: a cycle a px less a few tenths."""
-    places = np.arange(-psf.support_px, psf.support_px + 1.0)
-    shares = psf.pixel_integral(places, places)
-    for down, across in ((0.0, 0.05), (0.1, 0.1), (0.2, 0.0), (0.05, 0.3)):
-        waves = np.outer(np.cos(2 * np.pi * down * places), np.cos(2 * np.pi * across * places))
-        pixel = np.sinc(down) * np.sinc(across)  # sin(pi f) / (pi f)
-        expected = psf.otf(np.array([down]), np.array([across]))[0] * pixel
-        assert (shares * waves).sum() == pytest.approx(expected, abs=0.005)
-
-
 def target_edge(psf: PSF, left: float) -> Floats:
-    """The row of pixels 0 .. 399 that crosses the edge of a half-plane from `left` on."""
+    """Return the pixels 0 .. 399 of a row across the edge of a half-plane to the right of `left`."""
     corners = np.array([[1000.0, -300.0], [1000.0, 700.0], [left, 700.0], [left, -300.0]])
     box = Box.from_edges(left, -300.0, 1000.0, 700.0)
     edges = corners, np.roll(corners, -1, axis=0), np.zeros(4, np.int64)
@@ -187,17 +133,14 @@ def target_edge(psf: PSF, left: float) -> Floats:
     [
         (GaussianPSF(1.2), 0.015),
         (Lens(defocus_px=4.0).psf("lwir", 0.2), 0.01),
-        # So sharp that it matters what a pixel's mean does not tell: where within the pixel the edge lies.
-        (GaussianPSF(0.6), 0.06),
-        (Lens(f_number=2.0).psf("mwir", 0.3), 0.05),
+        (Lens(f_number=2.0).psf("mwir", 0.3), 0.05),  # so sharp that the place of the edge within its pixel matters
     ],
 )
-@pytest.mark.parametrize("left", [200.5, 200.75])
-def test_background_edges_are_as_soft_as_target_edges(psf: PSF, tolerance: float, left: float) -> None:
-    cover = np.clip(np.arange(400) + 0.5 - left, 0, 1).astype(np.float32)
+def test_background_edges_are_as_soft_as_target_edges(psf: PSF, tolerance: float) -> None:
+    cover = np.clip(np.arange(400) + 0.5 - 200.75, 0, 1).astype(np.float32)
     found = blurred(np.tile(cover, (400, 1)), psf)[200]
     inside = slice(100, 300)
-    np.testing.assert_allclose(found[inside], target_edge(psf, left)[inside], atol=tolerance)
+    np.testing.assert_allclose(found[inside], target_edge(psf, 200.75)[inside], atol=tolerance)
 
 
 def test_wings_end_beyond_a_panorama() -> None:
@@ -207,13 +150,3 @@ def test_wings_end_beyond_a_panorama() -> None:
     panorama = Panorama.on(sheet, picture, psf)
     assert np.abs(panorama.padded[[0, -1]]).max() < 1e-5
     assert panorama.padded[round(-panorama.top)].min() > 0.6  # row 0 of the map
-
-
-def test_moving_ground_has_a_least_blur() -> None:
-    geometry = Geometry((64, 48), 1e-3, -0.3)
-    soft, sharp = Lens().psf("lwir", 0.0), Lens(f_number=1.0).psf("mwir", 0.0)
-    assert softened_psf(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
-    assert softened_psf(SceneContext(1, geometry, 30.0, "mwir", 0.2)) == GaussianPSF(SOFT_PX)
-    widened = softened_psf(SceneContext(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
-    at_half = np.array([0.5])
-    assert widened.otf(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
-from irsim.backgrounds import Ground, ViewDirection
+from irsim.backgrounds import ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.clouds import Clouds
 from irsim.backgrounds.sky import ClearSky
 from irsim.backgrounds.texture import MARGIN
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import power_law
-from irsim.physics.radiometry import radiance, temperature
+from irsim.physics.radiometry import temperature
 
 ROUNDED = cv2.__version__.startswith("4.")
-"""OpenCV 4 looks textures up at places rounded to 1/32 px, OpenCV 5 at the places asked for."""
+"""OpenCV 4 rounds the places of a look-up to 1/32 px, OpenCV 5 does not."""
 
 
 def context(
@@ -37,7 +35,7 @@ def view_direction(
 
 @pytest.mark.parametrize(
     ("field_deg", "elevation_deg", "bound_px"),
-    [(2, 0, 1e-3), (20, 30, 1e-3), (20, -60, 1e-3), (10, 70, 1e-3), (50, 30, 0.01), (35, 60, 0.01), (60, 45, 0.05)],
+    [(2, 0, 1e-3), (20, -60, 1e-3), (35, 60, 0.01), (60, 45, 0.05)],
 )
 def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float, bound_px: float) -> None:
     size = (640, 512)
@@ -54,33 +52,7 @@ def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float,
     assert np.abs(chart.at_pixels(chart.v)[rows, columns] - v).max() < bound_px
 
 
-def test_a_turn_shifts_the_ground() -> None:
-    """Turning right by 8 px moves the picture 8 px to the left."""
-    scene = context()
-    (terrain,) = Ground().layers(scene)
-    still = terrain.light(view_direction(scene))[1]
-    turned = terrain.light(view_direction(scene, (8 * 0.5e-3, 0.0, 0.0)))[1]
-    error = turned[:, 10:-18] - still[:, 18:-10]
-    # The half-degree field bends the map by under 0.02 px: little against the texture's own spread.
-    assert np.abs(error).max() < (0.1 if ROUNDED else 0.02) * still.std()
-
-
-@pytest.mark.parametrize("beta", [2.2, 2.6, 3.3, 4.0])
-def test_the_spectrum_has_its_slope(beta: float) -> None:
-    side, slopes = 512, []
-    for seed in range(4):
-        field = power_law((side, side), beta, 1e6, 1.0, seed, "test")
-        power = np.abs(np.fft.fft2(field)) ** 2
-        frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(side), np.fft.fftfreq(side)))
-        edges = np.geomspace(4 / side, 0.2, 20)
-        bins = np.digitize(frequency, edges)
-        rings = [(frequency[bins == i].mean(), power[bins == i].mean()) for i in range(1, 20) if np.any(bins == i)]
-        x, y = np.log(rings).T
-        slopes.append(np.polyfit(x, y, 1)[0])
-    assert np.mean(slopes) == pytest.approx(-beta, abs=0.05)
-
-
-@pytest.mark.parametrize("elevation_deg", [5.0, 10.0, 45.0, -20.0])
+@pytest.mark.parametrize("elevation_deg", [5.0, 45.0, -20.0])
 def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
     scene = context(size=(161, 121), elevation_deg=elevation_deg)
     light = ClearSky("mwir", 288.0, 211.0).light(view_direction(scene))[1]
@@ -95,30 +67,18 @@ def test_the_sky_is_equal_with_and_without_a_horizon() -> None:
     seen_low = sky.light(view_direction(low, (0.0, up, 0.0)))[1]  # same pointing, by turning up
     seen_high = sky.light(view_direction(high))[1]
     assert seen_low == pytest.approx(seen_high, rel=1e-5)
-    assert (
-        view_direction(low).chart.elevation_rad(view_direction(low).chart.v).min() < 0
-    )  # the horizon's way is taken here
     row = sky.light(view_direction(low))[1][:, 80]
     expected = sky.radiance(np.radians(3.0) - np.arctan((np.arange(121) - 60) * 1e-3))
     assert row == pytest.approx(expected, rel=2e-4 if ROUNDED else 2e-5)
 
 
-@pytest.mark.parametrize("coverage", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("coverage", [0.1, 0.9])
 def test_clouds_have_their_coverage(coverage: float) -> None:
     shares = []
-    for seed in range(6):
+    for seed in range(4):
         layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(context(seed=seed))
         shares.append(np.mean(layer.textures.tiles[0].padded[:1024, :1024] < 0.5))
     assert np.mean(shares) == pytest.approx(coverage, abs=0.06)
-
-
-def test_thick_cloud_is_a_black_body() -> None:
-    scene = context()
-    layer = Clouds(coverage=0.999, depth=1000, temperature_k=265, texture_k=0).layer(scene)
-    passed, emission = layer.light(view_direction(scene))
-    thick = passed < 1e-6
-    assert thick.mean() > 0.9
-    assert emission[thick] == pytest.approx(float(radiance("mwir", 265)), rel=1e-5)
 
 
 def test_wind_shifts_clouds() -> None:
@@ -129,12 +89,7 @@ def test_wind_shifts_clouds() -> None:
     assert after[5:-5, 15:-5] == pytest.approx(before[10:, 5:-15], abs=0.02 if ROUNDED else 0.01)
 
 
-# A recorded background needs a file: tests/test_backgrounds_recorded.py.
-
-
-@pytest.mark.parametrize(
-    "turn", [(0.0, 0.0, 0.0), (1e-4, -5e-5, 0.0), (2.2e-3, 1.1e-3, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.1)]
-)
+@pytest.mark.parametrize("turn", [(1e-4, -5e-5, 0.0), (2.2e-3, 1.1e-3, 0.0), (0.0, 0.0, 0.1)])
 def test_a_shifted_key_frame_equals_sampling(turn: tuple[float, float, float]) -> None:
     """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 11 %."""
     scene = context(size=(320, 240), elevation_deg=12.0)
@@ -142,18 +97,6 @@ def test_a_shifted_key_frame_equals_sampling(turn: tuple[float, float, float]) -
     exact = view_direction(scene, turn, time=0.2)
     wide = Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN)
     moved = ViewDirection(exact.time, exact.chart, key=ViewDirection(0.0, wide))
-    for asked, expected in zip(layer.light(moved), layer.light(exact), strict=True):
-        assert asked.shape == expected.shape
-        assert np.sqrt(np.mean((asked - expected) ** 2)) < 0.04 * expected.std()
-
-
-def test_pictures_are_reused_for_a_camera_at_rest() -> None:
-    scene = context(size=(64, 48))
-    painting = Clouds().layer(scene).textures
-    wide = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
-    first, turned = (ViewDirection(0.0, view_direction(scene, (turn, 0.0, 0.0)).chart, wide) for turn in (0.0, 1e-3))
-    before, moved, after = painting.sample(first), painting.sample(turned), painting.sample(first)
-    assert painting.sample(replace(first, time=0.5))[0] is after[0]
-    assert not after[0].flags.writeable
-    assert np.array_equal(before, after)
-    assert not np.array_equal(before, moved)
+    for found, expected in zip(layer.light(moved), layer.light(exact), strict=True):
+        assert found.shape == expected.shape
+        assert np.sqrt(np.mean((found - expected) ** 2)) < 0.04 * expected.std()

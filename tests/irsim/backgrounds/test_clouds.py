@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from country import view_at
 
-from irsim.backgrounds import ViewDirection, is_semi_transparent
-from irsim.backgrounds.chart import Chart
+from irsim.backgrounds import is_semi_transparent
 from irsim.backgrounds.cloud_evolution import (
     STEPS,
-    TILE,
-    CloudState,
     EvolvingFields,
     first_of,
     units_of,
-    weights,
 )
-from irsim.backgrounds.clouds import ENTRIES, EXTREME, Clouds, CloudShading, Relief, slope_to_sun
-from irsim.backgrounds.texture import coarseness, shrunk
+from irsim.backgrounds.clouds import ENTRIES, EXTREME, Clouds, CloudShading, slope_to_sun, sunlit_share
+from irsim.backgrounds.texture import coarseness, enlarged, shrunk
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.geometry.random_fields import spectral, with_histogram
+from irsim.geometry.random_fields import spectral
 from irsim.physics.radiometry import radiance, slope
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -33,45 +31,15 @@ def context(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> Scene
     return SceneContext(1, Geometry(size, ifov_mrad * 1e-3, math.radians(12.0)), 30.0, "mwir", 0.6)
 
 
-def view_direction(
-    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> ViewDirection:
-    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
-
-
-@pytest.mark.parametrize("betas", [(2.7, 3.6), (2.2, 3.4), (2.2, 1.9), (3.0, 3.0)])
-def test_spectra_have_their_slopes_along_both_axes(betas: tuple[float, float]) -> None:
+def test_spectra_have_their_slopes_along_both_axes() -> None:
     """The 2-D power on each axis, over 4/N .. 0.2 cycles a px, averaged over seeds."""
-    side, seeds = 512, 12
-    power = np.mean(
-        [np.abs(np.fft.fft2(spectral((side, side), 0.0, betas, 1e4, 1.0, s, "t"))) ** 2 for s in range(seeds)], 0
-    )
-    frequency = np.arange(side // 2) / side
-    kept = (frequency >= 4 / side) & (frequency <= 0.2)
-    for line, beta in ((power[0, : side // 2], betas[0]), (power[: side // 2, 0], betas[1])):
-        slope = np.polyfit(np.log(frequency[kept]), np.log(line[kept]), 1)[0]
+    side, betas = 512, (2.7, 3.6)
+    fields = (spectral((side, side), 0.0, betas, 1e4, 1.0, seed, "t") for seed in range(8))
+    power = np.mean([np.abs(np.fft.fft2(field)) ** 2 for field in fields], axis=0)
+    frequency = np.arange(4, side // 5) / side
+    for line, beta in zip((power[0], power[:, 0]), betas, strict=True):
+        slope = np.polyfit(np.log(frequency), np.log(line[4 : side // 5]), 1)[0]
         assert slope == pytest.approx(-beta, abs=0.15)
-
-
-def test_a_histogram_is_met_and_keeps_the_order() -> None:
-    field = spectral((256, 256), 3.0, None, 20.0, 1.0, 4, "t")
-    flat = with_histogram(field, (0.0, 1.0))
-    assert flat.mean() == pytest.approx(0, abs=0.05)
-    assert flat.std() == pytest.approx(1, abs=0.05)
-    # A uniform distribution of variance 1 ends at +-sqrt(3), and its quartiles lie half way.
-    assert np.abs(flat).max() == pytest.approx(math.sqrt(3), abs=0.01)
-    assert np.quantile(flat, [0.25, 0.75]) == pytest.approx([-math.sqrt(3) / 2, math.sqrt(3) / 2], abs=0.1)
-    order = np.argsort(field, axis=None)
-    assert np.all(np.diff(flat.ravel()[order]) >= 0)
-    assert with_histogram(field, ()) is field
-
-
-def test_evolution_weights_keep_the_variance() -> None:
-    for place in np.linspace(-3, 3, 97):
-        assert sum(share**2 for _, share in weights(place)) == pytest.approx(1, abs=1e-12)
-    before, after = dict(weights(4 - 1e-7)), dict(weights(4 + 1e-7))
-    for j in {*before, *after}:
-        assert before.get(j, 0.0) == pytest.approx(after.get(j, 0.0), abs=1e-6)
 
 
 def whole(fields: EvolvingFields, place: float) -> tuple[Floats, Floats]:
@@ -84,7 +52,7 @@ def whole(fields: EvolvingFields, place: float) -> tuple[Floats, Floats]:
 def test_an_evolving_field_has_variance_one(
     beta: float, betas: tuple[float, float] | None, correlation_px: float
 ) -> None:
-    """The fields that make it up are few features wide: what they have in common by chance is no little."""
+    """Also if the independent fields are few features wide and so correlated by chance."""
     fields = EvolvingFields(256, beta, betas, correlation_px, 1.0, 1, "t", derived=lambda pair: first_of(pair, 4))
     for place in (0.0, 0.4, 3.7, 0.9):
         found = whole(fields, place)
@@ -92,23 +60,10 @@ def test_an_evolving_field_has_variance_one(
         assert fields.at(place).derived == pytest.approx(shrunk(found[0], 4), abs=1e-5)
 
 
-def test_slopes_of_a_mixture_are_mixtures_of_slopes() -> None:
-    """The sun's light on a cloud that evolves is worked out of its parts' slopes."""
-    spectrum = 256, 3.3, None, 60.0, 1.0, 1, "t"
-    parts = EvolvingFields(*spectrum, derived=lambda pair: slope_to_sun(first_of(pair, 2), 5.0, -45.0))
-    whole = EvolvingFields(*spectrum, derived=lambda pair: first_of(pair, 2))
-    for place in (0.0, 0.6, 2.9):
-        slope, small = parts.at(place).derived, whole.at(place).derived
-        assert slope is not None
-        assert small is not None
-        assert slope == pytest.approx(slope_to_sun(small, 5.0, -45.0), abs=3e-5 * float(slope.std()))
-        assert slope.std() > 1e-3
-
-
 def test_an_evolving_field_has_its_correlation() -> None:
     """Correlation over many independent tiles: 2/3 after a period, 0 after four, 0.9936 after a step."""
     found: dict[float, list[float]] = {1 / STEPS: [], 1.0: [], 4.0: []}
-    for seed in range(40):
+    for seed in range(30):
         fields = EvolvingFields(64, 2.0, None, 4.0, 1.0, seed, "t")
         start = whole(fields, 0.25)
         for lag, values in found.items():
@@ -120,22 +75,14 @@ def test_an_evolving_field_has_its_correlation() -> None:
         assert np.mean(values) == pytest.approx(float(bumps[0] @ bumps[1]) / 1.5, abs=0.03)
 
 
-CHANGING = Clouds(evolve_s=8.0, wind_mrad_s=(3.0, -1.0), depth=2.0)
-
-
 def test_an_evolving_layer_drifts_and_changes_smoothly() -> None:
-    """3 mrad/s over 1/3 s at 0.1 mrad a px: 10 px; the texture itself changes by little in that time."""
+    """3 mrad/s over 1/3 s at 0.1 mrad a px are 10 px, in which the texture changes little."""
     scene = context(ifov_mrad=0.1)
     layer = Clouds(evolve_s=60.0, wind_mrad_s=(3.0, 0.0), depth=2.0, correlation_mrad=6).evolving(scene)
-    before, after = layer.light(view_direction(scene, 2.0))[0], layer.light(view_direction(scene, 2.0 + 1 / 3))[0]
+    before, after = layer.light(view_at(scene, 2.0))[0], layer.light(view_at(scene, 2.0 + 1 / 3))[0]
     assert np.corrcoef(after[:, 10:].ravel(), before[:, :-10].ravel())[0, 1] > 0.999
-    steps = [
-        np.abs(
-            layer.light(view_direction(scene, 7.4 + k / 30))[0]
-            - layer.light(view_direction(scene, 7.4 + (k + 1) / 30))[0]
-        ).mean()
-        for k in range(12)
-    ]  # across the state at 60/8 = 7.5 s
+    frames = [layer.light(view_at(scene, 7.4 + k / 30))[0] for k in range(8)]  # across the state at 60/8 s
+    steps = [float(np.abs(one - other).mean()) for one, other in pairwise(frames)]
     assert max(steps) < 1.5 * min(steps)
 
 
@@ -143,10 +90,10 @@ def test_an_evolving_layer_drifts_and_changes_smoothly() -> None:
 def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> None:
     scene = context(size=(161, 121), ifov_mrad=ifov_mrad)
     layer = Clouds(evolve_s=60.0, correlation_mrad=60 * ifov_mrad, depth=2.0).evolving(scene)
-    still = layer.light(view_direction(scene))[0]
-    up = layer.light(view_direction(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
+    still = layer.light(view_at(scene))[0]
+    up = layer.light(view_at(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
     assert np.corrcoef(up[10:, 40:-40].ravel(), still[5:-5, 40:-40].ravel())[0, 1] > 0.995
-    quarter = layer.light(view_direction(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
+    quarter = layer.light(view_at(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
     # Rolled clockwise by a quarter, what was to the right of the middle is above it.
     around = np.s_[60 - 40 : 60 + 41, 80 - 40 : 80 + 41]
     assert quarter[around] == pytest.approx(np.rot90(still[around]), abs=0.05 if ifov_mrad < 1 else 0.2)
@@ -168,30 +115,9 @@ def test_sunlit_edges_are_brighter() -> None:
     assert 0.1 < gain[:, 130:].max() <= 1
 
 
-def test_windows_of_a_cloud_state_are_independent() -> None:
-    """Frames that wander, jump, and look past its edges, each against the textures tiled by numpy."""
-    side = 2 * TILE
-    textures = np.random.default_rng(1).integers(0, 65535, (2, side, side), np.uint16, endpoint=True)
-
-    def paint(rows: slice, columns: slice) -> tuple[Floats, Floats]:
-        passed, emitted = textures[:, rows, columns] / np.float32(65535)
-        return passed, 7 * emitted
-
-    seen_of, tiled = CloudState(side, 7.0, paint), np.tile(textures, (1, 3, 3))
-    first = seen_of.window(5, 7, 161, 121)
-    steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
-    for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
-        for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
-            np.testing.assert_array_equal(units_of(seen), texture[row : row + 121, column : column + 161])
-    for seen, texture in zip(first, tiled, strict=True):
-        np.testing.assert_array_equal(units_of(seen), texture[7 : 7 + 121, 5 : 5 + 161])
-
-
-@pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
-def test_cloud_states_are_exact_to_half_a_unit(ifov_mrad: float) -> None:
-    """Of what the layer can emit: that is less than 1/65535 of the range that it does."""
-    scene = context(ifov_mrad=ifov_mrad)
-    layer = CHANGING.model_copy(update={"sunlit_k": 8.0, "wind_mrad_s": (0.0, 0.0)}).evolving(scene)
+def test_cloud_states_are_exact_to_half_a_unit() -> None:
+    """A unit is at most 1/65535 of the range of the emission."""
+    layer = Clouds(evolve_s=8.0, depth=2.0, sunlit_k=8.0).evolving(context(ifov_mrad=3.0))
     state = layer.state_at(0.0)
     whole = slice(0, state.side)
     for unit, painted, words in zip(
@@ -201,16 +127,15 @@ def test_cloud_states_are_exact_to_half_a_unit(ifov_mrad: float) -> None:
         assert 0.51 * unit < np.ptp(painted) / 65535
 
 
-@pytest.mark.parametrize("kind", ["sky", "landscape", "sea"])
-@pytest.mark.parametrize("air", ["none", "us_standard"])
+@pytest.mark.parametrize(("kind", "air"), [("sky", "us_standard"), ("landscape", "none"), ("sea", "us_standard")])
 def test_blending_equals_transmittance_and_emission(kind: str, air: str) -> None:
-    """Through the air, and behind the ground. Of `light` comes the plain way: under * transmittance + emission."""
+    """Through air and behind ground."""
     cloud = {"id": "cloud", "coverage": 0.5, "evolve_s": 20.0, "range_m": 4000.0, "wind_mrad_s": (1.5, 0.1)}
     camera = {"size": (160, 128), "ifov_mrad": 0.15, "elevation_deg": 0.2, "band": "lwir"}
     scene = {"camera": camera, "background": {"kind": kind, "clouds": [cloud]}, "frames": 50}
     renderer = Renderer(Scenario.model_validate({**scene, "atmosphere": {"preset": air}}))
     sky, *_, layer = renderer.layers
-    for index in (0, 7, 49):
+    for index in (7, 49):
         view_direction = renderer.now.view_direction(index)
         (transmittance, emission), under = layer.light(view_direction), sky.light(view_direction)[1]
         assert transmittance is not None
@@ -227,7 +152,7 @@ def test_blending_equals_transmittance_and_emission(kind: str, air: str) -> None
 WHOLE = slice(0, 512)
 
 
-@pytest.mark.parametrize("spread_k", [0.0, 0.02, 2.0, 20.0])
+@pytest.mark.parametrize("spread_k", [0.0, 2.0, 20.0])
 def test_thick_cloud_has_the_radiance_of_its_temperature(spread_k: float) -> None:
     warmth = np.random.default_rng(0).standard_normal((40, 50)).astype(np.float32)
     warmth[0, :2] = -3 * EXTREME, 3 * EXTREME
@@ -255,17 +180,16 @@ def test_thin_cloud_has_the_transmittance_of_its_depth() -> None:
     np.testing.assert_allclose(emitted, cover * light, rtol=1e-5, atol=1e-7)
 
 
-@pytest.mark.parametrize(("correlation_mrad", "coarse"), [(30.0, 2), (60.0, 4), (120.0, 8), (600.0, 32)])
+@pytest.mark.parametrize(("correlation_mrad", "coarse"), [(30.0, 2), (120.0, 8)])
 def test_sunlight_on_a_reduced_relief_is_accurate(correlation_mrad: float, coarse: int) -> None:
-    """The sun's light worked out coarser, beside all pixels: within a twentieth of its greatest, rms a hundredth."""
+    """Against the full resolution: within a twentieth of its maximum, rms a hundredth."""
     thickness = spectral((512, 512), 3.3, None, 400.0, 2.0, 7, "t")
     sigma_px = correlation_mrad / 6
     assert coarseness(sigma_px, 512) == coarse
+    slopes = (slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0) for finer in (coarse, 1))
     found, wanted = (
-        np.clip(
-            Relief.of(slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0), finer).lit(WHOLE, WHOLE), 0, 1
-        )
-        for finer in (coarse, 1)
+        np.clip(enlarged(sunlit_share(each), finer, WHOLE, WHOLE), 0, 1)
+        for each, finer in zip(slopes, (coarse, 1), strict=True)
     )
     assert wanted.max() > 2 * wanted.mean()
     assert np.abs(found - wanted).max() < wanted.max() / 20

@@ -14,7 +14,7 @@ from irsim.backgrounds import Landscape
 from irsim.backgrounds.panorama import PanoramaGrid
 from irsim.backgrounds.structures import Buildings, Structure
 from irsim.backgrounds.trees import Trees
-from irsim.physics.radiometry import radiance, temperature
+from irsim.physics.radiometry import temperature
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
@@ -69,24 +69,6 @@ def test_a_row_of_trees_has_its_height_and_foot() -> None:
     assert 0.3 < kelvin.std() < 2.5
 
 
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(
-    "near",
-    [
-        Trees(range_m=0.001, height_m=1000, conifers=1),
-        Trees(range_m=0.001, height_m=1e6),
-        Buildings(range_m=0.001, width_m=(100, 100), height_m=(100, 100)),
-    ],
-)
-def test_huge_objects_fill_the_picture(near: Trees | Buildings) -> None:
-    """Up to 2e12 px high, of one temperature but for its grain, before a country of another."""
-    scene = context()
-    passed, emission = near.paint(PanoramaGrid.of(scene.geometry), 10.0, 310.0, scene).light(view_direction(scene))
-    assert passed is not None
-    assert np.asarray(passed).max() < 1e-6
-    assert np.asarray(emission).mean() == pytest.approx(float(radiance("lwir", 310.0)), rel=0.1)
-
-
 def test_buildings_have_walls_and_warm_windows() -> None:
     scene = context(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(
@@ -120,16 +102,6 @@ def test_ground_moves_with_its_distance() -> None:
     assert np.allclose(moved[:55], still[:55])
 
 
-def scenario(**keys: Any) -> Scenario:
-    land = {
-        "kind": "landscape", "hour": "night", "fields": {}, "clutter": {"per_mrad2": 0.02},
-        "roads": {"count": 9}, "water": {"share": 0.4},
-        "clouds": [{"coverage": 0.6, "evolve_s": 10.0}], "trees": [{}], "buildings": [{}],
-    }  # fmt: skip
-    camera = {"size": (160, 120), "elevation_deg": 0.5, "netd_mk": 0.0}
-    return Scenario.model_validate({"frames": 3, "camera": camera, "background": land, **keys})
-
-
 def test_truth_names_the_trees_that_occlude_a_target() -> None:
     targets = [
         {
@@ -140,22 +112,21 @@ def test_truth_names_the_trees_that_occlude_a_target() -> None:
         for name, range_m in (("near", 300.0), ("far", 2000.0))
     ]
     land = {"kind": "landscape", "trees": [{"id": "wood", "range_m": 600.0, "leaves": 1.0, "spacing_m": 1.0}]}
-    truth = next(iter(Rendering(scenario(background=land, targets=targets)).truths()))
-    near, far = truth.target("near"), truth.target("far")
-    assert near is not None
-    assert far is not None
+    camera = {"size": (160, 120), "elevation_deg": 0.5}
+    scene = Scenario.model_validate({"frames": 1, "camera": camera, "background": land, "targets": targets})
+    near, far = next(iter(Rendering(scene).truths())).targets
     assert near.visible == pytest.approx(1, abs=1e-6)
     assert far.visible == pytest.approx(0, abs=0.05)
-    assert far.occluders == ("wood", "near")  # both lie before it
+    assert far.occluders == ("wood", "near")
 
 
 SCENE = context(size=(640, 240))
 PX_PER_M = 1 / (1000 * 0.5e-3)
-"""Of a row 1000 m away, as the stage of these tests sees it."""
+"""Of a row 1000 m away."""
 
 
 def lowest(row: Structure, seed: int) -> Floats:
-    """The lowest covered row of each column that has one; those that see eaves alone are left out."""
+    """Return the lowest covered row of each column, without columns that contain eaves only."""
     placed = replace(SCENE, seed=seed)
     layer = row.paint(PanoramaGrid.of(placed.geometry), 10.0, 290.0, placed)  # type: ignore[attr-defined]
     covered = np.asarray(layer.light(view_direction(placed))[0]) < 0.5
@@ -173,17 +144,7 @@ ROWS: list[tuple[type[Structure], dict[str, Any]]] = [
 def test_feet_have_the_standard_deviation_of_the_relief(kind: type[Structure], keys: dict[str, Any]) -> None:
     level = lowest(kind(**keys), 0)
     assert np.ptp(level) <= 2
-    rows = np.concatenate([lowest(kind(**keys, relief_m=3.0), seed) for seed in range(5)])
+    rows = np.concatenate([lowest(kind(**keys, relief_m=3.0), seed) for seed in range(2)])
     # Within 320 m the ground's waves show most of their height.
     assert rows.std() == pytest.approx(3.0 * PX_PER_M, rel=0.3)
     assert rows.mean() == pytest.approx(level.mean(), abs=3.0 * PX_PER_M)
-
-
-def test_nearer_trees_stand_before_farther_ones() -> None:
-    places = np.array([-30.0, 10.0, 50.0, 90.0])
-    sheet = PanoramaGrid.of(SCENE.geometry)
-    feet = [foot for _, foot in Trees(range_m=1000.0, relief_m=2.0).feet_places(sheet, 50.0, places, SCENE, "trees")]
-    assert feet == sorted(feet)
-    assert len(set(feet)) == 4
-    as_they_come = Trees(range_m=1000.0).feet_places(sheet, 50.0, places, SCENE, "trees")
-    assert as_they_come == [(x, 50.0) for x in places]

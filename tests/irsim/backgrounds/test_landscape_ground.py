@@ -21,8 +21,8 @@ from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 
-def lying(keys: dict[str, Any], scene: SceneContext) -> tuple[Floats, Floats]:
-    """Cover and temperature, K, (rows, cols) of the one thing that lies on level ground without texture."""
+def cover_and_kelvin(keys: dict[str, Any], scene: SceneContext) -> tuple[Floats, Floats]:
+    """Return cover and temperature, K, (rows, cols) each, of the only cover on level ground without texture."""
     land = Landscape.model_validate({"hills_mrad": 0.0, "spread_k": 0.0, **keys})
     _, layer = land.layers(scene)
     passed, emission = layer.light(view_direction(scene))
@@ -30,7 +30,7 @@ def lying(keys: dict[str, Any], scene: SceneContext) -> tuple[Floats, Floats]:
     return 1 - passed, np.asarray(temperature("lwir", (emission + 1e-9) / np.maximum(1 - passed, 1e-3)))
 
 
-@pytest.mark.parametrize(("finer", "below"), [(1.0, 700), (1.0, 1800), (5.0, 1800)])
+@pytest.mark.parametrize(("finer", "below"), [(1.0, 700), (5.0, 1800)])
 def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> None:
     """Seen slantwise, at an angle d below the level, a texel is about d times as high as wide."""
     ifov_rad, wave = 0.25e-3, np.cos(2 * np.pi * np.arange(1024) / 64).astype(np.float32)
@@ -48,12 +48,11 @@ def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> N
 
 
 def test_roads_widen_towards_the_camera() -> None:
-    """A road of 6 m, seen from 10 m up: wherever it is crossed, at d px below the horizon, where ground is 10 m /
-    (d + 40 px) / 0.5 mrad away, its cover across is 6 m at that distance, times how slantwise it is crossed."""
+    """A road of 6 m, seen from 10 m up: d px below the horizon the ground is 10 m / (d + 40 px) / 0.5 mrad away."""
     scene = context(elevation_deg=-4.0, size=(641, 401))
     widths: dict[int, list[float]] = {20: [], 60: [], 150: []}
-    for seed in range(6):
-        cover, _ = lying({"roads": {"count": 6, "width_mrad": 12.0}}, replace(scene, seed=seed))
+    for seed in range(4):
+        cover, _ = cover_and_kelvin({"roads": {"count": 6, "width_mrad": 12.0}}, replace(scene, seed=seed))
         horizon = 200 - math.radians(4.0) / 0.5e-3
         for below, found in widths.items():
             line = cover[round(horizon) + below]
@@ -66,48 +65,47 @@ def test_roads_widen_towards_the_camera() -> None:
 
 
 def test_thin_roads_cover_their_share_of_a_pixel() -> None:
-    """Within 12 px of the horizon a px is some 30 texels or more high and a road 4 wide: no pixel is all road."""
+    """Within 12 px of the horizon a pixel is 30 texels or more high and a road 4 wide."""
     scene = context(elevation_deg=-4.0, size=(641, 401))
-    cover, _ = lying({"roads": {"count": 50}}, scene)
+    cover, _ = cover_and_kelvin({"roads": {"count": 20}}, scene)
     far = cover[round(200 - math.radians(4.0) / 0.5e-3) + np.arange(2, 12)]
-    share = float(Roads(count=50).paint((1024, 1024), 2.0, 0.0, 1)[0].mean())
+    share = float(Roads(count=20).paint((1024, 1024), 2.0, 0.0, 1)[0].mean())
     assert far.mean() == pytest.approx(share, rel=0.25)
-    assert far.std() < 0.5 * math.sqrt(share * (1 - share))  # half of what all-or-nothing pixels would have
+    assert far.std() < 0.5 * math.sqrt(share * (1 - share))  # half the spread of pixels of 0 or 1
 
 
 def test_edges_are_sharp_near_and_water_lies_flat() -> None:
-    """However near, a shore is about a pixel wide; a lake is wider than high by what the ground is seen slantwise:
-    a metre ahead is (d + 40 px) 0.5 mrad of a metre across."""
+    """A shore is about a pixel wide; d px below the horizon lengths ahead are foreshortened by (d + 40 px) 0.5 mrad."""
     scene = context(elevation_deg=-8.0, size=(641, 401))
-    for seed in range(3):
-        cover, _ = lying({"water": {"share": 0.4}}, replace(scene, seed=seed))
+    for seed in range(2):
+        cover, _ = cover_and_kelvin({"water": {"share": 0.4}}, replace(scene, seed=seed))
         near = cover[round(200 - math.radians(8.0) / 0.5e-3) + 100 :][:200]
         across, down = (np.mean(np.abs(np.diff(near, axis=axis))) for axis in (1, 0))
         assert np.mean((near > 0.05) & (near < 0.95)) < 2 * (across + down)
         assert across / down == pytest.approx((200 + 40) * 0.5e-3, rel=0.6)
     # The side of a road that goes ahead, 200 px below the horizon, where a px of the map is drawn 6 px wide.
-    cover, _ = lying({"roads": {"count": 12, "width_mrad": 8}}, replace(scene, seed=4))
+    cover, _ = cover_and_kelvin({"roads": {"count": 12, "width_mrad": 8}}, replace(scene, seed=4))
     assert np.abs(np.diff(cover[120:220], axis=1)).max() > 0.5
 
 
 def test_near_clutter_is_larger_and_rarer() -> None:
-    """Things of 4 mrad at the horizon, 8 px there; d px below it all is p = 1 + d / 40 times as wide, and there are
-    1 / p^3 as many on a px."""
+    """Objects of 4 mrad, 8 px at the horizon; d px below it they are p = 1 + d / 40 times as wide, and 1 / p^3 as dense
+    on the picture."""
     scene = context(elevation_deg=-5.0, size=(641, 501))
     horizon = 250 - math.radians(5.0) / 0.5e-3
     found = []
-    for seed in range(12):
+    for seed in range(8):
         keys = {"per_mrad2": 0.004, "size_mrad": [4.0, 4.0], "contrast_k": [5.0, 5.0], "cold": 0.0}
-        cover, kelvin = lying({"clutter": keys}, replace(scene, seed=seed))
+        cover, kelvin = cover_and_kelvin({"clutter": keys}, replace(scene, seed=seed))
         assert kelvin[cover > 0.9] == pytest.approx(295, abs=0.01)
         assert cover[: round(horizon) - 2].max() < 1e-6
         _, _, boxes, middles = cv2.connectedComponentsWithStats((cover > 0.5).astype(np.uint8))
         found += [(y - horizon, area) for (*_, area), (_, y) in zip(boxes[1:], middles[1:], strict=True)]
     for top, bottom in ((10, 30), (30, 80), (80, 200)):
         areas = [area / (1 + below / 40) ** 2 for below, area in found if top < below < bottom]
-        # pi/4 of 8 px by 4 to 8; there are 12 pictures of 641 columns, and 0.004 / 4 on a px at the horizon.
+        # pi/4 of 8 px by 4 to 8; 8 pictures of 641 columns, and 0.004 / 4 objects on a pixel at the horizon.
         assert np.median(areas) == pytest.approx(math.pi / 4 * 8 * 6, rel=0.2), top
-        expected = 12 * 641 * 0.001 * 20 * ((1 + top / 40) ** -2 - (1 + bottom / 40) ** -2)
+        expected = 8 * 641 * 0.001 * 20 * ((1 + top / 40) ** -2 - (1 + bottom / 40) ** -2)
         assert abs(len(areas) - expected) < 4 * math.sqrt(expected), top
 
 
@@ -116,20 +114,19 @@ def test_roads_and_water_have_the_temperature_of_the_hour(hour: str, ground: flo
     scene = context(elevation_deg=-2.0)
     for name, contrast in (("roads", roads), ("water", water)):
         keys = {name: {"count": 20} if name == "roads" else {"share": 0.5}}
-        cover, kelvin = lying({"hour": hour, **keys}, scene)
+        cover, kelvin = cover_and_kelvin({"hour": hour, **keys}, scene)
         assert kelvin[cover > 0.9] == pytest.approx(ground + contrast, abs=0.01)
-    cover, kelvin = lying({"hour": hour, "water": {"share": 0.5, "contrast_k": 1.5}}, scene)
+    cover, kelvin = cover_and_kelvin({"hour": hour, "water": {"share": 0.5, "contrast_k": 1.5}}, scene)
     assert kelvin[cover > 0.9] == pytest.approx(ground + 1.5, abs=0.01)
 
 
 SCENE = context(size=(640, 240))
 PX_PER_MRAD = 2.0
-"""As the stage of these tests sees it."""
 FEW: dict[str, Any] = {"trees": [{"range_m": 600.0, "spacing_m": 40.0, "undergrowth": 0.0, "temperature_k": 285.0}]}
 
 
 def country(seed: int, **keys: Any) -> tuple[Floats, Floats]:
-    """The farthest layer of a landscape, (rows, cols): the share that is sky, and temperature."""
+    """Return the share of sky and the temperature, (rows, cols) each, of the farthest layer."""
     placed = replace(SCENE, seed=seed)
     layer = Landscape.model_validate({"ground_k": 300.0, "spread_k": 0.0, "horizon_k": 270.0, **keys}).layers(placed)[0]
     assert isinstance(layer, TerrainLayer)
@@ -139,12 +136,12 @@ def country(seed: int, **keys: Any) -> tuple[Floats, Floats]:
 
 
 def edge(sky: Floats) -> Floats:
-    """(cols,): how many rows from the top are sky."""
+    """Return the rows of sky above the ground, (cols,)."""
     return np.asarray(sky.sum(axis=0))
 
 
-def unruly(line: Floats) -> Floats:
-    """Of each 20 px of an edge, as wide as a gap of a tree line: how far, rms, it leaves the straight line nearest."""
+def roughness(line: Floats) -> Floats:
+    """Return the rms deviation from a straight line of each 20 px of an edge, as wide as a gap in a row of trees."""
     blocks = line.reshape(-1, 20).T
     columns = np.arange(20.0)
     slope, level = np.polyfit(columns, blocks, 1)
@@ -152,24 +149,24 @@ def unruly(line: Floats) -> Floats:
 
 
 def test_woods_make_the_horizon_irregular() -> None:
-    """Whatever the seed: a bare horizon is straight within a fifth of a pixel in most places."""
-    for seed in range(5):
+    """A bare horizon is straight within a fifth of a pixel in most places."""
+    for seed in range(2):
         bare, grown = (edge(country(seed, **FEW, **keys)[0]) for keys in ({"far_woods_mrad": 0.0}, {}))
-        assert np.median(unruly(bare)) < 0.2
-        assert np.median(unruly(grown)) > 0.4
-        assert unruly(grown).min() > 0.1
+        assert np.median(roughness(bare)) < 0.2
+        assert np.median(roughness(grown)) > 0.4
+        assert roughness(grown).min() > 0.1
         assert (bare - grown).min() > -1e-3  # they stand on it
 
 
 def test_woods_have_their_mean_height() -> None:
-    high = np.mean([edge(country(seed)[0]) - edge(country(seed, far_woods_mrad=4.0)[0]) for seed in range(20)])
-    assert high == pytest.approx(4.0 * PX_PER_MRAD, rel=0.2)
+    high = np.mean([edge(country(seed)[0]) - edge(country(seed, far_woods_mrad=4.0)[0]) for seed in range(8)])
+    assert high == pytest.approx(4.0 * PX_PER_MRAD, rel=0.25)
 
 
 def test_woods_have_the_temperature_of_the_trees() -> None:
     sky, kelvin = country(1, **{**FEW, "trees": [{**FEW["trees"][0], "spread_k": 0.0}]}, far_woods_mrad=4.0)
     bare, _ = country(1, **FEW, far_woods_mrad=0.0)
-    woods = (bare > 0.999) & (sky < 1e-3)  # before what else were sky
+    woods = (bare > 0.999) & (sky < 1e-3)
     assert woods.sum() > 500
     np.testing.assert_allclose(kelvin[woods], 285.0, atol=0.2)
     rows = np.arange(len(sky))[:, None] - edge(bare)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from country import view_at
 from pydantic import ValidationError
 
-from irsim.backgrounds import Sea, ViewDirection
-from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import DRAWN_OCTAVES, reflectance, slope_variance, visible_facets
+from irsim.backgrounds import Sea
+from irsim.backgrounds.sea import reflectance, slope_variance, visible_facets
 from irsim.backgrounds.waves import (
     GRAVITY,
     TRAIN_RAD,
@@ -30,12 +30,6 @@ from irsim.types import BandName, Floats
 
 def context(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> SceneContext:
     return SceneContext(seed, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", 0.0)
-
-
-def view_direction(
-    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> ViewDirection:
-    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 def test_reflectance_of_water() -> None:
@@ -57,7 +51,7 @@ def test_printed_figures_of_the_sea() -> None:
 
 
 def directions(number: int) -> tuple[Floats, Floats]:
-    """Of the two trains of an octave: angles from the wind, and the power there."""
+    """Return the angles from the wind and the power spectra of the two trains of an octave."""
     fx, fy = np.fft.fftfreq(512)[None, :], np.fft.fftfreq(512)[:, None]
     angle = np.arctan2(fx, np.abs(fy))
     power = [
@@ -66,16 +60,11 @@ def directions(number: int) -> tuple[Floats, Floats]:
     return np.stack([angle - TRAIN_RAD, angle + TRAIN_RAD]), np.stack(power)
 
 
-@pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (1, 32.9), (2, 42.7)])
-def test_short_waves_run_more_ways(number: int, degrees: float) -> None:
+@pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (2, 42.7)])
+def test_waves_have_their_directions_and_slopes(number: int, degrees: float) -> None:
     assert math.degrees(directional_rms_rad(number)) == pytest.approx(degrees, abs=0.1)
     angle, power = directions(number)
     assert math.degrees(math.sqrt(np.average(angle**2, weights=power))) == pytest.approx(degrees, rel=0.08)
-
-
-@pytest.mark.parametrize("number", range(DRAWN_OCTAVES))
-def test_slopes_lean_as_waves_run(number: int) -> None:
-    angle, power = directions(number)
     across, along = slope_components(number)
     assert across**2 == pytest.approx(np.average(np.sin(angle) ** 2, weights=power), abs=0.02)
     assert across**2 + along**2 == pytest.approx(1)
@@ -92,7 +81,7 @@ def test_still_water_mirrors_the_sky() -> None:
     scene = context()
     sea = Sea(wind_m_s=0, horizon_k=270, zenith_k=270, water_k=290)
     (water,) = sea.layers(scene)
-    light = water.light(view_direction(scene))[1]
+    light = water.light(view_at(scene))[1]
     assert temperature("lwir", light[:59, 80]) == pytest.approx(270, abs=0.01)
     share = reflectance("lwir", np.arctan((np.arange(64, 121) - 60) * 0.5e-3))
     expected = share * radiance("lwir", 270) + (1 - share) * radiance("lwir", 290)
@@ -103,9 +92,9 @@ def test_waves_travel_and_frames_stand_alone() -> None:
     scene = context(elevation_deg=-3.0)
     sea = Sea(wind_m_s=5.0)
     (water,) = sea.layers(scene)
-    frames = [water.light(view_direction(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
+    frames = [water.light(view_at(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
     (other,) = sea.layers(scene)
-    assert np.array_equal(other.light(view_direction(scene, 2.0))[1], frames[2])
+    assert np.array_equal(other.light(view_at(scene, 2.0))[1], frames[2])
     parts = [frame[60:].ravel() - frame[60:].mean() for frame in frames]
 
     def alike(a: int, b: int) -> float:
@@ -118,37 +107,24 @@ def test_waves_travel_and_frames_stand_alone() -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("sun", [None, (0.0, 3.0)])
-def test_a_calm_sea_is_the_limit_of_small_winds(sun: tuple[float, float] | None) -> None:
-    """The mean of the water comes ever closer to the mirror's as the wind falls, and nothing overflows on the way."""
+def test_a_calm_sea_is_the_limit_of_small_winds() -> None:
+    """The mean of the water approaches that of a mirror, and nothing overflows."""
     scene = context(elevation_deg=-3.0)
 
     def kelvin(wind: float) -> Floats:
-        light = Sea(wind_m_s=wind, sun_deg=sun).layers(scene)[0].light(view_direction(scene, 1.0))[1]
+        light = Sea(wind_m_s=wind, sun_deg=(0.0, 3.0)).layers(scene)[0].light(view_at(scene, 1.0))[1]
         return np.asarray(temperature("lwir", light[40:]))
 
     calm = kelvin(0.0)
-    off = [abs(kelvin(wind) - calm).mean() for wind in (0.3, 0.1, 0.03, 0.01, 1e-4, 1e-6)]
+    off = [abs(kelvin(wind) - calm).mean() for wind in (0.3, 0.03, 1e-6)]
     assert off == sorted(off, reverse=True)
     assert off[-1] < 0.01
-    assert all(np.array_equal(kelvin(wind), calm) for wind in (1e-40, 1e-300))
-    assert kelvin(1e-12) == pytest.approx(calm, abs=1e-3)
-
-
-def test_slope_variance_falls_to_zero_in_a_calm() -> None:
-    """Evenly, from the line of Cox and Munk at 1 m/s."""
+    assert np.array_equal(kelvin(1e-300), calm)
     assert [slope_variance(wind) for wind in (0.0, 0.25, 1.0, 2.0)] == pytest.approx([0, 0.00203, 0.00812, 0.01324])
 
 
 WATER = {"mwir": 1.351 + 0.0046j, "lwir": 1.218 + 0.0508j}
 """Hale and Querry 1973, table I, at 4 and 10 um."""
-
-PRINTED = [
-    ("lwir", 40.0, 1.0, 0.095),
-    ("mwir", 40.0, 1.0, 0.132),
-    ("lwir", 10.0, 0.5, 0.530),
-    ("mwir", 10.0, 0.5, 0.573),
-]
 
 
 def direction(azimuth: float, elevation: float) -> Floats:
@@ -166,21 +142,17 @@ def fresnel(band: str, incidence: float) -> float:
     return float(abs(across) ** 2 + abs(along) ** 2) / 2
 
 
-@pytest.mark.parametrize("azimuth", [0.0, 2.0])
-@pytest.mark.parametrize(("band", "sun", "down", "rho"), PRINTED)
-def test_glint_is_that_of_the_mirroring_facet(
-    band: BandName, sun: float, down: float, rho: float, azimuth: float
-) -> None:
-    """rho E p / (4 sin d cos^4 tilt) (Cox and Munk 1954) of a sea so far off that no wave is drawn.
+@pytest.mark.parametrize(("band", "sun", "down", "azimuth"), [("lwir", 40.0, 1.0, 0.0), ("mwir", 10.0, 0.5, 2.0)])
+def test_glint_is_that_of_the_mirroring_facet(band: BandName, sun: float, down: float, azimuth: float) -> None:
+    """rho E p / (4 (sin d + sigma / 2) cos^4 tilt) (Cox and Munk 1954) of a sea too far for drawn waves.
 
-    The facet's normal halves the angle between sun and camera; rho is Fresnel's at half that angle. In place of
-    sin d stands sin d + sigma / 2: facets that hide each other.
+    The facet's normal halves the angle between sun and camera; rho is Fresnel's at half that angle.
     """
     wind, depression = 8.0, math.radians(down)
     scene = SceneContext(1, Geometry((17, 17), 0.5e-3, -depression), 30.0, band, 0.0)
     far = {"wind_m_s": wind, "gusts": 0.0, "camera_height_m": 10_000.0}
     dark, lit = (
-        Sea.model_validate({**far, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
+        Sea.model_validate({**far, **more}).layers(scene)[0].light(view_at(scene))[1][8, 8]
         for more in ({}, {"sun_deg": (azimuth, sun)})
     )
 
@@ -189,8 +161,6 @@ def test_glint_is_that_of_the_mirroring_facet(
     normal = (to_sun + to_camera) / np.linalg.norm(to_sun + to_camera)
     incidence = math.acos(normal @ to_sun)
     assert 2 * incidence == pytest.approx(math.acos(to_sun @ to_camera))
-    if azimuth == 0:
-        assert fresnel(band, incidence) == pytest.approx(rho, abs=5e-4)
     one_axis = (0.003 + 0.00512 * wind) / 2
     slopes = -normal[:2] / normal[2]
     density = math.exp(-(slopes @ slopes) / (2 * one_axis)) / (2 * math.pi * one_axis)
@@ -201,34 +171,25 @@ def test_glint_is_that_of_the_mirroring_facet(
 
 
 def test_the_air_attenuates_the_glint_on_both_paths() -> None:
-    """From space down by the clear depth a g^b of the gas above the sea and haze for what haze there is."""
+    """From space to sea level, and from the sea to the camera."""
     clear = SceneContext(1, Geometry((17, 17), 0.5e-3, math.radians(-20)), 30.0, "mwir", 0.0)
     air = Atmosphere(preset="us_standard", altitude_m=300.0)
-    hazy = replace(clear, air=air)
     sea = {"wind_m_s": 8.0, "gusts": 0.0, "camera_height_m": 300.0}
 
     def glint(scene: SceneContext) -> float:
         dark, lit = (
-            Sea.model_validate({**sea, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
+            Sea.model_validate({**sea, **more}).layers(scene)[0].light(view_at(scene))[1][8, 8]
             for more in ({}, {"sun_deg": (0.0, 30.0)})
         )
         return float(lit - dark)
 
-    slant = 1 / math.sin(math.radians(30))
-    wet, mixed, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 7.0, 1.2))  # level paths at 100 m
-    gas = 0.952 * wet + 0.048 * mixed
-    (a5, b5), (a23, b23) = (0.614, 0.57), (0.554, 0.47)
-
-    def of_haze(km: float) -> float:
-        return float(a5 * km**b5 - a23 * km**b23) / (1 / 5 - 1 / 23)
-
-    down = math.exp(-(a23 * gas**b23 - of_haze(gas) / 23 + of_haze(haze) / 23))
+    at_sea_level = air.model_copy(update={"altitude_m": 0.0})
+    down = float(at_sea_level.transmittance_to_space("mwir", math.radians(30)))
     back = float(air.transmittance("mwir", 300 / math.sin(math.radians(20)), math.radians(-20)))
-    assert glint(hazy) / glint(clear) == pytest.approx(down * back, rel=5e-3)
+    assert glint(replace(clear, air=air)) / glint(clear) == pytest.approx(down * back, rel=5e-3)
 
 
 def test_a_sun_that_has_set_is_refused() -> None:
-    """Half way between it and the camera there would still be a facet to mirror it."""
     for elevation in (-5.0, -0.1, 91.0):
         with pytest.raises(ValidationError, match="sun_deg"):
             Sea(sun_deg=(0.0, elevation))
@@ -236,20 +197,15 @@ def test_a_sun_that_has_set_is_refused() -> None:
 
 
 FAR_M = 10_000.0
-"""From so high a pixel is far wider than the longest wave: none is drawn, all roughen the surface within a pixel."""
+"""Height, m, at which a pixel is far wider than the longest wave, so that no wave is drawn."""
 
 
-def seen_from(
-    context: SceneContext, time: float = 0.0, place: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> ViewDirection:
-    return ViewDirection(time, Chart.at(context.geometry, context.geometry.world_rotation(np.zeros(3))), place=place)
-
-
-@pytest.mark.parametrize("wind_deg", [0.0, 90.0, 200.0])
+@pytest.mark.parametrize("wind_deg", [0.0, 200.0])
 def test_waves_have_the_phase_speed_of_deep_water(wind_deg: float) -> None:
-    """At 10 m/s the longest take their 7.3 s for their 83 m (Pierson and Moskowitz): after a second the water is most
-    like that before moved so far along the wind. Each train runs a little to its own side, c cos(side) along the wind,
-    and crests square to its way pass along the wind at c / cos(side): within 7 %."""
+    """At 10 m/s the longest waves of 83 m have a period of 7.3 s (Pierson and Moskowitz).
+
+    A train at an angle a to the wind runs at c cos(a) along the wind, its crests pass at c / cos(a): within 7 %.
+    """
     right, ahead = np.meshgrid(np.arange(0, 4000, 11, dtype=np.float32), np.arange(0, 4000, 11, dtype=np.float32))
     octave, angle = WaveOctave(10.0, wind_deg, 0, 1), math.radians(wind_deg)
     later = np.stack(octave.at(right, ahead, 1.0)).ravel()
@@ -261,39 +217,30 @@ def test_waves_have_the_phase_speed_of_deep_water(wind_deg: float) -> None:
     assert moves[np.argmax(alike)] == pytest.approx(83.4 / 7.3, rel=0.1)
 
 
-@pytest.mark.parametrize("wind_deg", [60.0, -150.0])
-def test_gusts_run_with_the_wind(wind_deg: float) -> None:
-    """A camera that goes with the wind sees the same ones; one that stands sees others."""
-    context, angle = (
-        SceneContext(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0),
-        math.radians(wind_deg),
+def test_gusts_run_with_the_wind() -> None:
+    """A camera that moves with the wind sees the same gusts, one at rest sees others."""
+    scene = SceneContext(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0)
+    gusty, even = (
+        Sea(wind_m_s=6.0, wind_deg=60.0, gusts=share, camera_height_m=FAR_M).layers(scene)[0] for share in (0.3, 0.0)
     )
-    water, even = (
-        Sea(wind_m_s=6.0, wind_deg=wind_deg, gusts=share, camera_height_m=FAR_M).layers(context)[0]
-        for share in (0.3, 0.0)
+    place = (1200 * math.sin(math.radians(60)), 0.0, 1200 * math.cos(math.radians(60)))
+    rest = view_at(scene, 200.0)
+    before, moved, still = (
+        (gusty.light(view)[1] - even.light(view)[1]).ravel()
+        for view in (view_at(scene), replace(rest, place=place), rest)
     )
-    way_m = 6.0 * 200.0
-    gone = (way_m * math.sin(angle), 0.0, way_m * math.cos(angle))
-
-    def gusts(view_direction: ViewDirection) -> Floats:
-        return (
-            water.light(view_direction)[1] - even.light(view_direction)[1]
-        ).ravel()  # without what comes of the angle
-
-    before, carried, stood = (
-        gusts(view_direction)
-        for view_direction in (seen_from(context), seen_from(context, 200.0, gone), seen_from(context, 200.0))
-    )
-    assert np.corrcoef(before, carried)[0, 1] > 0.98
-    assert np.corrcoef(before, stood)[0, 1] < 0.5
+    assert np.corrcoef(before, moved)[0, 1] > 0.98
+    assert np.corrcoef(before, still)[0, 1] < 0.5
 
 
 SKY_K, WATER_K, WIND = 250.0, 290.0, 8.0
 
 
-def of_all_seen(down_rad: float) -> Floats:
-    """(mean, sigma) of the radiance of all facets that are seen `down_rad` below the horizon: a Gaussian of grazing
-    angles, each weighted by the area that it turns to the camera, summed up."""
+def visible_radiance(down_rad: float) -> Floats:
+    """Return mean and sigma of the radiance of the visible facets `down_rad` below the horizon.
+
+    Grazing angles are Gaussian, each weighted by its projected area.
+    """
     grazing = down_rad + math.sqrt(slope_variance(WIND) / 2) * np.linspace(-6, 6, 4001)
     weights = np.maximum(grazing, 0) * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
     share = reflectance("lwir", np.maximum(grazing, 0))
@@ -306,13 +253,13 @@ def water(down_deg: float, height_m: float, rows: int) -> Floats:
     context = SceneContext(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
     sea = Sea(wind_m_s=WIND, gusts=0.0, camera_height_m=height_m, horizon_k=SKY_K, zenith_k=SKY_K, water_k=WATER_K)
     (layer,) = sea.layers(context)
-    return np.stack([layer.light(seen_from(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
+    return np.stack([layer.light(view_at(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
 
 
-@pytest.mark.parametrize("down_deg", [2.0, 4.0, 10.0, 30.0])
+@pytest.mark.parametrize("down_deg", [2.0, 10.0, 30.0])
 def test_mean_radiance_does_not_depend_on_drawn_waves(down_deg: float) -> None:
-    """From 10 km up none is drawn, from 10 m up the six octaves: half of the slopes' variance."""
-    exact, spread = of_all_seen(math.radians(down_deg))
+    """From 10 km no octave is drawn, from 10 m six of twelve: half of the variance of slopes."""
+    exact, spread = visible_radiance(math.radians(down_deg))
     far, near = water(down_deg, FAR_M, 3), water(down_deg, 10.0, 3)
     assert far.mean() == pytest.approx(exact, rel=0.01)
     assert near.mean() == pytest.approx(exact, rel=0.02)
@@ -321,9 +268,9 @@ def test_mean_radiance_does_not_depend_on_drawn_waves(down_deg: float) -> None:
 
 
 def test_visible_facets_are_weighted_by_projected_area() -> None:
-    """Against sums over Gaussians: sqrt(pi / 2) spreads where half lean away; all of them where they all face it."""
+    """Against sums over Gaussians; sqrt(pi / 2) sigma at mean 0."""
     spread = 0.1
-    for mean in (-0.1, -0.05, 0.0, 0.05, 0.2, 1.0):
+    for mean in (-0.1, 0.0, 0.05, 1.0):
         grazing = np.maximum(mean + spread * np.linspace(-6, 6, 4001), 0)
         weights = grazing * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
         middle = np.average(grazing, weights=weights)

@@ -1,4 +1,4 @@
-"""Dead, hot and blinking pixels are found; light, edges and texture are none; good pixels stand in for bad ones."""
+"""Dead, hot and blinking pixels are found, light and texture are not, and good pixels replace bad ones."""
 
 from __future__ import annotations
 
@@ -7,24 +7,19 @@ import pytest
 from calibration_clips import noise_frames, rendered
 from scipy.special import ndtr
 
-import irsim
-from irsim.calibration import find_bad_pixels, measure_noise
+from irsim.calibration import find_bad_pixels
 from irsim.calibration.bad_pixels import bad_pixel_figures, patch, unstable_pixels
 from irsim.types import Bools, Floats
 
 SHAPE = (60, 64, 80)
 SCENE = """\
-frames: 100
+frames: 60
 camera:
   size: [160, 128]
+  psf_px: 0.5
   bits: 14
-  noise: [{kind: white}, {kind: bad_pixels, dead: 0.002, hot: 0.002, blinking: 0.002, cluster: CLUSTER}]
-background: {kind: ground, spread_k: SPREAD}
-"""
-HIDDEN = """\
-frames: 40
-camera: {size: [160, 128], bits: 14, psf_px: 0.5, noise: [{kind: white}]}
-background: {kind: ground, spread_k: 3}
+  noise: [{kind: white}, {kind: bad_pixels, dead: 0.002, hot: 0.002, blinking: 0.002, cluster: 1.0}]
+background: {kind: ground, spread_k: 0.5}
 targets:
   - id: a
     shape: {kind: point, area_m2: 0.02, temperature_k: 700}
@@ -33,7 +28,7 @@ targets:
 
 
 def telegraph(rng: np.random.Generator, count: int, on: float, off: float) -> Bools:
-    """States over time of a pixel with exponential dwell times of these means, frames."""
+    """Return states over time of a pixel with exponential dwell times of these means, frames."""
     state = np.zeros(count, np.bool_)
     high = rng.random() < on / (on + off)
     for k in range(count):
@@ -62,18 +57,17 @@ def test_each_kind_is_found_where_it_is() -> None:
 
 
 def test_noise_alone_has_no_bad_pixels() -> None:
-    for seed in range(3):
-        assert not find_bad_pixels(noise_frames(seed, (30, 128, 160), tvh=2.0, vh=1.0)).all.any()
+    assert not find_bad_pixels(noise_frames(1, (30, 128, 160), tvh=2.0, vh=1.0)).all.any()
 
 
 def spot(row: float, column: float, sigma: float) -> Floats:
-    """A unit point of light, integrated over pixels."""
+    """Return a unit point of light, integrated over pixels."""
     down, across = (np.diff(ndtr((np.arange(n + 1) - 0.5 - at) / sigma)) for n, at in ((64, row), (80, column)))
     return np.asarray(np.outer(down, across))
 
 
-@pytest.mark.parametrize("sigma", [0.5, 0.8])
-def test_points_and_edges_of_light_are_no_bad_pixels(sigma: float) -> None:
+def test_points_and_edges_of_light_are_no_bad_pixels() -> None:
+    sigma = 0.5
     frames = noise_frames(2, SHAPE, tvh=2.0)
     frames += 3000 * spot(20.2, 50.4, sigma) + 500 * (np.arange(80) > 60)
     frames += 2000 * np.sin(np.arange(60) / 4)[:, None, None] * spot(40.0, 20.3, sigma)
@@ -92,23 +86,12 @@ def test_frozen_pixels_need_enough_frames() -> None:
     assert find_bad_pixels(rng.normal(100.0, 0.05, (40, 48, 48)).round().astype(np.uint16)).frozen_from is None
 
 
-def test_where_all_is_full_of_light_nothing_is_judged() -> None:
+def test_saturated_pixels_are_not_judged() -> None:
     frames = noise_frames(1, SHAPE, tvh=2.0).round()
     frames[:, :, :20] = 4095
     found = find_bad_pixels(frames.astype(np.uint16), 4095)
     assert not found.judged[:, :18].any()
     assert not found.all.any()
-
-
-def test_bad_pixels_off_targets() -> None:
-    frames = noise_frames(1, SHAPE, tvh=2.0)
-    frames[:, 10, 10] += 200
-    taken = np.zeros(SHAPE[1:], np.bool_)
-    taken[5:15, 5:15] = True
-    found = find_bad_pixels(frames)
-    assert found.hot.sum() == 1
-    assert not found.without(taken).all.any()
-    assert found.without(np.ones(SHAPE[1:], np.bool_)).hot.sum() == 1
 
 
 def test_dwell_times_and_heights_lie_in_their_intervals() -> None:
@@ -128,21 +111,18 @@ def test_dwell_times_and_heights_lie_in_their_intervals() -> None:
     assert (figures.dead.value, figures.hot_height, figures.dead_level) == (0, None, None)
 
 
-@pytest.mark.parametrize(("cluster", "spread", "least"), [(1.0, 0.0, 0.9), (2.0, 0.0, 0.75), (1.0, 0.5, 0.8)])
-def test_a_rendered_camera_has_the_share_it_was_given(cluster: float, spread: float, least: float) -> None:
-    text = SCENE.replace("CLUSTER", str(cluster)).replace("SPREAD", str(spread))
-    found = find_bad_pixels(rendered(text))
-    planted = 0.002 * 160 * 128
+def test_bad_pixels_of_a_rendered_camera() -> None:
+    """A passing target adds none, and those in a mask of targets are left out."""
+    found, planted = find_bad_pixels(rendered(SCENE)), 0.002 * 160 * 128
     for mask in (found.dead, found.hot):
-        assert least * planted * 0.7 <= mask.sum() <= 1.5 * planted
+        assert 0.56 * planted <= mask.sum() <= 1.5 * planted
     assert 0.3 * planted <= found.blinking.sum() <= 1.5 * planted
+    taken = np.zeros((128, 160), np.bool_)
+    taken[:64] = True
+    assert found.without(taken).all.sum() == found.all[64:].sum()
 
 
-def test_a_target_that_passes_is_no_bad_pixel() -> None:
-    assert find_bad_pixels(rendered(HIDDEN)).all.sum() <= 1
-
-
-def test_a_good_pixel_stands_in_on_the_level_of_its_lines() -> None:
+def test_a_good_pixel_replaces_a_bad_one_at_the_level_of_its_lines() -> None:
     frames = noise_frames(4, (40, 48, 48), tvh=1.0, h=20.0)
     bad = np.zeros((48, 48), np.bool_)
     bad[10:12, 20] = bad[30, 0] = True
@@ -157,16 +137,8 @@ def test_a_good_pixel_stands_in_on_the_level_of_its_lines() -> None:
     assert patch(counts, bad).dtype == np.uint16
 
 
-def test_a_pixel_that_blinks_faintly_is_left_out_of_flat_noise() -> None:
+def test_faintly_blinking_pixels_are_left_out_of_flat_noise() -> None:
     frames = noise_frames(5, (60, 48, 48), tvh=2.0)
     frames[::7, 20, 20] += 15
     assert masks(unstable_pixels(frames)) == {(20, 20)}
     assert not unstable_pixels(noise_frames(6, (60, 48, 48), tvh=2.0)).any()
-
-
-def test_the_report_counts_them_off_the_ground_truth() -> None:
-    scenario = irsim.loads(HIDDEN)
-    frames = np.stack([frame.image for frame, _ in irsim.frames(scenario)])
-    report = measure_noise(frames, 30.0, top=2.0**14 - 1)
-    assert report.dead + report.hot + report.blinking <= 1
-    assert report.pixels == 160 * 128

@@ -1,4 +1,4 @@
-"""A fit has the figures that went in, writes them under the keys of their meaning, and renders again."""
+"""A fit has the figures of the scenario, writes them under their keys, and renders again."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ import json
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pytest
-from calibration_clips import noise_frames
 from typer.testing import CliRunner
 
 import irsim
 from irsim.backgrounds import Ground
-from irsim.calibration import Estimate, Figures, Fit, PowerLaw, Region, measure_figures
+from irsim.calibration import Estimate, Figures, Fit, PowerLaw, Region
 from irsim.calibration.bad_pixels import BadPixelFigures
-from irsim.calibration.fit import Writer, fit
+from irsim.calibration.fit import fit
+from irsim.calibration.scenario_writer import ScenarioWriter
 from irsim.camera.bad_pixels import BadPixels
 from irsim.cli.app import app
 from irsim.errors import InputError
@@ -40,7 +39,7 @@ EVEN = "{kind: ground, spread_k: 0}"
 TEXTURED = "{kind: ground, spread_k: 1, betas: [2.4, 2.8], correlation_mrad: 40}"
 
 
-def text(camera: str, background: str = EVEN, frames: int = 80) -> str:
+def text(camera: str, background: str = EVEN, frames: int = 60) -> str:
     return SCENE.format(camera=CAMERAS.get(camera, camera), background=background, frames=frames)
 
 
@@ -50,17 +49,22 @@ def fitted(camera: str, background: str) -> Fit:
 
 
 @pytest.mark.parametrize(
-    ("camera", "true"),
+    ("camera", "background", "true"),
     [
-        ("white", {"noise": 1.0, "white": 1.0, "pixel": 0.5, "column": 0.4, "row": 0.3, "memory": None}),
-        ("uncooled", {"noise": 1.0, "white": 0.6, "memory": 0.8, "pixel": 0.5, "even_rows": -1.5, "level": 1.0}),
-        ("lines", {"noise": 1.0, "row_noise": 0.3, "column_noise": 0.2, "level": 0.2, "pixel": 0.4}),
+        ("white", TEXTURED, {"noise": 1.0, "white": 1.0, "column": 0.4, "row": 0.3}),
+        ("white", EVEN, {"noise": 1.0, "white": 1.0, "pixel": 0.5, "column": 0.4, "row": 0.3, "memory": None}),
+        ("uncooled", EVEN, {"noise": 1.0, "white": 0.6, "memory": 0.8, "pixel": 0.5, "even_rows": -1.5, "level": 1.0}),
+        ("lines", EVEN, {"noise": 1.0, "row_noise": 0.3, "column_noise": 0.2, "level": 0.2, "pixel": 0.4}),
     ],
 )
-def test_what_went_in_is_found(camera: str, true: dict[str, float | None]) -> None:
-    """Within the interval made half as wide again: one in twenty of the true values lies outside of it."""
+def test_true_figures_lie_in_their_intervals(camera: str, background: str, true: dict[str, float | None]) -> None:
+    """Intervals are widened by half, as one in twenty does not hold the true value."""
     unit = irsim.loads(text(camera)).camera.response()
-    found = fitted(camera, EVEN).figures
+    found = fitted(camera, background).figures
+    if background == TEXTURED:
+        assert found.texture is not None
+        assert found.texture.beta_x.low <= 2.4 <= found.texture.beta_x.high
+        assert found.texture.beta_y.low <= 2.8 <= found.texture.beta_y.high
     for name, ratio in true.items():
         estimate: Estimate | None = getattr(found, name)
         if ratio is None:
@@ -71,24 +75,7 @@ def test_what_went_in_is_found(camera: str, true: dict[str, float | None]) -> No
         assert estimate.low - reach <= ratio * unit.noise <= estimate.high + reach, (name, ratio * unit.noise, estimate)
 
 
-def test_texture_is_found_beside_the_camera() -> None:
-    found = fitted("white", TEXTURED).figures
-    assert found.texture is not None
-    assert found.texture.beta_x.low <= 2.4 <= found.texture.beta_x.high
-    assert found.texture.beta_y.low <= 2.8 <= found.texture.beta_y.high
-
-
-@pytest.mark.parametrize(("camera", "background"), [("uncooled", EVEN), ("white", TEXTURED)])
-def test_rendered_and_fitted_again_the_figures_agree(camera: str, background: str) -> None:
-    first = fitted(camera, background)
-    again = dict(fit(first.scenario).figures.estimates())
-    for name, found in first.figures.estimates():
-        if not name.startswith("flaws."):
-            assert found.low <= again[name].high, name
-            assert again[name].low <= found.high, name
-
-
-def test_the_scenario_has_the_kinds_that_were_found() -> None:
+def test_a_fit_renders_again() -> None:
     found = fitted("uncooled", EVEN)
     scene = found.scenario
     assert [noise.kind for noise in scene.camera.noise] == ["noise_3d", "ar1", "ar1", "odd_even"]
@@ -96,6 +83,11 @@ def test_the_scenario_has_the_kinds_that_were_found() -> None:
     assert scene.camera.range_k == (270.0, 320.0)
     assert "# Note: no point is seen: the blur is taken to be 0.6 px." in found.text
     assert irsim.loads(found.text) == scene
+    again = dict(fit(scene).figures.estimates())
+    for name, first in found.figures.estimates():
+        if not name.startswith("flaws."):
+            assert first.low <= again[name].high, name
+            assert again[name].low <= first.high, name
 
 
 def test_a_sliding_scene_has_an_upper_bound_of_noise() -> None:
@@ -106,7 +98,7 @@ def test_a_sliding_scene_has_an_upper_bound_of_noise() -> None:
     assert found.notes[0].startswith("the scene moves")
     assert found.figures.noise.bound
     unit = irsim.loads(sliding).camera.response()
-    assert found.figures.noise.low <= unit.noise <= found.figures.noise.high
+    assert unit.noise <= found.figures.noise.high < 1.3 * unit.noise
     assert "noise" in found.as_json()["bounds"]
 
 
@@ -119,7 +111,7 @@ def test_photon_counting_cameras_are_written_with_electrons() -> None:
 
 
 def counts(kelvin: float) -> float:
-    """Of a black body: 0 at 270 K, 16383 at 320 K, linear in radiance between."""
+    """Return counts of a black body: 0 at 270 K, 16383 at 320 K, linear in radiance between."""
     cold, own, hot = (float(radiance("lwir", each)) for each in (270.0, kelvin, 320.0))
     return (2**14 - 1) * (own - cold) / (hot - cold)
 
@@ -153,7 +145,7 @@ def test_figures_are_written_in_the_unit_of_their_key() -> None:
         notes=(),
     )
     source = "frames: 4\ncamera: {size: [64, 64], rate_hz: 25, bits: 14, band: lwir, range_k: [270, 320]}\n"
-    writer = Writer.of(irsim.Rendering(irsim.loads(f"{source}background: {{kind: sky}}\n")), figures)
+    writer = ScenarioWriter(irsim.Rendering(irsim.loads(f"{source}background: {{kind: sky}}\n")), figures)
     scene = irsim.loads("\n".join(writer.lines(4)))
     bad = next(noise for noise in scene.camera.noise if isinstance(noise, BadPixels))
     assert (bad.dead, bad.hot, bad.blinking, bad.cluster, bad.dead_level) == (0.001, 0.002, 0.003, 1.8, 0.25)
@@ -167,13 +159,6 @@ def test_figures_are_written_in_the_unit_of_their_key() -> None:
     per_kelvin = counts(292.0) - counts(291.0)
     assert ground.spread_k == pytest.approx(100 / per_kelvin, rel=0.01)
     assert scene.camera.netd_mk == pytest.approx(4000 / (counts(300.5) - counts(299.5)), rel=0.01)
-
-
-def test_the_input_is_not_changed() -> None:
-    frames = noise_frames(1, (12, 40, 40), tvh=2.0)
-    before = frames.copy()
-    measure_figures(frames, 30.0, Region(0, 0, 40, 40))
-    np.testing.assert_array_equal(frames, before)
 
 
 def test_the_command_writes_a_scenario_that_renders(tmp_path: Path) -> None:
@@ -197,16 +182,15 @@ def test_a_fit_replaces_nothing_but_an_unchanged_fit(tmp_path: Path) -> None:
     camera.write_text(fit(scene).text)
     assert CliRunner().invoke(app, words).exit_code == 0
     fit_text = camera.read_text()
-    for changed, said in (
+    for changed, message in (
         (scene.read_text(), "camera.yaml: exists and is no fit, and a fit would replace it; allowed: another name"),
         (f"{fit_text}# my own\n", "was changed after irsim fit wrote it"),
-        (fit_text.replace("psf_px: ", "psf_px: 1"), "was changed after irsim fit wrote it"),
         (fit_text.rpartition("# A later fit")[0], "the last line of a fit is missing"),
     ):
         camera.write_text(changed)
         done = CliRunner().invoke(app, words)
         assert isinstance(done.exception, InputError)
-        assert said in str(done.exception)
+        assert message in str(done.exception)
         assert camera.read_text() == changed
 
 

@@ -1,4 +1,4 @@
-"""Noise terms, correlation over time and the level are found as they went in; what cannot be told is said."""
+"""Noise terms, correlation over time and the level of known noise lie in their intervals; notes name the limits."""
 
 from __future__ import annotations
 
@@ -7,32 +7,29 @@ import math
 
 import numpy as np
 import pytest
-from calibration_clips import noise_frames, real, real_counts, rendered, series
+from calibration_clips import noise_frames, rendered, series
 from intervals import held
 
-from irsim.calibration import Region, measure_noise, noise_3d, temporal_noise
+from irsim.calibration import measure_noise, noise_3d, temporal_noise
+from irsim.calibration.level import fit_level
 from irsim.calibration.report import noise_lines, noise_notes
-from irsim.calibration.temporal import fit_level, time_freedom
-from irsim.errors import InputError
+from irsim.calibration.temporal import time_freedom
 
 TERMS = {"t": 1.0, "v": 2.0, "h": 3.0, "tv": 0.5, "th": 0.8, "vh": 4.0, "tvh": 5.0}
 EVEN = "frames: {frames}\ncamera: {{preset: {preset}, size: [96, 80]}}\nbackground: {{kind: ground, spread_k: 0}}\n"
-SEEDS = range(6)
+SEEDS = range(4)
 
 
 def test_the_seven_terms_lie_in_their_intervals() -> None:
-    found = [noise_3d(noise_frames(seed, (60, 48, 48), **TERMS)) for seed in range(12)]
+    found = [noise_3d(noise_frames(seed, (60, 48, 48), **TERMS)) for seed in range(8)]
     for term, true in TERMS.items():
         held([getattr(each, term) for each in found], true)
+    white = noise_3d(noise_frames(1, tvh=5.0))
+    assert all(getattr(white, term).low == 0 for term in TERMS if term != "tvh")
 
 
-def test_terms_that_are_absent_may_be_zero() -> None:
-    found = noise_3d(noise_frames(1, tvh=5.0))
-    assert all(getattr(found, term).low == 0 for term in TERMS if term != "tvh")
-
-
-@pytest.mark.parametrize(("rho", "count"), [(0.8, 60), (0.95, 200)])
-def test_white_and_correlated_noise_are_told_apart(rho: float, count: int) -> None:
+@pytest.mark.parametrize(("rho", "count"), [(0.8, 60), (0.9, 120)])
+def test_white_and_correlated_noise_are_separated(rho: float, count: int) -> None:
     frames = [noise_frames(seed, (count, 48, 48), tvh=3.0, vh=2.0, correlated=4.0, rho=rho) for seed in SEEDS]
     memories = [temporal_noise(each, 30.0).memory for each in frames]
     assert None not in memories
@@ -42,15 +39,15 @@ def test_white_and_correlated_noise_are_told_apart(rho: float, count: int) -> No
     held([each.total for each in found], 5.0)
     held([each.rho for each in found], rho, widest=0.1)
     held([each.fixed for each in found], 2.0)
-    assert sum(each.drift is None for each in found) >= 4
+    assert sum(each.drift is None for each in found) >= 3
 
 
-def test_drift_is_told_from_correlated_noise() -> None:
-    """A walk of 0.05 counts a frame beside white and AR(1) noise: sqrt(30) as much a second."""
+def test_drift_is_separated_from_correlated_noise() -> None:
+    """A walk of 0.1 counts a frame, sqrt(30) as much a second, with white and AR(1) noise."""
     found = []
     for seed in SEEDS:
-        walk = np.random.default_rng(seed + 100).normal(0, 0.1, (300, 48, 48)).cumsum(axis=0)
-        frames = walk + noise_frames(seed, (300, 48, 48), tvh=1.0, correlated=1.0, rho=0.7)
+        walk = np.random.default_rng(seed + 100).normal(0, 0.1, (150, 48, 48)).cumsum(axis=0)
+        frames = walk + noise_frames(seed, (150, 48, 48), tvh=1.0, correlated=1.0, rho=0.7)
         found.append(temporal_noise(frames, 30.0).memory)
     memories = [memory for memory in found if memory is not None]
     held([memory.walk for memory in memories], 0.1 * math.sqrt(30), widest=0.2)
@@ -69,12 +66,12 @@ def test_lost_frames_count_as_time() -> None:
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_the_level_lies_in_its_interval(rho: float) -> None:
     number = np.arange(100)
-    found = [fit_level(series(np.random.default_rng(seed), (100,), 2.0, rho), 0.01, number) for seed in range(12)]
+    found = [fit_level(series(np.random.default_rng(seed), (100,), 2.0, rho), 0.01, number) for seed in range(8)]
     held([each.sigma for each in found], 2.0)
-    assert sum((each.time_frames is None) == (rho == 0) for each in found) >= 11
+    assert sum((each.time_frames is None) == (rho == 0) for each in found) >= 7
 
 
-def test_the_freedom_of_a_correlated_series_is_less() -> None:
+def test_correlation_reduces_degrees_of_freedom() -> None:
     number = np.arange(100)
     memory = temporal_noise(noise_frames(1, (100, 48, 48), correlated=3.0, rho=0.9), 30.0).memory
     assert time_freedom(None, number) == 99
@@ -91,7 +88,7 @@ def test_presets_have_the_noise_of_their_kind(preset: str) -> None:
     assert report.terms.vh.value > 0
 
 
-def test_rows_that_are_correlated_over_time_have_a_memory() -> None:
+def test_correlated_rows() -> None:
     rng = np.random.default_rng(5)
     rows = series(rng, (150, 64, 1), 2.0, 0.8)
     report = measure_noise(noise_frames(5, (150, 64, 64), tvh=3.0, v=1.0) + rows, 30.0, (0, 0, 64, 64))
@@ -102,7 +99,7 @@ def test_rows_that_are_correlated_over_time_have_a_memory() -> None:
     assert report.terms.tv == memory.total
 
 
-def test_where_something_moves_sharp_noise_alone_is_told() -> None:
+def test_with_motion_sharp_noise_alone_is_measured() -> None:
     rng = np.random.default_rng(1)
     x, y, k = np.arange(64), np.arange(64)[:, None], np.arange(40)[:, None, None]
     wave = 30 * np.sin(x / 5 + y / 9 + k / 2)
@@ -113,7 +110,7 @@ def test_where_something_moves_sharp_noise_alone_is_told() -> None:
     assert any("moves" in note for note in noise_notes(report))
 
 
-def test_a_scene_in_the_region_is_doubted() -> None:
+def test_a_scene_in_the_region_is_noted() -> None:
     y, x = np.mgrid[:64, :64]
     scene = 20 * np.sin(x / 6) * np.cos(y / 7)
     report = measure_noise(scene + noise_frames(1, (20, 64, 64), tvh=2.0), 30.0, (0, 0, 64, 64))
@@ -122,7 +119,7 @@ def test_a_scene_in_the_region_is_doubted() -> None:
     assert any("may contain the scene" in text for label, text in noise_lines(report) if label == "vh")
 
 
-def test_rounding_and_clipping_are_said() -> None:
+def test_rounding_and_clipping_are_noted() -> None:
     rng = np.random.default_rng(2)
     quiet = measure_noise(rng.normal(100.3, 0.1, (30, 48, 48)).round().astype(np.uint16), 30.0)
     assert quiet.rounded
@@ -137,44 +134,3 @@ def test_the_input_is_not_changed_and_json_holds_plain_values() -> None:
     report = measure_noise(frames, 30.0)
     np.testing.assert_array_equal(frames, before)
     assert json.loads(json.dumps(report.as_json()))["terms"]["tvh"]["value"] == report.terms.tvh.value
-
-
-def test_few_frames_and_small_regions_are_one_clear_error() -> None:
-    frames = noise_frames(1, (12, 40, 40), tvh=2.0)
-    with pytest.raises(InputError, match="3 frames are too few to measure noise; allowed: at least 4"):
-        measure_noise(frames[:3], 30.0)
-    with pytest.raises(InputError, match="does not fit; allowed: x,y,w,h in whole px inside 40x40, at least 4x4"):
-        measure_noise(frames, 30.0, Region(0, 0, 3, 9))
-
-
-@real
-def test_a_real_cooled_sensor() -> None:
-    """The data's README: pair 1.75, tvh 1.65, lag-1 correlation .01, fixed pixel .66, drift .35 counts."""
-    report = measure_noise(real_counts("raw14_lwir"), 30.0, top=16383)
-    assert report.temporal.pair.value == pytest.approx(1.75, rel=0.05)
-    assert report.terms.tvh.value == pytest.approx(1.65, rel=0.08)
-    assert report.temporal.memory is None
-    assert report.terms.vh.value == pytest.approx(0.66, rel=0.1)
-    assert report.drift == pytest.approx(0.35, abs=0.05)
-
-
-@real
-def test_a_real_uncorrected_sensor() -> None:
-    """The data's README: tvh 3.3, fixed pixel 16, column 3, row 52 over odd and even rows."""
-    report = measure_noise(real_counts("raw14_mwir"), 30.0, top=16383)
-    assert report.terms.tvh.value == pytest.approx(3.3, rel=0.08)
-    assert report.temporal.memory is None
-    assert report.terms.vh.value == pytest.approx(16, rel=0.1)
-    assert report.terms.v.value > 5 * report.terms.h.value
-
-
-@real
-def test_a_real_uncooled_sensor() -> None:
-    """The data's README: AR(1) with rho about .9; lag-1 .74 to .89; tvh 1.4 to 3.5; pixel 2.5 to 6.4."""
-    report = measure_noise(real_counts("raw16_lepton"), 9.0)
-    memory = report.temporal.memory
-    assert memory is not None
-    assert memory.rho.value == pytest.approx(0.9, abs=0.03)
-    assert 1.4 < memory.total.value < 3.5
-    assert 2.5 < report.terms.vh.value < 6.4
-    assert 0.5 < report.temporal.pair.value < 2.1

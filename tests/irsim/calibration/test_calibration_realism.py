@@ -1,4 +1,4 @@
-"""Textures of known spectrum are measured as made; real sequences and cameras are told from noise and each other."""
+"""Textures of known spectrum have their figures; real sequences and cameras are of their class or sort alone."""
 
 from __future__ import annotations
 
@@ -6,27 +6,24 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
 import cv2
 import numpy as np
 import pytest
-from calibration_clips import REAL, real, real_counts, rendered
+from calibration_clips import rendered
 from typer.testing import CliRunner
 
 import irsim
-from irsim.calibration import CAMERAS, CLASSES, Estimate, Figures, compare_noise, compare_texture, measure_figures
+from irsim.calibration import CAMERAS, Estimate, Figures, compare_noise, compare_texture, measure_figures
 from irsim.calibration.background import background_pictures
-from irsim.calibration.realism import Verdict, check_class, check_sort, noise_figures
-from irsim.calibration.texture import texture_figures, unevenness
+from irsim.calibration.background_classes import texture_figures, unevenness
+from irsim.calibration.realism import noise_figures
 from irsim.cli.app import app
 from irsim.config.yaml_text import read_yaml
 from irsim.errors import InputError
-from irsim.geometry.random_fields import spectral
-from irsim.recording import open_recording
 from irsim.recording.importers import import_frames
 from irsim.scenario.catalog import examples
-from irsim.types import BackgroundClass, Floats
+from irsim.types import Floats
 
 CLOUDS = ["clouds", "frames=8", "camera.size=[160, 128]"]
 PRESET = "frames: 100\ncamera: {preset: PRESET, size: [128, 96]}\nbackground: {kind: ground, spread_k: 0}\n"
@@ -34,7 +31,7 @@ CLAIMS = {name: read_yaml(path).value.get("like") for name, path in examples().i
 
 
 def power_law(beta: float, seed: int) -> Floats:
-    """A Gaussian field with a 2-D power spectrum ~ f^-beta."""
+    """Return a Gaussian field with a 2-D power spectrum ~ f^-beta."""
     radius = np.hypot.outer(np.fft.fftfreq(512), np.fft.rfftfreq(512))
     radius[0, 0] = np.inf
     noise = np.fft.rfft2(np.random.default_rng(seed).normal(size=(512, 512)))
@@ -47,7 +44,7 @@ def white(seed: int) -> Floats:
     return np.random.default_rng(seed).normal(128, 30, (256, 320))
 
 
-@pytest.mark.parametrize("beta", [1.5, 2.2, 3.0, 4.0])
+@pytest.mark.parametrize("beta", [1.5, 3.0])
 def test_a_power_law_has_its_exponent(beta: float) -> None:
     found = texture_figures(np.stack([power_law(beta, seed) for seed in range(9)]))
     assert found.beta == pytest.approx(beta, abs=0.15)
@@ -74,67 +71,26 @@ def test_a_blur_bends_the_spectrum_by_its_transfer_function() -> None:
     assert found.bend == pytest.approx(expected[0] - expected[1], rel=0.25)
 
 
-@pytest.mark.parametrize("blur", [0, 1, 2, 4])
-def test_white_and_blurred_noise_is_no_class(blur: float) -> None:
+@pytest.mark.parametrize("blur", [0, 2])
+def test_white_and_blurred_noise_is_of_no_class_or_camera(blur: float) -> None:
     blurred = [cv2.GaussianBlur(white(seed), (0, 0), blur) if blur else white(seed) for seed in range(3)]
     stretched = [128 + 40 * (p - p.mean()) / p.std() for p in blurred]
     assert compare_texture(texture_figures(np.stack(stretched))).fitting == ()
+    frames = np.random.default_rng(0).normal(1000, 20, (30, 64, 80))
+    if blur:
+        frames = np.stack([np.asarray(cv2.GaussianBlur(frame, (0, 0), 1), np.float64) for frame in frames])
+    assert compare_noise(measure_figures(frames, 30.0, points=False)).fitting == ()
 
 
-def test_a_city_is_as_steep_along_both_axes() -> None:
-    fields = (spectral((512, 512), 3, (3.2, 2.4), 60, 1.0, seed, "field")[:256, :320] for seed in range(3))
-    found = texture_figures(np.stack([128 + 33 * field / field.std() for field in fields]))
-    verdicts = compare_texture(found, "city").verdicts
-    assert [each.figure for each in verdicts if not each.inside] == ["beta_x", "beta_y"]
-
-
-@pytest.mark.parametrize("name", ["clouds", "ground", "treeline"])
+@pytest.mark.parametrize("name", ["clouds", "ground"])
 def test_a_shipped_scene_looks_like_its_claim_alone(name: str) -> None:
     found = texture_figures(background_pictures(irsim.open_source(name), 9))
     assert compare_texture(found).fitting == (CLAIMS[name],)
 
 
-def test_classes_are_those_that_a_scenario_may_claim() -> None:
-    assert {"cloud", "ground", "treeline"} <= set(CLAIMS.values())
-    assert set(CLASSES) == set(get_args(BackgroundClass))
-
-
-def test_a_target_is_no_background() -> None:
-    """The jet's heat, which this AGC leaves out, would lessen beta by 0.1."""
-    keys = ["frames=60", "camera.agc={kind: linear, tails: [0.005, 0.05]}"]
-    beside, without = (irsim.open_source("sky", [*keys, f"without={off}"]) for off in ("[]", "[jet]"))
-    found, expected = (texture_figures(background_pictures(source, 9)) for source in (beside, without))
-    for figure in ("beta", "beta_x", "beta_y"):
-        assert getattr(found, figure) == pytest.approx(getattr(expected, figure), abs=0.05)
-
-
-@real
-@pytest.mark.parametrize(
-    ("name", "classes"),
-    [
-        ("sky_airplane_cirrus", {"cloud", "treeline"}),
-        ("drone_treeline", {"treeline"}),
-        ("birds_crossing", {"trees"}),
-    ],
-)
-def test_real_sequences_are_of_their_class(name: str, classes: set[str], tmp_path: Path) -> None:
-    at = REAL / name
-    clip = open_recording(import_frames(at / "frames.mp4", tmp_path / "clip.mcap", truth=at / "gt.csv"))
-    assert set(compare_texture(texture_figures(background_pictures(clip, 9))).fitting) == classes
-
-
-@real
-@pytest.mark.parametrize(
-    ("name", "rate_hz", "sort"),
-    [("raw14_lwir", 30.0, "cooled"), ("raw14_mwir", 30.0, "uncorrected"), ("raw16_lepton", 9.0, "uncooled")],
-)
-def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: str) -> None:
-    assert compare_noise(measure_figures(real_counts(name), rate_hz, points=False)).fitting == (sort,)
-
-
 @pytest.mark.parametrize(
     ("preset", "rate_hz", "sort"),
-    [("cooled_mwir", 50.0, "cooled"), ("cooled_lwir", 100.0, "cooled"), ("uncooled_lwir", 30.0, "uncooled")],
+    [("cooled_mwir", 50.0, "cooled"), ("uncooled_lwir", 30.0, "uncooled")],
 )
 def test_presets_are_of_their_sort_alone(preset: str, rate_hz: float, sort: str) -> None:
     compared = compare_noise(measure_figures(rendered(PRESET.replace("PRESET", preset)), rate_hz, points=False), sort)
@@ -142,17 +98,8 @@ def test_presets_are_of_their_sort_alone(preset: str, rate_hz: float, sort: str)
     assert not set(compared.fitting) - {sort}
 
 
-@pytest.mark.parametrize("blur", [0.0, 1.0])
-def test_white_and_blurred_noise_is_that_of_no_camera(blur: float) -> None:
-    rng = np.random.default_rng(0)
-    frames = 1000 + rng.normal(0, 20, (60, 96, 128))
-    if blur:
-        frames = np.stack([np.asarray(cv2.GaussianBlur(frame, (0, 0), blur), np.float64) for frame in frames])
-    assert compare_noise(measure_figures(frames, 30.0, points=False)).fitting == ()
-
-
 def figures() -> Figures:
-    """Figures of white noise."""
+    """Return figures of white noise."""
     frames = np.random.default_rng(1).normal(100, 1, (20, 32, 32)).round().astype(np.uint16)
     return measure_figures(frames, 30.0, points=False)
 
@@ -175,42 +122,16 @@ def test_a_correlation_is_at_most_one() -> None:
     assert found.high == pytest.approx(math.exp(-1 / 12.9))
 
 
-def test_lines_show_what_an_interval_without_width_means() -> None:
-    one, none, close = Estimate(1.0, 1.0, 1.0), Estimate(0.0, 0.0, 0.0), Estimate(3.0, 2.999, 3.001)
-    found = replace(figures(), memory=None, memory_frames=None, noise=one, row=none, even_rows=close)
-    lines = list(compare_noise(found).lines("like", "none"))
-    assert lines[0] == "figure      measured  95 % interval (all but correlation: in units of a pixel's noise)"
-    assert lines[1] == "correlation     0.00  none found, taken as this"
-    assert "row             3.00  known to better than 0.01" in lines
-
-
-@pytest.mark.parametrize(("value", "shown"), [(2.7501, "2.7501"), (2.75, "2.75"), (2.2999, "2.2999"), (3.0, "3.00")])
-def test_a_figure_outside_is_not_printed_as_the_limit(value: float, shown: str) -> None:
-    assert Verdict("beta", value, 2.3, 2.75).measured == shown
-
-
-def test_unknown_names_and_unfit_pictures_are_one_clear_error() -> None:
-    with pytest.raises(InputError, match=r"^like 'cheese': no such class; allowed: c"):
-        check_class("cheese")
-    with pytest.raises(InputError, match=r"^camera 'cheese': no such sort of camera; allowed: c"):
-        check_sort("cheese")
-    with pytest.raises(InputError, match="uniform"):
-        texture_figures(np.full((2, 64, 64), 7, np.uint8))
-    with pytest.raises(InputError, match="64x64"):
-        texture_figures(np.zeros((2, 40, 64), np.uint8))
-
-
 def test_the_command_judges_texture_by_its_status() -> None:
     good = CliRunner().invoke(app, ["realism", *CLOUDS, "--like", "cloud", "--json"])
     assert good.exit_code == 0, good.output
     found = json.loads(good.stdout)
     assert "cloud" in found["classes"]
     assert found["ranges"]["bend"]["inside"]
-    same = irsim.measure_realism(irsim.open_source("clouds", CLOUDS[1:]), "cloud")
-    assert json.loads(json.dumps({"source": "clouds", **same.as_json()})) == found
     bad = CliRunner().invoke(app, ["realism", *CLOUDS, "--like", "trees"])
     assert bad.exit_code == 1
     assert "OUTSIDE" in bad.stdout
+    assert bad.stdout.splitlines()[-1] == "its noise cannot be judged: the scene moves; allowed: a still camera"
     assert bad.stdout.splitlines()[0] == "figure      measured  allowed for trees"
     for option, allowed in (("--like", "cloud, horizon"), ("--camera", ", ".join(CAMERAS))):
         none = CliRunner().invoke(app, ["realism", "clouds", option, "cheese"])
@@ -233,21 +154,16 @@ def test_the_command_judges_noise_by_its_status(tmp_path: Path) -> None:
 
 
 def test_noise_of_a_moving_scene_is_not_judged() -> None:
-    moving = ["realism", *CLOUDS, "--like", "cloud"]
     reason = "its noise cannot be judged: the scene moves; allowed: a still camera"
-    alone = CliRunner().invoke(app, moving)
-    assert alone.exit_code == 0, alone.output
-    assert alone.stdout.splitlines()[-2:] == ["looks like: cloud", reason]
-    asked = CliRunner().invoke(app, [*moving, "--camera", "cooled"])
-    assert isinstance(asked.exception, InputError)
-    assert str(asked.exception) == f"clouds: {reason}"
-    assert asked.stdout == ""
+    required = CliRunner().invoke(app, ["realism", *CLOUDS, "--camera", "cooled"])
+    assert isinstance(required.exception, InputError)
+    assert str(required.exception) == f"clouds: {reason}"
+    assert required.stdout == ""
 
 
 @pytest.mark.parametrize(
     ("side", "frames", "options", "expected"),
     [
-        (96, 1, ["--like", "cloud"], "2.70 to 4.30  OUTSIDE"),
         (96, 1, ["--camera", "cooled"], "1 frame is too few to measure noise; allowed: at least 4"),
         (16, 12, ["--like", "cloud"], "16x16 px are too few for a spectrum; allowed: at least 64x64"),
         (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be measured; allowed: at least 8x8"),

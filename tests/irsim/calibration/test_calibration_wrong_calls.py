@@ -1,4 +1,4 @@
-"""Wrong arguments of measurements and pictures: one line that says what is allowed."""
+"""Wrong arguments of measurements and pictures: one line with the allowed values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 import irsim
 import irsim.calibration
-from irsim.cli.figures import contact_sheet, labelled_sheet
+from irsim.cli.figures import contact_sheet
 from irsim.cli.video import write_video
 from irsim.errors import InputError
 
@@ -23,7 +23,7 @@ NO_PATH = "is no path; allowed: text or a path"
 
 
 def anything(value: object) -> Any:
-    """A value of whatever type, as untyped programs give it."""
+    """Return a value as of any type."""
     return value
 
 
@@ -36,10 +36,6 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), anything(["cloud"])),
         r"like \['cloud'\]: no such class; allowed: cloud, ",
     ),
-    "a camera in a list": (
-        lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera=anything(["cooled"])),
-        r"camera \['cooled'\]: no such sort of camera; allowed: cooled, ",
-    ),
     "a camera of three frames": (
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
         "3 frames are too few to measure noise; allowed: at least 4",
@@ -49,45 +45,11 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         "there are no frames 2:2; allowed: one or more of its 3",
     ),
     "contact_sheet": (lambda: contact_sheet(irsim.Rendering(SCENE), anything(None)), NO_PATH),
-    "labelled_sheet": (lambda: labelled_sheet([], anything(3)), NO_PATH),
     "write_video": (lambda: write_video(irsim.Rendering(SCENE), anything(None)), NO_PATH),
     "no rate": (lambda: irsim.measure_noise(FRAMES, 0), "rate_hz 0: allowed: a number above 0, frames a second"),
-    "a place for a rate": (
-        lambda: irsim.measure_noise(FRAMES, anything((0, 0, 9, 9))),
-        "rate_hz .*: allowed: a number",
-    ),
     "frames in a list": (
         lambda: irsim.measure_noise(anything(FRAMES.tolist()), 30.0),
         "frames: a list; allowed: an",
-    ),
-    "frames by a name": (
-        lambda: irsim.measure_noise(anything("sky"), 30.0),
-        "frames: a str; allowed: an array of",
-    ),
-    "one frame": (lambda: irsim.measure_noise(FRAMES[0], 30.0), r"frames: an array of uint16 of shape \(32, 32\); all"),
-    "frames that are not finite": (
-        lambda: irsim.measure_noise(np.where(np.arange(8)[:, None, None] == 5, np.nan, FRAMES), 30.0),
-        "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
-    ),
-    "a highest count of the flattest": (
-        lambda: irsim.calibration.flattest(FRAMES, anything("255")),
-        "top '255': allowed: a number above 0",
-    ),
-    "targets' places of the flattest": (
-        lambda: irsim.calibration.flattest(FRAMES, 255.0, np.zeros((32, 31), np.bool_)),
-        r"taken: .* of shape \(32, 31\); allowed: None, or an array of bool of shape \(32, 32\)",
-    ),
-    "a highest count of defects": (
-        lambda: irsim.calibration.find_bad_pixels(FRAMES, anything(None)),
-        "top None: allowed: a number above 0",
-    ),
-    "a rate of temporal": (
-        lambda: irsim.calibration.temporal_noise(FRAMES, -1.0),
-        "rate_hz -1.0: allowed: a number above 0",
-    ),
-    "too few frames of temporal": (
-        lambda: irsim.calibration.temporal_noise(FRAMES[:3], 30.0),
-        "3 frames are too few to measure noise; allowed: at least 4",
     ),
     "numbers that fall": (
         lambda: irsim.calibration.temporal_noise(FRAMES, 30.0, np.arange(8)[::-1]),
@@ -101,10 +63,6 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(anything(np.ma.masked_greater(np.ones((8, 32, 32)), 2)), 30.0),
         "frames: a masked array, whose mask would be lost; allowed: an array",
     ),
-    "a list of figures": (
-        lambda: irsim.calibration.measure_figures(anything([[1]]), 30.0),
-        r"frames: a list; allowed: an array of whole numbers, float32 or float64, \(frames, rows, columns\)",
-    ),
     "a highest count": (lambda: irsim.measure_noise(FRAMES, 30.0, top=0), "top 0: allowed: a number above 0"),
     "targets' places": (
         lambda: irsim.measure_noise(FRAMES, 30.0, taken=np.zeros((3, 3), np.bool_)),
@@ -113,14 +71,6 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "a region of noise": (
         lambda: irsim.measure_noise(FRAMES, 30.0, anything("0,0,9,9")),
         "region '0,0,9,9': allowed",
-    ),
-    "True in a region of noise": (
-        lambda: irsim.measure_noise(FRAMES, 30.0, anything((True, 0, 9, 9))),
-        r"region \(True, 0, 9, 9\): allowed: four whole numbers",
-    ),
-    "a long region of noise": (
-        lambda: irsim.measure_noise(FRAMES, 30.0, anything(list(range(9999)))),
-        r"region \[0, 1, 2, 3, 4, 5, \.\.\.\]: allowed: four whole numbers",
     ),
     "a region beyond": (
         lambda: irsim.measure_noise(FRAMES, 30.0, (0, 0, 99, 9)),
@@ -131,28 +81,19 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
 
 @pytest.mark.parametrize("call", CALLS)
 def test_a_wrong_argument_is_one_line(call: str) -> None:
-    run, told = CALLS[call]
-    with pytest.raises(InputError, match=told) as caught:
+    run, message = CALLS[call]
+    with pytest.raises(InputError, match=message) as caught:
         run()
     assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize(
-    ("frames", "told"),
+    ("frames", "message"),
     [
-        (FRAMES.tolist(), "frames: a list; allowed: an array of whole numbers, float32 or"),
-        (FRAMES[0], r"frames: an array of uint16 of shape \(32, 32\); allowed: an array of whole numbers, float32 or"),
-        (FRAMES.astype(str), "frames: an array of <U5 of .*; allowed: an array of whole numbers, float32 or"),
-        (
-            FRAMES.astype(complex),
-            "frames: an array of complex128 of .*; allowed: an array of whole numbers, float32 or",
-        ),
-        (
-            FRAMES.astype(np.float16),
-            "frames: an array of float16 of .*; allowed: an array of whole numbers, float32 or",
-        ),
+        (FRAMES.tolist(), "frames: a list; allowed: an array of whole numbers, float32 or float64, "),
+        (FRAMES[0], r"frames: an array of uint16 of shape \(32, 32\); allowed: an array of whole numbers"),
+        (FRAMES.astype(complex), "frames: an array of complex128 of .*; allowed: an array of whole numbers"),
         (FRAMES[:0], r"frames: an array of uint16 of shape \(0, 32, 32\); allowed: one or more frames of"),
-        (FRAMES[:, :, :0], r"frames: an array of uint16 of shape \(8, 32, 0\); allowed: one or more frames of"),
         (np.where(FRAMES == 0, np.nan, 1.0), "frames: 8 of 8 hold values that are not finite, frame 0 first; allowed"),
     ],
 )
@@ -165,11 +106,8 @@ def test_a_wrong_argument_is_one_line(call: str) -> None:
         lambda frames: irsim.calibration.temporal_noise(frames, 30.0),
         lambda frames: irsim.calibration.flattest(frames, 255.0),
     ],
-    ids=["noise_3d", "find_bad_pixels", "texture_figures", "temporal_noise", "flattest"],
 )
-def test_each_part_of_a_measurement_checks_its_frames(
-    measure: Callable[[Any], object], frames: object, told: str
-) -> None:
-    with pytest.raises(InputError, match=told) as caught:
+def test_every_measurement_checks_its_frames(measure: Callable[[Any], object], frames: object, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
         measure(frames)
     assert len(str(caught.value).splitlines()) == 1

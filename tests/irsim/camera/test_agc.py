@@ -6,9 +6,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
 from irsim.camera import AGCS, CURVES
@@ -44,7 +41,7 @@ def build(word: str) -> Agc:
 
 
 @pytest.mark.parametrize("word", AGCS.kinds)
-@pytest.mark.parametrize("bits", [8, 12, 14, 16])
+@pytest.mark.parametrize("bits", [8, 14, 16])
 def test_a_picture_has_eight_bits_and_the_same_shape(word: str, bits: int) -> None:
     counts = scene(bits)
     counts.flags.writeable = False
@@ -70,10 +67,9 @@ def test_odd_counts_and_small_pictures(word: str) -> None:
 
 
 @pytest.mark.parametrize("word", AGCS.kinds)
-@pytest.mark.parametrize("bits", [8, 14, 16])
-def test_a_constant_frame_has_one_grey_level(word: str, bits: int) -> None:
-    for share in (0.0, 0.4, 1.0):
-        assert np.ptp(build(word).display(np.full((20, 30), round(share * (2**bits - 1)), np.uint16), bits)) == 0
+def test_a_constant_frame_has_one_grey_level(word: str) -> None:
+    for count in (0, 6000, 16_383):
+        assert np.ptp(build(word).display(np.full((20, 30), count, np.uint16), 14)) == 0
 
 
 @pytest.mark.parametrize("word", CURVES.kinds)
@@ -86,21 +82,12 @@ def test_curves_are_monotonic(word: str) -> None:
 # Linear, fixed and none
 
 
-@pytest.mark.parametrize("tails", [(0.005, 0.005), (0.0, 0.0), (0.1, 0.02)])
-@pytest.mark.parametrize("bits", [8, 14, 16])
+@pytest.mark.parametrize(("tails", "bits"), [((0.005, 0.005), 14), ((0.0, 0.0), 8), ((0.1, 0.02), 16)])
 def test_linear_stretches_between_quantiles(tails: tuple[float, float], bits: int) -> None:
     counts = scene(bits, (97, 131))  # shares of 12,707 pixels are no whole numbers
     low, high = np.quantile(counts, [tails[0], 1 - tails[1]], method="inverted_cdf").astype(float)
     expected = np.clip((counts - low) / (high - low) * 255, 0, 255)
     np.testing.assert_allclose(Linear(tails=tails).display(counts, bits), expected, atol=0.5 + 1e-9)
-
-
-def test_linear_clips_at_most_its_tails() -> None:
-    counts = np.arange(1000, dtype=np.uint16).reshape(20, 50)
-    picture = Linear(tails=(0.01, 0.02)).display(counts, 14)
-    # 10 pixels below count 10 and 20 above count 979.
-    assert np.flatnonzero(picture.ravel() == 0).max() == 11  # 10, and 11 by rounding: 1/969 of 255 is 0.26
-    assert picture.ravel()[[10, 12, 977, 979]].tolist() == [0, 1, 254, 255]
 
 
 def test_linear_of_flat_frames() -> None:
@@ -168,13 +155,6 @@ def test_plateau_of_one_is_histogram_equalisation() -> None:
     np.testing.assert_allclose(picture.astype(int), cv2.equalizeHist(eight).astype(int), atol=1)
 
 
-def test_a_low_plateau_keeps_contrast_of_small_spots() -> None:
-    counts = noisy()
-    plateaus = (Plateau(plateau=plateau, gain_limit=None) for plateau in (1.0, 0.001, 1e-6))
-    spot = [float(np.ptp(agc.display(counts, 14)[20:24, 30:34])) for agc in plateaus]
-    assert spot[0] < spot[1] < spot[2]
-
-
 def test_the_gain_limit_keeps_even_scenes_even() -> None:
     assert (Plateau().display(np.full((20, 30), 777, np.uint16), 14) == MID_GREY).all()
     counts = np.rint(np.random.default_rng(2).normal(5000, 3, (96, 128))).astype(np.uint16)
@@ -183,16 +163,13 @@ def test_the_gain_limit_keeps_even_scenes_even() -> None:
     assert Plateau(gain_limit=None).display(counts, 14).std() > 10 * counts.std()
 
 
-@given(
-    arrays(np.uint16, (6, 7), elements=st.integers(0, 4095)),
-    st.floats(1e-6, 1),
-    st.one_of(st.none(), st.floats(0.001, 255)),
-)
-def test_plateau_curves_rise_within_their_gain(counts: Counts, plateau: float, gain: float | None) -> None:
+@pytest.mark.parametrize(("plateau", "gain"), [(1e-6, None), (0.01, 0.001), (0.3, 2.0), (1.0, 255.0)])
+def test_plateau_curves_rise_within_their_gain(plateau: float, gain: float | None) -> None:
     agc = Plateau(plateau=plateau, gain_limit=gain)
-    steps = np.diff(agc.curve(agc.statistics(counts, 12), 12)[:4096].astype(int))
-    assert (steps >= 0).all()
-    assert (steps <= (255 if gain is None else gain) + 1).all()  # 1: grey levels are whole
+    for counts in (scene(12), np.random.default_rng(3).integers(0, 4096, (6, 7)).astype(np.uint16)):
+        steps = np.diff(agc.curve(agc.statistics(counts, 12), 12)[:4096].astype(int))
+        assert (steps >= 0).all()
+        assert (steps <= (255 if gain is None else gain) + 1).all()  # 1: grey levels are whole
 
 
 # CLAHE and unsharp masking
@@ -207,28 +184,7 @@ def test_local_contrast_of_zero_is_the_base(base: Agc) -> None:
     assert Clahe(base=base).fixed_range(14) == Unsharp(base=base).fixed_range(14) == base.fixed_range(14)
 
 
-def test_clahe_of_one_tile_is_histogram_equalisation() -> None:
-    counts, base = noisy(), Linear()
-    found = Clahe(base=base, clip_limit=256, tiles=(1, 1)).display(counts, 14)
-    flat = base.display(counts, 14)
-    shares = np.cumsum(np.bincount(flat.ravel(), minlength=256)) / flat.size
-    np.testing.assert_allclose(found, 255 * shares[flat], atol=1)
-
-
-def test_clahe_raises_contrast_within_its_limit() -> None:
-    """On a slow slope neighbours differ more, but no more than the limit times as much."""
-    counts = np.repeat(np.linspace(4000, 8000, 512)[np.newaxis], 128, axis=0).astype(np.uint16)
-    counts[:, ::2] += 60
-    base = Fixed(low=0, high=16_383)
-    before = np.abs(np.diff(base.display(counts, 14).astype(float), axis=1)).mean()
-    previous = before
-    for limit in (1.5, 3.0, 6.0):
-        after = np.abs(np.diff(Clahe(base=base, clip_limit=limit).display(counts, 14).astype(float), axis=1)).mean()
-        assert previous < after < (limit + 1) * before
-        previous = after
-
-
-@pytest.mark.parametrize(("amount", "sigma_px"), [(0.5, 1.0), (2.0, 3.0)])
+@pytest.mark.parametrize(("amount", "sigma_px"), [(2.0, 3.0)])
 def test_unsharp_amplifies_a_wave_by_its_formula(amount: float, sigma_px: float) -> None:
     """A Gaussian passes exp(-(sigma k)² / 2) of a wave of k rad/px: the wave is amplified by 1 + amount (1 - that)."""
     k, x = 2 * np.pi / 16, np.arange(256)
@@ -237,15 +193,3 @@ def test_unsharp_amplifies_a_wave_by_its_formula(amount: float, sigma_px: float)
     found = sharp[32, 64:192] - 8000.0  # whole waves, far from the edges
     height = 2 * np.mean(found * np.sin(k * x[64:192]))
     assert height / 1000 == pytest.approx(1 + amount * (1 - np.exp(-((sigma_px * k) ** 2) / 2)), rel=0.01)
-
-
-def test_unsharp_shows_detail_below_one_grey_level() -> None:
-    """A pattern of 6 counts in a span of 8000 is under a fifth of a grey level."""
-    counts = np.full((64, 64), 5000, np.uint16)
-    counts[::2] += 6
-    counts[:, 40:] += 8000
-    base = Fixed(low=5000, high=13_000)
-    assert np.ptp(base.display(counts, 14)[:, :30]) == 0
-    assert np.ptp(Unsharp(base=base, amount=20).display(counts, 14)[8:56, :20]) >= 2
-    nested = AGCS.parse({"kind": "unsharp", "base": {"kind": "clahe", "base": {"kind": "plateau"}}})
-    assert isinstance(nested, Unsharp)

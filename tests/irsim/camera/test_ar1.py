@@ -10,11 +10,10 @@ import pytest
 from even_noise import pattern
 from pydantic import ValidationError
 
-from irsim.camera.ar1 import STATE_UNIT, Ar1, Ar1Process, from_state
+from irsim.camera.ar1 import Ar1
 from irsim.camera.noise import White
 from irsim.camera.noise_base import FrameContext
 from irsim.camera.sensor import ElectronSensor, SensorSettings
-from irsim.rng import normals
 
 SHAPE = (256, 256)
 N = SHAPE[0] * SHAPE[1]
@@ -24,27 +23,18 @@ def at(index: int, shape: tuple[int, int] = SHAPE, rate_hz: float = 30.0) -> Fra
     return FrameContext(index, shape, rate_hz, 3)
 
 
-@pytest.mark.parametrize("rho", [0.0, 0.3, 0.97])
-def test_variance_is_one_in_every_frame(rho: float) -> None:
-    noise = Ar1(rho=rho)
-    for index in (0, 1, 2, 7, 64, 127, 128, 255, 256, 257, 511, 512, 513, 1000):
-        seen = pattern(noise, at(index))
-        assert seen.var(dtype=np.float64) == pytest.approx(1, abs=4.5 * np.sqrt(2 / N)), index
-        assert seen.mean(dtype=np.float64) == pytest.approx(0, abs=4.5 / np.sqrt(N)), index
-
-
-@pytest.mark.parametrize("lag", [1, 5, 20])
-@pytest.mark.parametrize("rho", [0.3, 0.9, 0.97])
+@pytest.mark.parametrize(("rho", "lag"), [(0.3, 1), (0.9, 5), (0.97, 20)])
 def test_correlation_is_rho_to_the_lag_without_a_seam(rho: float, lag: int) -> None:
     """Anchors stand at multiples of 16 (rho 0.3), 256 (0.9) and 512 (0.97)."""
     noise, expected = Ar1(rho=rho), rho**lag
-    for start in (0, 5, 125, 255, 256, 257, 512 - lag, 512, 1019):
+    for start in (0, 5, 255, 256, 512 - lag):
         first, second = (pattern(noise, at(index)).ravel() for index in (start, start + lag))
         error = (1 - expected**2) / np.sqrt(N)  # of a sample correlation
+        assert second.var(dtype=np.float64) == pytest.approx(1, abs=4.5 * np.sqrt(2 / N)), start
         assert np.corrcoef(first, second)[0, 1] == pytest.approx(expected, abs=4.5 * error), start
 
 
-@pytest.mark.parametrize("now", [1, 64, 255, 256, 257])
+@pytest.mark.parametrize("now", [1, 64, 257])
 def test_innovations_are_independent_of_the_past(now: int) -> None:
     noise = Ar1(rho=0.9)
     patterns = {index: pattern(noise, at(index)).astype(np.float64) for index in range(max(now - 9, 0), now + 1)}
@@ -52,16 +42,6 @@ def test_innovations_are_independent_of_the_past(now: int) -> None:
     assert innovation.var() == pytest.approx(1 - 0.9**2, rel=4.5 * np.sqrt(2 / N))
     for index in range(max(now - 9, 0), now):
         assert abs(np.corrcoef(innovation.ravel(), patterns[index].ravel())[0, 1]) < 4.5 / np.sqrt(N), index
-
-
-@pytest.mark.parametrize("index", [0, 1, 2, 5, 255, 256])
-@pytest.mark.parametrize("rho", [0.0, 0.01, 0.9])
-def test_innovation_and_known_part_make_the_state(rho: float, index: int) -> None:
-    process = Ar1Process(-np.log(rho) if rho else np.inf, (20, 30), 4, "noise", "n")
-    total = process.innovation_sigma(index) * normals((20, 30), 4, "noise", "n", index)
-    for known in process.known_part(index):
-        total += known.to_float()
-    np.testing.assert_allclose(total, from_state(process.frame(index)), atol=STATE_UNIT / 2 + 1e-6, rtol=0)
 
 
 def test_rho_of_zero_is_white_noise() -> None:
@@ -76,15 +56,8 @@ def test_a_time_constant_is_a_rho_at_a_rate() -> None:
     assert Ar1(rho=0.9).decay(30.0) == pytest.approx(-np.log(0.9))
 
 
-def test_late_frames_of_a_long_memory_cost_few_draws() -> None:
-    noise = Ar1(time_constant_s=1e6)
-    first, second = (pattern(noise, at(index, rate_hz=10_000.0)) for index in (9_999_998, 9_999_999))
-    assert np.corrcoef(first.ravel(), second.ravel())[0, 1] > 1 - 1e-6
-    assert first.var() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
-
-
 @pytest.mark.parametrize(
-    ("over", "shape", "frames"), [("row", (400, 1), 60), ("column", (1, 300), 60), ("frame", (1, 1), 2000)]
+    ("over", "shape", "frames"), [("row", (400, 1), 60), ("column", (1, 300), 60), ("frame", (1, 1), 1000)]
 )
 def test_rows_columns_and_levels_have_memory(over: str, shape: tuple[int, int], frames: int) -> None:
     noise = Ar1.model_validate({"over": over, "rho": 0.8, "ratio": 3.0})

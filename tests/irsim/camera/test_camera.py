@@ -11,7 +11,6 @@ from scenario_text import errors_of
 
 from irsim.camera.camera import Camera
 from irsim.camera.noise import Shot, White
-from irsim.camera.presets import PRESETS
 from irsim.camera.sensor import ElectronSensor, NetdSensor
 from irsim.camera.vignetting import Vignetting
 from irsim.geometry.projection import Geometry
@@ -31,25 +30,13 @@ def test_a_preset_has_its_netd_and_survives_its_dump(preset: Any, netd_mk: float
     text = f"frames: 3\nbackground: {{kind: ground}}\ncamera: {{preset: {preset}, size: [64, 48]}}"
     scenario = loads(text)
     assert loads(dumps(scenario)) == scenario
-    image = Renderer(scenario).frame(2)[0].image
-    assert 0.02 * 2**scenario.camera.bits < image.mean() < 0.9 * 2**scenario.camera.bits
-    assert image.std() > 0
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_own_keys_override_a_preset(preset: Any) -> None:
-    camera = Camera.model_validate({"preset": preset, "bits": 12, "noise": [{"kind": "white"}]})
-    assert camera.bits == 12
-    assert camera.noise == (White(),)
-    assert camera.detector == Camera(preset=preset).detector
-
-
-def test_part_of_a_preset_can_be_overridden() -> None:
-    camera = loads(SKY + "camera: {preset: cooled_mwir, detector: {integration_ms: 2}}").camera
+def test_keys_of_a_preset_can_be_overridden() -> None:
+    camera = loads(SKY + "camera: {preset: cooled_mwir, detector: {integration_ms: 2}, noise: [{kind: white}]}").camera
     assert camera.detector == ElectronSensor(integration_ms=2.0)
     assert camera.band == (3.4, 4.9)
-    faster = loads(SKY + "camera: {preset: cooled_mwir}", overrides=["camera.detector.f_number=2"]).camera
-    assert faster.detector == ElectronSensor(f_number=2.0)
+    assert camera.noise == (White(),)
     quieter = loads(SKY + "camera: {preset: uncooled_lwir}", overrides=["camera.noise.drift.pixel=0.5"]).camera
     plain = Camera(preset="uncooled_lwir").noise
     assert quieter.noise == (*plain[:4], plain[4].model_copy(update={"pixel": 0.5}), *plain[5:])
@@ -73,8 +60,8 @@ def test_default_noise_depends_on_the_detector() -> None:
 )
 def test_a_camera_without_noise(keys: str, is_quiet: bool) -> None:
     background = "{kind: sky, horizon_k: 300, zenith_k: 300}"
-    scene = Renderer(loads(f"frames: 3\nbackground: {background}\ncamera: {{size: [64, 48], {keys}}}"))
-    assert (np.ptp([scene.frame(index)[0].image for index in range(3)]) == 0) == is_quiet
+    scene = Renderer(loads(f"frames: 3\nbackground: {background}\ncamera: {{size: [32, 24], {keys}}}"))
+    assert (np.ptp([scene.frame(index)[0].image for index in range(2)]) == 0) == is_quiet
 
 
 def test_range_wells_and_netd_are_as_documented() -> None:
@@ -133,24 +120,21 @@ def test_vignetting_follows_its_two_laws() -> None:
 
 def test_vignetting_darkens_the_picture_and_can_be_switched_off() -> None:
     text = "frames: 2\nbackground: {kind: sky, horizon_k: 300, zenith_k: 300}\ncamera: {preset: cooled_mwir, "
-    text += "noise: [], ifov_mrad: 0.8, falloff: {vignetting: 0.2}}"
+    text += "noise: [], size: [64, 48], ifov_mrad: 8, falloff: {vignetting: 0.2}}"
     dark = Renderer(loads(text)).frame(0)[0].image
     plain = Renderer(loads(text, overrides=["without=[falloff]"])).frame(0)[0].image
-    corner = math.cos(math.atan(math.hypot(319.5, 255.5) * 0.8e-3)) ** 4 * 0.8
+    corner = math.cos(math.atan(math.hypot(31.5, 23.5) * 8e-3)) ** 4 * 0.8
     assert dark[0, 0] / plain[0, 0] == pytest.approx(corner, rel=0.01)
-    assert dark[256, 320] == pytest.approx(int(plain[256, 320]), abs=1)
 
 
-def test_a_frame_with_response_time_alone_is_the_one_in_sequence() -> None:
-    text = "frames: 20\nbackground: {kind: ground}\ncamera: {preset: uncooled_lwir, size: [64, 48], rate_hz: 60}"
+def test_a_frame_with_response_time_is_that_in_sequence() -> None:
+    text = "frames: 9\nbackground: {kind: ground}\ncamera: {preset: uncooled_lwir, size: [64, 48], rate_hz: 60}"
     text += "\ntargets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [5, 20], speed: 2}}]"
-    scenario = loads(text)
-    in_order = Renderer(scenario)
-    frames = [in_order.frame(index)[0].image for index in range(20)]
-    for index in (19, 3):
-        np.testing.assert_array_equal(Renderer(scenario).frame(index)[0].image, frames[index])
-    quick = Renderer(loads(text, overrides=["without=[lag]"])).frame(17)[0].image
-    assert (quick != frames[17]).any()
+    in_order = Renderer(loads(text))
+    last = [in_order.frame(index)[0].image for index in range(9)][-1]
+    np.testing.assert_array_equal(Renderer(loads(text)).frame(8)[0].image, last)
+    quick = Renderer(loads(text, overrides=["without=[lag]"])).frame(8)[0].image
+    assert (quick != last).any()
 
 
 # F-number and pitch are one truth
@@ -172,16 +156,9 @@ TWO_LENSES = SKY + "camera: {size: [16, 16], optics: {f_number: 2, pitch_um: 12}
 
 
 def test_another_f_number_or_pitch_is_an_error() -> None:
-    first, second = (
-        errors_of(TWO_LENSES.replace("pitch_um: 12", "pitch_um: 15")),
-        errors_of(TWO_LENSES.replace("f_number: 2", "f_number: 4")),
-    )
-    assert first[0].endswith(
-        "camera.optics.f_number: 2 is not the f_number of the detector, 4; allowed: 4, or leave it out"
-    )
-    assert second[0].endswith(
-        "camera.optics.pitch_um: 12 is not the pitch_um of the detector, 15; allowed: 15, or leave it out"
-    )
+    text = "camera.optics.{key}: {own} is not the {key} of the detector, {known}; allowed: {known}, or leave it out"
+    assert errors_of(TWO_LENSES)[0].endswith(text.format(key="f_number", own=2, known=4))
+    assert errors_of(TWO_LENSES.replace("f_number: 2, ", ""))[0].endswith(text.format(key="pitch_um", own=12, known=15))
 
 
 def test_recordings_of_two_lenses_are_read_as_they_are() -> None:

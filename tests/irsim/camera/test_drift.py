@@ -55,27 +55,9 @@ def test_drift_starts_anew_at_a_correction() -> None:
     assert not drift_at(500, corrected=500).any()
     assert drift_at(590, corrected=500).var() == pytest.approx(4 * (1 - math.exp(-2 * 90 / 300)), rel=0.05)
     assert drift_at(590).var() == pytest.approx(4 * (1 - math.exp(-2 * 590 / 300)), rel=0.05)
-
-
-def test_drift_may_begin_before_the_first_frame() -> None:
     old = PIXELS.model_copy(update={"age_s": 20.0})
     assert drift_at(0, noise=old).var() == pytest.approx(4 * (1 - math.exp(-2 * 600 / 300)), rel=0.05)
     assert not drift_at(0).any()
-
-
-def test_drift_of_no_memory_is_white() -> None:
-    """Also at late frames, whose correlation with the first underflows."""
-    quick = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=1e-4, id="quick")
-    one, other = drift_at(999_999, noise=quick), drift_at(1_000_000, noise=quick)
-    assert one.var() == pytest.approx(4, rel=0.05)
-    assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 4.5 / math.sqrt(N)
-
-
-def test_gain_drift_is_proportional_to_the_light() -> None:
-    noise = Drift(pixel=0, column=0, row=0, gain=0.01, time_constant_s=10.0, age_s=1000.0)
-    weak, strong = drift_at(5, noise=noise, level=1e6), drift_at(5, noise=noise, level=4e6)
-    np.testing.assert_allclose(strong, 4 * weak, atol=0.01)
-    assert strong.std() * response().noise / 4e6 == pytest.approx(0.01, rel=0.03)
 
 
 def test_gain_drift_does_not_apply_to_dark_current() -> None:
@@ -91,19 +73,13 @@ def test_gain_drift_does_not_apply_to_dark_current() -> None:
     np.testing.assert_allclose(chain.variance(light, 0, fixed=False), 1 / 12)
 
 
-def test_drift_is_smooth_from_frame_to_frame() -> None:
-    """No step is larger than that of the process: variance 2 (1 - rho) = 2/300 of 4 a frame."""
-    steps = np.diff([drift_at(index) for index in range(600, 700)], axis=0).var(axis=(1, 2))
-    assert steps.max() < 4 * 2 / 300 * 1.1
-
-
-@pytest.mark.parametrize("keys", [{"pixel": 2.0}, {"gain": 0.01}, {"pixel": 0.5, "gain": 0.002}])
+@pytest.mark.parametrize("keys", [{"pixel": 2.0}, {"pixel": 0.5, "gain": 0.002}])
 def test_steps_of_drift_are_hidden_by_noise(keys: dict[str, Any]) -> None:
     """A tenth of the shot noise of 3 million electrons at most, or the process's own change in a frame."""
     noise = Drift(**({"pixel": 0.0, "column": 0.0, "row": 0.0, "time_constant_s": 300.0, "age_s": 900.0} | keys))
     shot, decay = math.sqrt(3e6), 1 / (300.0 * RATE_HZ)
     own = math.hypot(noise.pixel * response().noise, noise.gain * 3e6)
-    seen = [drift_at(index, noise=noise, level=3e6) * response().noise for index in range(64)]
+    seen = [drift_at(index, noise=noise, level=3e6) * response().noise for index in range(32)]
     steps = np.std(np.diff(seen, axis=0), axis=(1, 2))
     assert 0 < steps.max() < 1.1 * max(0.1 * max(shot, response().noise), own * math.sqrt(2 * decay))
 
@@ -124,9 +100,9 @@ def test_frames_of_corrections() -> None:
 def test_a_correction_freezes_the_picture_but_not_truth() -> None:
     text = """
 frames: 20
-camera: {size: [64, 48], correction: {frames: [6], period_frames: 13, freeze_frames: 3}}
+camera: {size: [32, 24], correction: {frames: [6], period_frames: 13, freeze_frames: 3}}
 background: {kind: sky}
-targets: [{id: jet, shape: {kind: point, area_m2: 2}, path: {kind: straight, start: [10, 20], speed: 2}}]
+targets: [{id: jet, shape: {kind: point, area_m2: 2}, path: {kind: straight, start: [3, 12], speed: 1}}]
 """
     scenario = loads(text)
     pairs = [Renderer(scenario).frame(index) for index in range(20)]
@@ -134,18 +110,8 @@ targets: [{id: jet, shape: {kind: point, area_m2: 2}, path: {kind: straight, sta
         shown = {6: 5, 7: 5, 8: 5, 13: 12, 14: 12, 15: 12}.get(index, index)
         np.testing.assert_array_equal(frame.image, pairs[shown][0].image)
         assert (frame.index, frame.time) == (index, index / 30)
-        assert truth.targets[0].center[0] == pytest.approx(10 + 2 * index, abs=0.01)
+        assert truth.targets[0].center[0] == pytest.approx(3 + index, abs=0.01)
     assert sum((a.image == b.image).all() for (a, _), (b, _) in pairwise(pairs)) == 6
     without = Renderer(loads(text, overrides=["without=[correction]"]))
     np.testing.assert_array_equal(without.frame(5)[0].image, pairs[5][0].image)
     assert (without.frame(6)[0].image != pairs[6][0].image).any()
-
-
-def test_frozen_frames_do_not_share_memory() -> None:
-    renderer = Renderer(
-        loads("frames: 9\nbackground: {kind: sky}\ncamera: {correction: {frames: [3], freeze_frames: 3}}")
-    )
-    first = renderer.frame(3)[0].image
-    kept = first.copy()
-    first[:] = 0
-    np.testing.assert_array_equal(renderer.frame(4)[0].image, kept)

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import irsim
 import irtrack
@@ -19,7 +17,7 @@ from irsim.render.stream import Rendering
 from irsim.types import Frame, Truth
 
 SCENE = """
-frames: 40
+frames: 20
 seed: 5
 camera: {size: [48, 40], ifov_mrad: 1, agc: {kind: linear, time_constant_frames: 0.5}}
 background: {kind: sky}
@@ -36,7 +34,7 @@ def faulty(faults: str) -> Rendering:
 
 
 def same(a: tuple[Frame, Truth | None], b: tuple[Frame, Truth | None]) -> bool:
-    """Return whether picture, time and truth are equal, indices aside."""
+    """Return True if picture, time and truth are equal; indices may differ."""
     first, second = a[1], b[1]
     return (
         bool((a[0].image == b[0].image).all())
@@ -58,47 +56,30 @@ def test_listed_frames_are_lost_or_doubled() -> None:
 
 
 @pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
-def test_a_kind_without_frames_or_rate_changes_nothing(word: str) -> None:
-    fault = FRAME_FAULTS.parse({"kind": word})
-    assert isinstance(fault, FrameFault)
-    assert list(arriving_frames([fault], 3000, 1)) == list(range(3000))
+def test_hits_do_not_depend_on_the_number_of_frames(word: str) -> None:
+    still = FRAME_FAULTS.parse({"kind": word})
+    assert isinstance(still, FrameFault)
+    assert list(arriving_frames([still], 3000, 1)) == list(range(3000))
+    for rate, length, count in ((0.02, 5, 1000), (0.4, 1, 1024), (1.0, 2, 1)):
+        fault = still.model_copy(update={"rate": rate, "length_frames": length})
+        np.testing.assert_array_equal(fault.hits(count, 3), fault.hits(count + 1500, 3)[:count])
+        came = list(arriving_frames([fault], count, 3))
+        assert came == sorted(came)
 
 
-@pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
-@given(
-    rate=st.floats(0, 1),
-    length=st.integers(1, 5),
-    count=st.integers(1, 2500),
-    more=st.integers(0, 1500),
-    seed=st.integers(0, 9),
-)
-def test_hits_do_not_depend_on_the_number_of_frames(
-    word: str, rate: float, length: int, count: int, more: int, seed: int
-) -> None:
-    fault = FRAME_FAULTS.parse({"kind": word, "rate": rate, "length_frames": length})
-    assert isinstance(fault, FrameFault)
-    np.testing.assert_array_equal(fault.hits(count, seed), fault.hits(count + more, seed)[:count])
-    came = list(arriving_frames([fault], count, seed))
-    assert came == sorted(came)
-
-
-@pytest.mark.parametrize("length", [1, 3])
-@pytest.mark.parametrize("rate", [0.02, 0.3])
-def test_the_share_of_hits_follows_the_rate(rate: float, length: int) -> None:
+def test_the_share_of_hits_follows_the_rate() -> None:
     """A frame is hit unless none of the `length` frames up to it began a fault: 1 - (1 - rate)^length."""
     count = 200_000
-    share = Drop(rate=rate, length_frames=length).hits(count, 3).mean()
-    expected = 1 - (1 - rate) ** length
-    # Runs of `length` frames are correlated: the variance is at most that many times the binomial one.
-    assert share == pytest.approx(expected, abs=4 * np.sqrt(length * expected * (1 - expected) / count))
+    for rate, length in ((0.02, 3), (0.3, 1)):
+        share, expected = Drop(rate=rate, length_frames=length).hits(count, 3).mean(), 1 - (1 - rate) ** length
+        # Runs of `length` frames are correlated: the variance is at most that many times the binomial one.
+        assert share == pytest.approx(expected, abs=4 * np.sqrt(length * expected * (1 - expected) / count))
 
 
 def test_hits_are_addressed_by_seed_and_name() -> None:
-    one, other = Drop(rate=0.5), Drop(rate=0.5, id="cable")
-    hits = [one.hits(500, 1), one.hits(500, 2), other.hits(500, 1)]
-    for a in range(3):
-        for b in range(a):
-            assert 150 < (hits[a] ^ hits[b]).sum() < 350
+    one = Drop(rate=0.5).hits(500, 1)
+    for other in (Drop(rate=0.5).hits(500, 2), Drop(rate=0.5, id="cable").hits(500, 1)):
+        assert 150 < (one ^ other).sum() < 350
 
 
 # Sources
@@ -108,7 +89,7 @@ def test_arriving_frames_are_those_of_a_faultless_camera() -> None:
     whole = list(Rendering(scene()).pairs())
     source = faulty("[{kind: drop, rate: 0.2, frames: [0, 7]}, {kind: duplicate, frames: [9, 10]}]")
     found = list(source.pairs())
-    assert len(found) == len(source) == len(source.arrivals) < 40
+    assert len(found) == len(source) == len(source.arrivals) < 20
     assert all(same(pair, whole[taken]) for pair, taken in zip(found, source.arrivals, strict=True))
     for index, (frame, truth) in enumerate(found):
         assert truth is not None
@@ -120,49 +101,31 @@ def test_arriving_frames_are_those_of_a_faultless_camera() -> None:
             source.frame(index)
 
 
-def test_a_frame_alone_and_by_workers_is_the_one_in_sequence() -> None:
+def test_a_frame_alone_is_the_one_in_sequence() -> None:
     source = faulty("[{kind: drop, rate: 0.3}, {kind: duplicate, rate: 0.3}]")
     inputs: tuple[irsim.Input, ...] = ("counts", "display")
     for input in inputs:
         found = list(source.pairs(input=input))
-        for index in (20, 3):
+        for index in (14, 3):
             assert (source.frame(index, input).image == found[index][0].image).all()
-    parallel = list(source.pairs(5, 25, jobs=2, input="display"))
-    assert [frame.index for frame, _ in parallel] == list(range(5, 25))
-    assert all(same(a, b) for a, b in zip(parallel, found[5:25], strict=True))
 
 
-def test_rate_zero_and_switched_off_change_nothing() -> None:
-    whole = list(Rendering(scene()).pairs())
+def test_a_fault_can_be_switched_off() -> None:
     text = "camera.faults=[{kind: drop, rate: 0.4}, {kind: duplicate, id: echo, rate: 0.4}]"
-    for source in (
-        faulty("[{kind: drop, rate: 0}, {kind: duplicate, rate: 0}]"),
-        Rendering(scene(text, "without=[drop, echo]")),
-    ):
-        assert len(source) == 40
-        assert all(same(a, b) for a, b in zip(source.pairs(), whole, strict=True))
+    assert len(Rendering(scene(text, "without=[drop, echo]"))) == 20
     half = Rendering(scene(text, "without=[echo]"))
-    assert list(half.arrivals) == np.flatnonzero(~Drop(rate=0.4).hits(40, 5)).tolist()
+    assert list(half.arrivals) == np.flatnonzero(~Drop(rate=0.4).hits(20, 5)).tolist()
 
 
 def test_a_recording_keeps_times_and_renders_again(tmp_path: Path) -> None:
     source = faulty("[{kind: drop, rate: 0.3}, {kind: duplicate, rate: 0.2}]")
     path = record(source, tmp_path / "a.mcap")
-    recording = open_recording(path)
-    inputs: tuple[irsim.Input, ...] = ("counts", "display")
-    for input in inputs:
-        pairs = zip(recording.pairs(input=input), source.pairs(input=input), strict=True)
-        assert all(same(a, b) and a[0].index == b[0].index for a, b in pairs)
-    last = list(recording.frames())[-1]
-    assert recording.info()["duration_s"] == pytest.approx(last.time - recording.frame(0).time + 1 / 30, abs=1e-8)
-
-    again, start, stop = open_rendering(path)
-    assert all(same(a, b) for a, b in zip(again.pairs(start, stop), recording.pairs(), strict=True))
-    some, start, stop = open_rendering(path, frames=(4, 30))
-    expected = list(source.pairs())[4:30]
-    assert all(same(a, b) for a, b in zip(some.pairs(start, stop), expected, strict=True))
-    more, start, stop = open_rendering(path, frames=(10, 90))
-    assert stop - start == len(list(more.pairs(start, stop))) == 80
+    recording, expected = open_recording(path), list(source.pairs())
+    assert all(same(a, b) and a[0].index == b[0].index for a, b in zip(recording.pairs(), expected, strict=True))
+    again, start, stop = open_rendering(path, frames=(4, 12))
+    assert all(same(a, b) for a, b in zip(again.pairs(start, stop), expected[4:12], strict=True))
+    more, start, stop = open_rendering(path, frames=(10, 30))
+    assert stop - start == len(list(more.pairs(start, stop))) == 20
 
 
 def test_frame_ranges_of_scenarios_count_lost_frames(tmp_path: Path) -> None:
@@ -174,20 +137,18 @@ def test_frame_ranges_of_scenarios_count_lost_frames(tmp_path: Path) -> None:
         open_rendering(path, ["camera.faults=[{kind: drop, frames: [3]}]"], frames=(3, 4))
 
 
-def test_trackers_run_on_the_frames_that_arrive(tmp_path: Path) -> None:
-    source = faulty("[{kind: drop, frames: [0, 1, 12]}, {kind: duplicate, frames: [20]}]")
+def test_trackers_run_on_the_frames_that_arrive() -> None:
+    source = faulty("[{kind: drop, frames: [0, 1, 12]}, {kind: duplicate, frames: [16]}]")
     track = irtrack.run("template", source)
     assert track.start == 0
-    assert track.indices.tolist() == list(range(38))
+    assert track.indices.tolist() == list(range(18))
     assert track.times.tolist() == [frame.time for frame in source.frames()]
-    recorded = irtrack.run("template", record(source, tmp_path / "a.mcap"))
-    assert [estimate.center for estimate in recorded.estimates] == [estimate.center for estimate in track.estimates]
 
 
 @pytest.mark.parametrize(
     ("faults", "what"),
     [
-        ("[{kind: drop, rate: 1}]", r"camera\.faults: no frame of 40 arrives"),
+        ("[{kind: drop, rate: 1}]", r"camera\.faults: no frame of 20 arrives"),
         ("[{kind: drop, rate: 1.2}]", r"camera\.faults\.drop\.rate"),
         ("[{kind: dorp}]", r"unknown fault kind 'dorp'.*did you mean 'drop'"),
         ("[{kind: drop}, {kind: drop}]", "the id 'drop' is used twice"),

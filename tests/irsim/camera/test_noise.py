@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, cast, get_args, get_origin
+from typing import Any, cast
 
 import even_noise
 import numpy as np
@@ -46,7 +44,8 @@ ZERO: dict[str, dict[str, Any]] = {
 }
 """Keys that make a kind silent, where it is not ratio: 0."""
 
-WITH_ZERO = sorted(set(NOISES.kinds) - {"shot"})
+BUILT_IN = ("white", "shot", "fixed_pattern", "ar1", "noise_3d", "drift", "odd_even", "bad_pixels")
+WITH_ZERO = [word for word in NOISES.kinds if word in ZERO or "ratio" in NOISES.kinds[word].model_fields]
 """Kinds with a silent value."""
 
 
@@ -80,36 +79,26 @@ def clear_caches() -> None:
         each.cache_clear()
 
 
-# Every kind
+# Every kind: a new one must pass without a change here
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_every_kind_has_a_finite_effect(word: str) -> None:
-    done = effect(build(word), at(500, (24, 40)))
+    done = np.stack([effect(build(word), at(500, (24, 40), seed)) for seed in range(5)])
     assert np.isfinite(done).all()
-    assert done.std() > 0.1
+    assert np.abs(done).max() > 0.1
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_variance_terms_are_constant_where_stationary(word: str) -> None:
     term, frames = build(word), [at(0), at(9), at(500, rate_hz=25.0), FrameContext(500, SHAPE, RATE_HZ, 1, 400, 2)]
-    assert (len({term.variance_terms(frame, True) for frame in frames}) == 1) == term.stationary
+    is_constant = len({term.variance_terms(frame, True) for frame in frames}) == 1
+    assert is_constant == term.stationary if word in BUILT_IN else is_constant or not term.stationary
 
 
-def variants() -> Iterator[tuple[str, dict[str, str]]]:
-    """Each kind by default, and with every other word that its keys may hold."""
-    for word, kind in NOISES.kinds.items():
-        yield word, {}
-        for key, value in kind.model_fields.items():
-            if get_origin(value.annotation) is Literal:
-                yield from ((word, {key: other}) for other in get_args(value.annotation) if other != value.default)
-
-
-@pytest.mark.parametrize(("word", "keys"), list(variants()))
-@pytest.mark.parametrize("before", [True, False])
-def test_compiled_and_plain_exposures_agree(word: str, keys: dict[str, str], before: bool) -> None:
-    one, other = build(word, id="one", **keys), build("fixed_pattern", id="other")
-    chain = SignalChain(response(), (one, other) if before else (other, one), 50.0, 1)
+@pytest.mark.parametrize("word", NOISES.kinds)
+def test_compiled_and_plain_exposures_agree(word: str) -> None:
+    chain = SignalChain(response(), (build(word, id="one"), build("fixed_pattern", id="other")), 50.0, 1)
     found = chain.expose(light(), 5)
     assert np.ptp(found) > 0
     clear_caches()
@@ -130,15 +119,6 @@ def test_any_image_size_and_numpy_frame_numbers(word: str) -> None:
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
-def test_exposure_in_steps_is_the_whole_exposure(word: str) -> None:
-    terms = [build(word, id="one"), build("fixed_pattern"), build("ar1" if word == "shot" else word, id="two")]
-    chain = SignalChain(response(), terms, 50.0, 1)
-    for steps in range(chain.steps + 1):
-        begun = chain.step(light(), 5, 0, steps, spent=True)
-        np.testing.assert_array_equal(chain.expose(begun, 5, steps=steps), chain.expose(light(), 5))
-
-
-@pytest.mark.parametrize("word", NOISES.kinds)
 def test_a_frame_alone_is_the_frame_in_sequence(word: str) -> None:
     term = build(word)
     frames = [0, 1, 2, 3, 127, 128, 255, 256, 257, 700]
@@ -151,15 +131,18 @@ def test_a_frame_alone_is_the_frame_in_sequence(word: str) -> None:
         np.testing.assert_array_equal(effect(term, at(index, (16, 20))), in_order[index])
 
 
-@pytest.mark.parametrize("word", sorted(set(NOISES.kinds) - {"odd_even"}))
+@pytest.mark.parametrize("word", NOISES.kinds)
 def test_numbers_are_addressed_by_seed_and_name(word: str) -> None:
-    """White noise of the frame apart, whose address has no name."""
-    term, other = build(word), build(word, id="other")
-    first, is_white = effect(term, at(3000)), term.temporal_sigma(at(3000)) > 0 or term.needs_electrons
-    for second in (effect(term, at(3000, seed=2)), effect(term, at(2000)) if is_white else effect(other, at(3000))):
-        # 0.3: column and row terms are few numbers spread over many pixels.
-        assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 0.3
-    np.testing.assert_array_equal(first, effect(build(word), at(3000)))
+    """Over 100 scenes, products with another seed or name average out; the address of white noise has no name."""
+    term, other, frame = build(word), build(word, id="other"), at(300, (16, 20))
+    first, renamed = (
+        np.stack([effect(each, replace(frame, seed=seed)) for seed in range(101)]) for each in (term, other)
+    )
+    np.testing.assert_array_equal(effect(build(word), frame), first[1])
+    if np.ptp(first, axis=0).any():  # not a kind without random numbers
+        square, is_white = (first**2).mean(), term.temporal_sigma(frame) > 0 or term.counts_electrons
+        assert abs((first[1:] * first[:-1]).mean()) < 0.45 * square
+        assert is_white or abs((first * renamed).mean()) < 0.45 * square
 
 
 @pytest.mark.parametrize("word", WITH_ZERO)
@@ -171,30 +154,29 @@ def test_zero_values_are_silent(word: str) -> None:
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_variance_is_the_mean_square_over_seeds(word: str) -> None:
-    """Over 600 scenes, each pixel's mean square about the noiseless signal; chi-square: sd sqrt(2 / 600) of it."""
-    shape, seeds = (16, 20), 600
+    """Over 300 scenes, each pixel's mean square about the noiseless signal; chi-square: sd sqrt(2 / 300) of it."""
+    shape, seeds = (16, 20), 300
     term = build(word, **({"dead": 0, "hot": 0, "blinking": 0} if word == "bad_pixels" else {}))
-    squares = np.mean([effect(term, at(2000, shape, seed)) ** 2 for seed in range(seeds)], axis=0)
-    variance = term.variance(np.full(shape, LEVEL, np.float32), response(), at(2000, shape), True)
+    squares = np.mean([effect(term, at(200, shape, seed)) ** 2 for seed in range(seeds)], axis=0)
+    variance = term.variance(np.full(shape, LEVEL, np.float32), response(), at(200, shape), True)
     expected = np.broadcast_to(np.asarray(variance) / response().noise ** 2, shape)
     np.testing.assert_allclose(squares, expected, rtol=5.5 * np.sqrt(2 / seeds))
-    # The mean over pixels is known better where pixels are independent.
-    np.testing.assert_allclose(squares.mean(), expected.mean(), rtol=0.03)
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_temporal_variance_is_that_over_frames(word: str) -> None:
-    shape = (16, 20)
+    """A kind with a long memory varies less within a sequence; slow drift counts as fixed."""
+    shape, frames = (16, 20), range(100)
     fast = {"ar1": {"rho": 0.2}, "bad_pixels": {"blink_ratio": 10, "on_s": 0.05, "off_s": 0.05, "dead": 0.0}}
     term = build(word, **fast.get(word, {}))
-    seen = np.stack([effect(term, at(index, shape)) for index in range(500)])
     variance = term.variance(np.full(shape, LEVEL, np.float32), response(), at(9, shape), False)
-    expected = np.broadcast_to(np.asarray(variance) / response().noise ** 2, shape)
-    if word == "drift":  # counts as fixed
-        assert not expected.any()
-    else:
-        np.testing.assert_allclose(seen.var(axis=0), expected, rtol=0.45, atol=1e-9)
-        np.testing.assert_allclose(seen.var(axis=0).mean(), expected.mean(), rtol=0.05, atol=1e-9)
+    expected = np.mean(np.asarray(variance) / response().noise ** 2)
+    found = [np.var([effect(term, at(k, shape, seed)) for k in frames], axis=0).mean() for seed in (1, 2, 3)]
+    if word in BUILT_IN and word not in ("drift", "bad_pixels"):
+        np.testing.assert_allclose(found, expected, rtol=0.05, atol=1e-9)
+    elif expected:
+        assert np.mean(found) < 1.3 * expected
+        assert word not in BUILT_IN or np.mean(found) > 0.7 * expected
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
@@ -203,10 +185,10 @@ def test_a_term_survives_its_dump(word: str) -> None:
     assert NOISES.parse({"kind": word, **term.model_dump()}) == term
 
 
-@pytest.mark.parametrize("word", WITH_ZERO)
+@pytest.mark.parametrize("word", sorted(set(BUILT_IN) - {"shot"}))
 def test_wrong_sigmas_are_refused(word: str) -> None:
     key = next(iter(ZERO.get(word, {"ratio": 0})))
-    for sigma in (-1001.0, 1001.0, float("nan"), "1", *(() if word == "odd_even" else (-0.1,))):
+    for sigma in (-1001.0, 1001.0, float("nan"), "1"):
         with pytest.raises(PydanticCustomError):
             build(word, **{key: sigma})
 
@@ -219,11 +201,10 @@ def test_an_unknown_kind_lists_those_allowed() -> None:
 # White noise of several terms is one draw
 
 
-@pytest.mark.parametrize("counted", [False, True])
-def test_white_terms_add_up_and_are_independent(counted: bool) -> None:
+def test_white_terms_add_up_and_are_independent() -> None:
     """Together they have the sum of variances; between frames only the correlation of AR(1) is left."""
     terms = (White(ratio=1.5, id="white"), Noise3d(tvh=2.5, id="terms"), Ar1(ratio=2.0, rho=0.8, id="memory"))
-    chain = SignalChain(response(), (*terms, Shot(id="shot")) if counted else terms, 50.0, 1)
+    chain = SignalChain(response(), (*terms, Shot(id="shot")), 50.0, 1)
     correlated = (2.0 * response().noise / response().gain) ** 2
     seen = np.stack([chain.expose(light(SHAPE), index).ravel() for index in range(20, 24)])
     variance = chain.variance(light(SHAPE), 20).mean()
@@ -235,13 +216,6 @@ def test_white_terms_add_up_and_are_independent(counted: bool) -> None:
         for other in range(one):
             expected = correlated / variance * 0.8 ** (one - other)
             assert found[one, other] == pytest.approx(expected, abs=4.5 / np.sqrt(N))
-
-
-def test_a_term_named_white_is_independent_of_white_noise() -> None:
-    chain = SignalChain(response(), (Ar1(rho=0.9, id="white"), Noise3d()), 50.0, 1)
-    for index in range(4):
-        ratio = chain.expose(light(SHAPE), index).var() / chain.variance(light(SHAPE), index).mean()
-        assert ratio == pytest.approx(1, abs=4.5 * np.sqrt(2 / N)), index
 
 
 def test_a_term_switched_off_leaves_the_other_numbers() -> None:
@@ -257,34 +231,22 @@ def test_a_term_switched_off_leaves_the_other_numbers() -> None:
     np.testing.assert_allclose(seen(Shot(), White(ratio=0.5)), both, atol=3.1)
 
 
-@pytest.mark.parametrize("word", ["white", "noise_3d", "ar1"])
-def test_white_terms_keep_their_variance_in_the_dark(word: str) -> None:
+def test_white_terms_keep_their_variance_in_the_dark() -> None:
     """Below 200 electrons the electrons are Poisson numbers and the normal part is added to them."""
     dark = replace(response(), linear=0.0, root=0.0, zero=50.0, gain=1.0, offset=1000.0, noise=30.0, read=20.0)
-    chain, nothing = SignalChain(dark, (Shot(), build(word, id="one")), 50.0, 1), np.zeros(SHAPE, np.float32)
+    chain, nothing = SignalChain(dark, (Shot(), White()), 50.0, 1), np.zeros(SHAPE, np.float32)
     seen = chain.expose(nothing, 5)
     assert seen.mean() == pytest.approx(1050, abs=0.6)
     assert seen.var() / chain.variance(nothing, 5).mean() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
 
 
-def test_electrons_are_drawn_by_one_term_only() -> None:
-    with pytest.raises(ValueError, match="at most one"):
-        SignalChain(response(), (Shot(id="one"), Shot(id="other")), 50.0, 1).expose(light(), 0)
-
-
 # Sigmas; a sample's variance has the standard error sigma² sqrt(2 / n)
-
-
-def test_white_noise_has_its_sigma_and_no_memory() -> None:
-    first, second = (even_noise.pattern(White(ratio=2.5), at(index)) for index in (0, 1))
-    assert first.var() / 2.5**2 == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
-    assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 4.5 / np.sqrt(N)
 
 
 def test_fixed_pattern_is_constant_and_has_its_sigmas() -> None:
     term = FixedPattern(pixel=0.5, column=2.0, row=1.0)
-    pattern = term.pattern(at(0, (400, 500))).astype(np.float64)
-    np.testing.assert_array_equal(pattern, term.pattern(at(77, (400, 500))))
+    pattern = term.fixed_pattern(at(0, (400, 500))).astype(np.float64)
+    np.testing.assert_array_equal(pattern, term.fixed_pattern(at(77, (400, 500))))
     columns, rows = pattern.mean(axis=0), pattern.mean(axis=1)
     pixels = pattern - columns - rows[:, None] + pattern.mean()
     # A mean over a column of 400 pixels keeps 1/400 of the pixels' variance, one over a row 1/500.
@@ -295,7 +257,7 @@ def test_fixed_pattern_is_constant_and_has_its_sigmas() -> None:
 
 def test_a_redrawn_pattern_changes_with_each_correction() -> None:
     def pattern(term: FixedPattern, number: int) -> Floats:
-        return term.pattern(replace(at(700), corrections=number, last_correction=500 * number))
+        return term.fixed_pattern(replace(at(700), corrections=number, last_correction=500 * number))
 
     first, second = (pattern(FixedPattern(redrawn=True), number) for number in (0, 1))
     assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 0.3
@@ -303,12 +265,12 @@ def test_a_redrawn_pattern_changes_with_each_correction() -> None:
     np.testing.assert_array_equal(pattern(FixedPattern(), 0), pattern(FixedPattern(), 1))
 
 
-@pytest.mark.parametrize("along", ["rows", "columns"])
-def test_odd_and_even_lines_differ(along: str) -> None:
-    done = effect(OddEven.model_validate({"ratio": 4.0, "along": along}), at(0))
-    even, odd = (done[::2], done[1::2]) if along == "rows" else (done[:, ::2], done[:, 1::2])
-    np.testing.assert_allclose(even, 4, atol=1e-3)
-    np.testing.assert_allclose(odd, -4, atol=1e-3)
+def test_odd_and_even_lines_differ() -> None:
+    for along in ("rows", "columns"):
+        done = effect(OddEven.model_validate({"ratio": 4.0, "along": along}), at(0))
+        lines = done if along == "rows" else done.T
+        np.testing.assert_allclose(lines[::2], 4, atol=1e-3)
+        np.testing.assert_allclose(lines[1::2], -4, atol=1e-3)
 
 
 # 3-D noise
@@ -316,44 +278,13 @@ def test_odd_and_even_lines_differ(along: str) -> None:
 TERMS = {"t": 0.7, "v": 1.1, "h": 0.6, "tv": 0.9, "th": 0.5, "vh": 1.3, "tvh": 2.0}
 
 
-def mean_squares(cube: Floats) -> dict[str, float]:
-    """Return the mean squares of the seven effects of a crossed layout frames x rows x columns (Scheffé 1959)."""
-    sizes, axes = dict(zip("tvh", cube.shape, strict=True)), {"t": 0, "v": 1, "h": 2}
-
-    def mean_over(names: str) -> Floats:
-        return np.asarray(cube.mean(axis=tuple(axes[name] for name in names), keepdims=True))
-
-    found = {}
-    for term in TERMS:
-        effect_of = np.zeros((1, 1, 1))
-        for count in range(len(term) + 1):
-            for part in itertools.combinations(term, count):
-                others = "".join(name for name in "tvh" if name not in part)
-                effect_of = effect_of + (-1) ** (len(term) - count) * mean_over(others)
-        freedom = math.prod(sizes[name] - 1 for name in term)
-        repeats = math.prod(sizes[name] for name in "tvh" if name not in term)
-        found[term] = float((effect_of**2).sum()) * repeats / freedom
-    return found
-
-
-def test_seven_terms_have_the_seven_sigmas() -> None:
-    """Each mean square over its expectation is a chi-square of its degrees of freedom, within 99.9 %."""
-    sizes = {"t": 60, "v": 64, "h": 80}
-    cube = np.stack([effect(Noise3d.model_validate(TERMS), at(index, (64, 80))) for index in range(60)])
-    for term, square in mean_squares(cube).items():
-        expected = sum(
-            sigma**2 * math.prod(sizes[name] for name in "tvh" if name not in other)
-            for other, sigma in TERMS.items()
-            if set(term) <= set(other)
-        )
-        freedom = math.prod(sizes[name] - 1 for name in term)
-        low, high = (stats.chi2.ppf(p, freedom) / freedom for p in (5e-4, 1 - 5e-4))
-        assert low < square / expected < high, term
-
-
 @pytest.mark.parametrize("term", TERMS)
-def test_each_3d_term_varies_along_its_axes_only(term: str) -> None:
-    noise_3d = Noise3d.model_validate({**dict.fromkeys(TERMS, 0), term: 1.0})
-    cube = np.stack([effect(noise_3d, at(index, (20, 30))) for index in range(8)])
+def test_each_3d_term_has_its_sigma_along_its_axes_only(term: str) -> None:
+    """The mean square of n numbers over its expectation is a chi-square of n degrees of freedom."""
+    noise_3d = Noise3d.model_validate({**dict.fromkeys(TERMS, 0), term: TERMS[term]})
+    cube = np.stack([effect(noise_3d, at(index, (20, 30))) for index in range(40)])
     for axis, name in enumerate("tvh"):
         assert (np.ptp(cube, axis=axis).max() > 0.01) == (name in term)
+    count = math.prod({"t": 40, "v": 20, "h": 30}[name] for name in term)
+    low, high = (stats.chi2.ppf(p, count) / count for p in (5e-4, 1 - 5e-4))
+    assert low < (cube**2).mean() / TERMS[term] ** 2 < high

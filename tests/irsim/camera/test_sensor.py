@@ -9,7 +9,6 @@ import pytest
 from scipy import constants, integrate
 
 from irsim.camera.camera import Camera
-from irsim.camera.presets import Preset
 from irsim.camera.response import Response
 from irsim.camera.sensor import (
     ElectronSensor,
@@ -40,8 +39,7 @@ def response(band: Band = INSB, **fields: float) -> Response:
     return ElectronSensor.model_validate(fields).response(SensorSettings(band, 14, 0.0, (220.0, 400.0)))
 
 
-@pytest.mark.parametrize("band", [INSB, (3.0, 5.0), (7.7, 9.3), (8.0, 12.0)])
-@pytest.mark.parametrize("kelvin", [220.0, 300.0, 600.0])
+@pytest.mark.parametrize(("band", "kelvin"), [(INSB, 220.0), ((3.0, 5.0), 600.0), ((8.0, 12.0), 300.0)])
 def test_photon_radiance_is_planck_over_photon_energy(band: tuple[float, float], kelvin: float) -> None:
     assert photon_radiance(band, kelvin) == pytest.approx(photons_by_quad(band, kelvin), rel=1e-9)
     step = 0.01
@@ -62,7 +60,6 @@ def test_cooled_insb_has_its_electrons_and_netd() -> None:
     ("band", "tolerance", "hot"),
     [
         ((3.0, 5.0), 0.021, (0.045, 0.12, 0.16, 0.18)),
-        (INSB, 0.015, ()),
         ((8.0, 12.0), 0.004, (0.008, 0.019, 0.024, 0.027)),
     ],
 )
@@ -103,12 +100,10 @@ def test_light_step_inverts_the_curve() -> None:
         assert made.light_step(5.0, 0.0) == 0
 
 
-@pytest.mark.parametrize("sigma", [0.01, 4.0, 300.0])
-@pytest.mark.parametrize("rate_hz", [0.01, 10_000.0])
-@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
-def test_a_matched_sensor_has_the_curve_and_the_sigma(preset: Preset, rate_hz: float, sigma: float) -> None:
+@pytest.mark.parametrize(("rate_hz", "sigma"), [(50.0, 4.0), (0.01, 300.0), (10_000.0, 0.01)])
+def test_a_matched_sensor_has_the_curve_and_the_sigma(rate_hz: float, sigma: float) -> None:
     """The sigma is larger where no well or no pixel holds so many electrons."""
-    camera = Camera(preset=preset)
+    camera = Camera(preset="cooled_mwir")
     curve = camera.response().curve
     found = matched_sensor(curve, camera.band, camera.bits, rate_hz, sigma)
     keys = {"band": camera.band, "bits": camera.bits, "rate_hz": rate_hz, "detector": dump(found)}

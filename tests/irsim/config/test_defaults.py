@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import pytest
+from part_tree import parts
 from scenario_text import errors_of
 
 from irsim.backgrounds import Recorded
@@ -19,51 +19,29 @@ from irsim.render.stream import Rendering
 from irsim.scenario.loader import change, loads
 from irsim.scenario.model import Scenario
 
-
-def parts(part: type[Part]) -> Iterator[type[Part]]:
-    """The part and all that may stand in it."""
-    yield part
-    for field in part.model_fields.values():
-        yield from parts_of(Slot.of(field.annotation, field.metadata))
-
-
-def parts_of(slot: Slot) -> Iterator[type[Part]]:
-    if slot.family is not None:
-        for _, kind in slot.family:
-            yield from parts(kind)
-    elif len(slot.choices) > 1:
-        for choice in slot.choices:
-            yield from parts_of(choice)
-    elif slot.is_list or slot.is_table:
-        for item in get_args(slot.annotation):
-            if item is not Ellipsis:
-                yield from parts_of(Slot.of(item))
-    elif (found := slot.part(None)) is not None:
-        yield from parts(found)
-
-
-ALL = list(dict.fromkeys(parts(Scenario)))
-FILLING = [part for part in ALL if part.filled.__func__ is not Part.filled.__func__]  # type: ignore[attr-defined]
+FILLING = [
+    part
+    for part in parts(Scenario)
+    if part.filled.__func__ is not Part.filled.__func__  # type: ignore[attr-defined]
+]
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One that says its scale."""
+    """A recording that contains its scale."""
     text = "{frames: 1, camera: {size: [16, 16], range_k: [250, 330]}, background: {kind: ground}}"
     return record(Rendering(loads(text)), tmp_path_factory.mktemp("filled") / "scale.mcap")
 
 
-def is_word(part: type[Part], key: str) -> bool:
-    field = part.model_fields[key]
-    return get_origin(Slot.of(field.annotation, field.metadata).annotation) is Literal
+def slot_of(part: type[Part], key: str) -> Slot:
+    return Slot.of(part.model_fields[key].annotation, part.model_fields[key].metadata)
 
 
 def candidates(part: type[Part], key: str) -> list[dict[str, Any]]:
-    """What a text may say of a key: nothing, its plain default, each word that it may be, one item of a list."""
-    field = part.model_fields[key]
+    """Return texts for a key: left out, its default, each word or kind that it may be, one item of a list."""
+    field, slot = part.model_fields[key], slot_of(part, key)
     found: list[Any] = [] if field.is_required() else [plain_value(field.get_default())]
-    slot = Slot.of(field.annotation, field.metadata)
-    if is_word(part, key):
+    if get_origin(slot.annotation) is Literal:
         found += get_args(slot.annotation)
     if slot.is_list and get_args(slot.annotation)[-1] is Ellipsis:
         item = Slot.of(get_args(slot.annotation)[0])
@@ -76,23 +54,22 @@ def candidates(part: type[Part], key: str) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("part", FILLING)
 def test_a_short_text_gives_the_equal_part(part: type[Part], recording: Path) -> None:
-    """Each of its keys, given or left out, beside each of its words (of an hour, of a preset)."""
+    """Each key, given or left out, beside each value of keys that are words (an hour, a preset)."""
     needed = {"file": str(recording)} if part is Recorded else {}
-    words = [key for key in part.model_fields if is_word(part, key)]
-    others = [key for key in part.model_fields if key not in (*words, *needed)]
-    told = 0
-    for other in others:
-        for said in itertools.product(*(candidates(part, key) for key in (*words, other))):
-            text: dict[str, Any] = {key: value for each in (needed, *said) for key, value in each.items()}
+    words = [key for key in part.model_fields if get_origin(slot_of(part, key).annotation) is Literal]
+    count = 0
+    for other in (key for key in part.model_fields if key not in (*words, *needed)):
+        for given in itertools.product(*(candidates(part, key) for key in (*words, other))):
+            text: dict[str, Any] = {key: value for each in (needed, *given) for key, value in each.items()}
             try:
                 value = part.model_validate(text)
             except ValueError:
                 continue
-            told += 1
+            count += 1
             short = brief_value(value)
             short.pop("kind", None)
             assert part.model_validate(short) == value, text
-    assert told > 5
+    assert count > 5
 
 
 @pytest.mark.parametrize(
@@ -105,18 +82,17 @@ def test_a_short_text_gives_the_equal_part(part: type[Part], recording: Path) ->
 )
 def test_a_change_updates_keys_that_follow(background: str, key: str, other: Any) -> None:
     scene = loads(f"background: {background}")
-    assert change(scene, {f"background.{key}": other}) == loads(
-        f"background: {background}", overrides=[f"background.{key}={other}"]
-    )
+    overridden = loads(f"background: {background}", overrides=[f"background.{key}={other}"])
+    assert change(scene, {f"background.{key}": other}) == overridden
     assert change(scene, {"frames": 3}).background == scene.background
 
 
 def test_a_recording_gives_its_scale_unless_null(recording: Path) -> None:
     scene = f"{{camera: {{size: [16, 16]}}, background: {{kind: recording, file: {recording}RANGE}}}}"
     assert loads(scene.replace("RANGE", "")).background.model_dump()["range_k"] == (250, 330)
-    unsaid = loads(scene.replace("RANGE", ", range_k: null"))
-    assert change(unsaid, {"frames": 3}).background == unsaid.background
-    assert "digest" in brief_value(unsaid.background)
+    unknown = loads(scene.replace("RANGE", ", range_k: null"))
+    assert change(unknown, {"frames": 3}).background == unknown.background
+    assert "digest" in brief_value(unknown.background)
 
 
 def test_a_wrong_hour_is_one_line() -> None:

@@ -4,34 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from irsim.geometry import projection
 from irsim.geometry.projection import Geometry, blocked_matmul, gimbal
 
 GEOMETRY = Geometry((320, 240), 5e-4)
-angles = st.floats(-3.0, 3.0)
 
 
-@given(angles, angles, angles)
-def test_gimbal_is_a_rotation(azimuth: float, elevation: float, roll: float) -> None:
-    turn = gimbal(azimuth, elevation, roll)
-    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-    assert np.linalg.det(turn) == pytest.approx(1.0)
+def test_gimbal_is_a_rotation() -> None:
+    turns = gimbal(*np.random.default_rng(0).uniform(-3, 3, (3, 50)))
+    np.testing.assert_allclose(turns @ turns.swapaxes(1, 2), np.broadcast_to(np.eye(3), turns.shape), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(turns), 1.0)
 
 
-def test_rotations_of_many_frames_equal_those_of_each() -> None:
-    turns = np.random.default_rng(0).normal(size=(500, 3))
-    lifted = Geometry((320, 240), 5e-4, 0.3)
-    np.testing.assert_array_equal(lifted.rotation(turns), np.stack([lifted.rotation(turn) for turn in turns]))
-
-
-@given(st.floats(-2000, 2000), st.floats(-2000, 2000), st.floats(0.1, 1e5))
-def test_projection_inverts_directions(x: float, y: float, range_m: float) -> None:
-    point = GEOMETRY.place(np.array([x, y]), range_m)
-    assert np.linalg.norm(point) == pytest.approx(range_m)
-    np.testing.assert_allclose(GEOMETRY.project(point), [x, y], atol=1e-8)
+def test_projection_inverts_directions() -> None:
+    pixels = np.random.default_rng(0).uniform(-2000, 2000, (50, 2))
+    for range_m in (0.1, 1e5):
+        points = GEOMETRY.place(pixels, range_m)
+        np.testing.assert_allclose(np.linalg.norm(points, axis=-1), range_m)
+        np.testing.assert_allclose(GEOMETRY.project(points), pixels, atol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -67,10 +57,8 @@ def test_the_picture_moves_against_the_turn(
     np.testing.assert_allclose(seen - GEOMETRY.principal, moves, atol=1e-5)
 
 
-@settings(max_examples=30)
-@given(st.floats(-1.2, 1.2))
-def test_the_first_pointing_is_the_first_camera_frame(elevation: float) -> None:
-    geometry = Geometry((64, 64), 1e-3, elevation)
+def test_the_first_pointing_is_the_first_camera_frame() -> None:
+    geometry = Geometry((64, 64), 1e-3, -1.2)
     np.testing.assert_allclose(geometry.rotation(np.zeros(3)), np.eye(3), atol=1e-12)
 
 
@@ -88,12 +76,10 @@ def test_the_frame_ends_half_a_pixel_past_its_pixels(x: float, y: float, inside:
     assert GEOMETRY.inside(x, y) is inside
 
 
-@given(m=st.integers(1, 40), k=st.integers(0, 9), n=st.integers(1, 9), stacked=st.booleans(), most=st.integers(1, 400))
-def test_blocked_products_are_exact(m: int, k: int, n: int, stacked: bool, most: int) -> None:
+def test_blocked_products_are_exact() -> None:
     """Whole numbers add up without rounding; einsum does not use BLAS."""
-    draws = np.random.default_rng(m + 100 * k + 10_000 * n)
-    left = draws.integers(-9, 9, (m, k)).astype(np.float64)
-    right = draws.integers(-9, 9, (2, k, n) if stacked else (k, n)).astype(np.float64)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(projection, "SINGLE_THREADED", most)
+    draws = np.random.default_rng(1)
+    for shape in ((2, 300, 300), (300, 300)):
+        left = draws.integers(-9, 9, (900, 300)).astype(np.float64)
+        right = draws.integers(-9, 9, shape).astype(np.float64)
         np.testing.assert_array_equal(blocked_matmul(left, right), np.einsum("mk,...kn->...mn", left, right))

@@ -47,28 +47,6 @@ def test_layers_and_occluders_beyond_fit() -> None:
         check_warning(far, f"background.{family}.1.range_m", "a range of 40 km")
 
 
-@pytest.mark.parametrize(
-    ("altitude_m", "band", "words"),
-    [
-        (15e3, "lwir", None),
-        (15e3, (3.4, 4.9), None),
-        (1000.0, (10.0, 12.0), None),
-        (
-            15e3,
-            (10.0, 12.0),
-            "0.0 times the share of lwir, the band of the fit of us_standard: the sky is too warm",
-        ),
-        (15e3, (9.0, 10.5), "too cold"),
-        (15e3, (3.3, 4.15), "by carbon dioxide at 4.2 to 4.45 um; the camera's band has 0.0 times"),
-    ],
-)
-def test_sky_above_fit(altitude_m: float, band: Any, words: str | None) -> None:
-    air, sky = {**AIR, "altitude_m": altitude_m}, {"kind": "sky", **AIR}
-    found = warned(scene(atmosphere=air, background=sky, camera={"band": band}, targets=[]))
-    assert ("atmosphere.altitude_m" in found) == (words is not None)
-    assert words is None or words in found["atmosphere.altitude_m"]
-
-
 @pytest.mark.parametrize(("height_m", "beyond"), [(300.0, False), (8000.0, True)])
 def test_ground_beyond_fit(height_m: float, beyond: bool) -> None:
     ground = {"kind": "ground", "height_m": height_m, "spread_k": 0.0}

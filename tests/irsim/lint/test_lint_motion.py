@@ -39,9 +39,7 @@ def test_camera_below_ground(speed_m_s: float, below: bool) -> None:
     check_warning(scene, "camera.motion.1" if below else None, "at frame 36 the camera reaches the ground, 12 m below")
 
 
-@pytest.mark.parametrize(
-    ("closing_m_s", "frames", "through"), [(900, 60, True), (900, 33, False), (500, 60, False), (-900, 60, False)]
-)
+@pytest.mark.parametrize(("closing_m_s", "frames", "through"), [(900, 60, True), (900, 33, False), (-900, 60, False)])
 def test_target_through_camera(closing_m_s: float, frames: int, through: bool) -> None:
     """1000 m at 900 m/s last for 33.3 frames."""
     path = {"kind": "straight", "start": (80, 60), "range_m": 1000, "closing_m_s": closing_m_s}
@@ -68,41 +66,19 @@ def test_implausible_acceleration(turn_deg_s: float, rate_hz: float, pulls: bool
     assert loads == pytest.approx([1000 * omega / 9.80665 * (math.sin(half) / half) ** 2] if pulls else [], rel=2e-3)
 
 
-@pytest.mark.parametrize(
-    "keys",
-    [
-        {"kind": "weave_m", "amplitude_m": 40, "period_s": 1},  # 40 m (2 pi / s)^2: 161 g, for 0.38 s of a half
-        {"kind": "jump_m", "rates_deg_s": [300]},  # 200 m/s at 5.2 rad/s: 107 g
-    ],
-)
-def test_acceleration_of_other_paths(keys: dict[str, Any]) -> None:
-    assert " pulls " in path_warnings({"start_m": (0, 0, 2000), **keys}, "missile")
-    assert " pulls " not in path_warnings({"start_m": (0, 0, 2000), "kind": keys["kind"]}, "missile")
-
-
-def test_corner_is_no_acceleration() -> None:
-    corner = {"kind": "waypoints_m", "points": [[-50, 0, 2000], [0, 0, 2000], [0, -50, 2000]], "speed_m_s": 60}
-    assert "pulls" not in path_warnings(corner, "quadrotor")
-
-
 @pytest.mark.parametrize(("word", "kind"), list(SHAPES))
 def test_speed_limit_of_each_body(word: str, kind: type[Shape]) -> None:
     fastest = kind.max_speed_m_s
     assert (fastest is not None) == issubclass(kind, Body)
-    if fastest is None:
+    if fastest is None or "file" in kind.model_fields:
         return
     for ratio in (0.99, 1.01):
         path = {"kind": "straight_m", "start_m": (-50, 0, 4000), "velocity_m_s": (ratio * fastest, 0, 0)}
         target = {"id": "it", "shape": {"kind": word}, "path": path}
-        scene = {"frames": 60, "camera": CAMERA, "background": {"kind": "sky"}, "targets": [target]}
-        if "file" in kind.model_fields:
-            continue
+        scene = {"frames": 9, "camera": CAMERA, "background": {"kind": "sky"}, "targets": [target]}
         found = [notice.message for notice in speed_implausible(Scenario.model_validate(scene))]
         assert len(found) == (ratio > 1)
-        for message in found:
-            match = re.match(r"from frame 0 on it moves at up to ([\d.]+) m/s, and more than ([\d.]+) is", message)
-            assert match is not None
-            assert [float(each) for each in match.groups()] == pytest.approx([ratio * fastest, fastest], rel=1e-3)
+        assert all(f"and more than {fastest:g} is implausible" in message for message in found)
 
 
 @pytest.mark.parametrize(("range_m", "fast"), [(6000, True), (2500, False)])
@@ -113,23 +89,6 @@ def test_speed_of_a_path_in_pixels(range_m: float, fast: bool) -> None:
     match = re.search(r"up to ([\d.]+) m/s, .* nearer to the camera$", found)
     assert (match is not None) == fast
     assert match is None or float(match[1]) == pytest.approx(2 * 30 * range_m * math.sin(5 * 0.5e-3 / 2), rel=2e-3)
-
-
-def test_speed_counts_without_the_camera_and_while_present() -> None:
-    """A spline through -50, -30 and 70 m at 0, 1 and 2 s is slow at first."""
-
-    def found(path: dict[str, Any], **scene: Any) -> int:
-        target = {"id": "it", "shape": {"kind": "tank"}, "path": path, "absent": scene.pop("absent", [])}
-        whole = {"frames": 60, "background": {"kind": "sky"}, "targets": [target], **scene}
-        return len(list(speed_implausible(Scenario.model_validate(whole))))
-
-    moving = {"motion": [{"kind": "platform", "velocity_m_s": (600, 0, 0)}]}
-    still, fast = (
-        {"kind": "straight_m", "start_m": (-50, 0, 4000), "velocity_m_s": (speed, 0, 0)} for speed in (0, 600)
-    )
-    assert (found(still, camera=moving), found(fast, camera=moving)) == (0, 1)
-    path = {"kind": "waypoints_m", "points": [(-50, 0, 4000), (-30, 0, 4000), (70, 0, 4000)], "frames": [0, 30, 60]}
-    assert (found(path), found(path, absent=[(20, 59)])) == (1, 0)
 
 
 @pytest.mark.parametrize(
@@ -160,20 +119,3 @@ def test_crossing_in_metres_without_contact(keys: dict[str, Any], px: int | None
     found = path_warnings(crosses, "point", targets=[{**LEADER, "path": path}])
     assert ("never meet" in found) == (px is not None)
     assert px is None or f"their least distance is {px} px" in found
-
-
-@pytest.mark.parametrize(
-    ("motion", "shown"),
-    [
-        ([], None),
-        ([{"kind": "shake", "rms_px": 0.3}], None),
-        # A pan of 15 px a frame to the right turns (1.5, 0) into (-13.5, 0) and (0, 1) into (-15, 1).
-        ([{"kind": "pan", "azimuth_deg_s": math.degrees(15 * 0.3e-3 * 25)}], -4),
-    ],
-)
-def test_crossing_angle_changed_by_camera(motion: list[dict[str, Any]], shown: int | None) -> None:
-    leader = {**LEADER, "path": {"kind": "straight", "start": (80, 60), "speed": 1.5}}
-    path = {"kind": "crosses", "target": "a", "at_frame": 2, "speed": 1}
-    found = path_warnings(path, "point", targets=[leader], camera={**CAMERA, "rate_hz": 25, "motion": motion})
-    assert ("cross at" in found) == (shown is not None)
-    assert shown is None or f"in the picture it and a cross at {shown} degrees, and for a camera at rest at 90" in found

@@ -96,17 +96,3 @@ def test_camera_motion_moves_only_drawn_objects(counted: Path) -> None:
     empty = moved.model_copy(update={"targets": ()})
     for frame, own in zip(Rendering(empty).frames(), open_recording(counted).frames(), strict=True):
         assert np.array_equal(frame.image, own.image)
-
-
-@pytest.mark.parametrize("background", ["", ", range_k: [250, 330]"])
-def test_recording_of_recorded_frames_keeps_their_scale(tmp_path: Path, counted: Path, background: str) -> None:
-    again = Rendering(irsim.loads(text(counted, CAMERA, background)))
-    facts = open_recording(record(again, tmp_path / "again.mcap")).camera
-    given = (250.0, 330.0) if background else None
-    assert (facts.range_k, facts.curve) == (given, None if background else open_recording(counted).camera.curve)
-
-
-def test_recording_of_frames_of_unknown_scale(tmp_path: Path, imported: Path) -> None:
-    again = Rendering(irsim.loads(text(imported, GREY)))
-    facts = open_recording(record(again, tmp_path / "again.mcap")).camera
-    assert (facts.range_k, facts.curve) == (None, None)

@@ -20,7 +20,6 @@ from irsim.scenario.model import Scenario
         ("quadrotor", "rotor_hz", 87.0, 31, False),
         ("quadrotor", "rotor_hz", 0.0, 31, False),  # still on purpose
         ("quadrotor", "rotor_hz", 87.0, 2, False),
-        ("quadrotor", "rotor_hz", 90.0, 1, False),
         ("helicopter", "rotor_hz", 7.5, 31, True),
         ("bird", "beat_hz", 3.0, 31, False),
     ],
@@ -106,16 +105,10 @@ WALL = {"kind": "bar", "id": "wall", "range_m": 100, "hides": "tank"}
     ("changes", "words"),
     [
         ({"occluders": [bar(48)]}, None),
-        (
-            {"occluders": [bar(56)]},
-            "tank, the target to follow, is more than half hidden by bar in 13 of the 24",
-        ),
+        ({"occluders": [bar(56)]}, "tank, the target to follow, is more than half hidden by bar in 13 of the 24"),
         ({"occluders": [bar(150, range_m=400, middle=80)]}, None),
         ({"occluders": [bar(10, middle=20)]}, None),
-        (
-            {"occluders": [bar(10, middle=20)], "follow": "other"},
-            "other, the target to follow, is more than half",
-        ),
+        ({"occluders": [bar(10, middle=20)], "follow": "other"}, "other, the target to follow, is more than half"),
         ({"occluders": [{**WALL, "frames": (0, 60)}]}, None),
         ({"occluders": [{**WALL, "frames": (0, 99)}]}, "hidden by wall in 24 of the 24 frames"),
         ({"background": ROW}, "hidden by buildings in 24 of the 24 frames"),

@@ -17,31 +17,15 @@ from irsim.scenario.model import Scenario
 @pytest.mark.parametrize(
     ("text", "warned"),
     [
-        (
-            "targets: [{shape: {kind: point, temperature_k: 150, area_m2: 1e-4}, path: {kind: straight, range_m: 5}}]",
-            [],
-        ),
         ("targets: [{shape: {kind: point, temperature_k: 149, area_m2: 3e4}}]", ["temperature_k", "area_m2"]),
-        ("targets: [{shape: {kind: tank}, spin_deg_s: [0, 1e5, 400]}]", [1]),
         ("targets: [{path: {kind: straight, start: [9, 9], speed: 1e6, range_m: 1}}]", ["speed", "range_m"]),
         ("targets: [{path: {kind: straight_m, start_m: [0, 900, 0], velocity_m_s: [0, -9000, 0]}}]", [1]),
-        ("targets: [{path: {kind: turns_m, start_m: [0, 900, 0], speed_m_s: 3000, turns: [[5, 30, 120]]}}]", []),
         ("camera: {psf_px: 5, rate_hz: 2000}", []),
         ("camera: {psf_px: 5.1, rate_hz: 2001}", ["psf_px", "rate_hz"]),
         ("camera: {motion: [{kind: pan, azimuth_deg_s: 1e6, elevation_deg_s: -90}]}", ["azimuth_deg_s"]),
         ("atmosphere: {temperature_k: 15}", ["temperature_k"]),
-        ("atmosphere: {temperature_k: 184}", []),
-        ("background: {kind: landscape, camera_height_m: 0.01}", ["camera_height_m"]),
-        (
-            "background: {kind: ground, roads: {width_mrad: 4000}, water: {size_mrad: 0.001}}",
-            ["width_mrad", "size_mrad"],
-        ),
         ("background: {kind: sky, clouds: [{wind_mrad_s: [3, -1e6], sunlit_k: 900}]}", [1, "sunlit_k"]),
-        (
-            "background: {kind: landscape, trees: [{height_m: 4000}], buildings: [{height_m: [3, 9000]}]}",
-            ["height_m", 1],
-        ),
-        ("background: {kind: landscape, camera_height_m: 20000, hills_mrad: 0, trees: [{height_m: 100}]}", []),
+        ("background: {kind: landscape, buildings: [{height_m: [3, 9000]}]}", [1]),
     ],
 )
 def test_implausible_values(text: str, warned: list[str | int]) -> None:
@@ -142,8 +126,6 @@ def test_unreachable_contrast(shape: dict[str, Any], camera: dict[str, Any], wor
     [
         ({"range_k": (280, 310)}, 250, 5, "0% of that is left, as pixels are at count 0"),
         ({"range_k": (280, 310)}, 330, -10, "0% of that is left, as pixels are full"),
-        ({"range_k": (280, 310)}, 305, 30, "as pixels are full"),
-        ({"range_k": (280, 310)}, 295, -10, None),
         ({"range_k": (220, 310), "falloff": {"vignetting": 0.5}}, 300, 20, None),
         ({"range_k": (220, 310)}, 300, 20, "as pixels are full"),
         ({"range_k": (280, 310), "falloff": {"vignetting": 0.5}}, 295, -5, "as pixels are at count 0"),

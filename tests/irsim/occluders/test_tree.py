@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +14,10 @@ from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
-from irsim.geometry.silhouette import Grid
 from irsim.geometry.sprite import Sprite
 from irsim.lint import lint
 from irsim.occluders import OCCLUDERS
 from irsim.occluders.base import required
-from irsim.occluders.crown import Billboard
 from irsim.occluders.tree import Tree
 from irsim.physics.radiometry import temperature
 from irsim.scenario.loader import loads
@@ -47,28 +46,21 @@ def drawn(value: Tree, pose: CameraPose | None = None, seed: int = 0) -> Sprite:
     return sprite
 
 
-@pytest.mark.parametrize("seed", [0, 3])
-@pytest.mark.parametrize("window", [Box(150.3, 60.2, 30.0, 12.0), Box(90.7, 70.0, 9.0, 33.0)])
-class TestPlacement:
-    def test_it_hides_the_whole_window(self, seed: int, window: Box) -> None:
-        # With the margin of intents: the optics blur gaps beyond it by 0.6 px.
-        sprite = drawn(placed_over(Box(window.cx, window.cy, window.w + 2, window.h + 2), seed), seed=seed)
-        columns = slice(round(np.ceil(window.left + 0.5)), round(np.floor(window.right - 0.5)) + 1)
-        rows = slice(round(np.ceil(window.top + 0.5)), round(np.floor(window.bottom - 0.5)) + 1)
-        picture = np.zeros((400, 400))
-        high, wide = sprite.cover.shape
-        picture[sprite.y0 + 50 : sprite.y0 + 50 + high, sprite.x0 + 50 : sprite.x0 + 50 + wide] = sprite.cover
-        assert picture[50:, 50:][rows, columns].min() == pytest.approx(1, abs=1e-3)
-
-    @pytest.mark.parametrize(("leaves", "most"), [(0.0, 1.0), (0.8, 0.9)])
-    def test_it_is_no_larger_than_needed(self, seed: int, window: Box, leaves: float, most: float) -> None:
-        """The core of a bare crown, 0.6 sin 60 of its width, spans the window; a leafy crown is smaller."""
-        crown_px = required(placed_over(window, seed, leaves=leaves).crown_px)
-        assert crown_px[0] * 0.6 * np.sin(np.radians(60)) / window.w < most
+@pytest.mark.parametrize(("seed", "window"), [(0, Box(150.3, 60.2, 30.0, 12.0)), (3, Box(90.7, 70.0, 9.0, 33.0))])
+def test_a_placed_tree_hides_its_window_and_little_more(seed: int, window: Box) -> None:
+    # With the margin of intents: the optics blur gaps beyond it by 0.6 px.
+    sprite = drawn(placed_over(Box(window.cx, window.cy, window.w + 2, window.h + 2), seed), seed=seed)
+    columns = slice(math.ceil(window.left + 0.5) - sprite.x0, math.floor(window.right + 0.5) - sprite.x0)
+    rows = slice(math.ceil(window.top + 0.5) - sprite.y0, math.floor(window.bottom + 0.5) - sprite.y0)
+    assert sprite.cover[rows, columns].min() == pytest.approx(1, abs=1e-3)
+    # The core of a bare crown, 0.6 sin 60 of its width, spans the window; a leafy crown is smaller.
+    for leaves, most in ((0.0, 1.0), (0.8, 0.9)):
+        wide = required(placed_over(window, seed, leaves=leaves).crown_px)[0]
+        assert wide * 0.6 * math.sin(math.radians(60)) / window.w < most
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_its_rim_is_ragged_and_its_core_gapless(seed: int) -> None:
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_rim_is_ragged_and_the_core_gapless(seed: int) -> None:
     sprite = drawn(tree(), seed=seed)
     rows, columns = np.indices(sprite.cover.shape)
     x, y = columns + sprite.x0, rows + sprite.y0
@@ -78,12 +70,7 @@ def test_its_rim_is_ragged_and_its_core_gapless(seed: int) -> None:
     assert 0.2 < rim.mean() < 0.95
     assert (rim < 0.05).mean() > 0.02
     assert sprite.cover[(radius > 1.35) & (y < 150)].max(initial=0.0) == 0
-
-
-def test_fewer_leaves_make_more_gaps() -> None:
-    covers = [drawn(tree(leaves=leaves)).cover.sum() for leaves in (1.0, 0.8, 0.4, 0.0)]
-    assert covers == sorted(covers, reverse=True)
-    assert covers[-1] < 0.8 * covers[0]
+    assert drawn(tree(leaves=0.0), seed=seed).cover.sum() < 0.9 * sprite.cover.sum()
 
 
 def test_its_trunk_is_warm_and_stands_on_its_foot() -> None:
@@ -106,33 +93,23 @@ def test_leaves_and_trunk_vary_in_temperature() -> None:
     assert kelvin.mean() == pytest.approx(290, abs=0.6)
     assert 1.0 < kelvin.std() < 2.1
     sprite = drawn(tree(trunk_k=300.0, temperature_k=285.0, spread_k=1.0, emissivity=1.0, crown_px=(200.0, 130.0)))
-    columns = slice(160 - 4 - sprite.x0, 160 + 5 - sprite.x0)
-    kelvin = temperature("lwir", sprite.emission[180 - sprite.y0 : 216 - sprite.y0, columns])
-    across, down = kelvin.mean(axis=0), kelvin.mean(axis=1)
-    assert across[0] - across[-1] > 0.5  # lit from the left
+    rows, columns = slice(180 - sprite.y0, 216 - sprite.y0), slice(156 - sprite.x0, 165 - sprite.x0)
+    kelvin = temperature("lwir", sprite.emission[rows, columns])
     assert kelvin.mean() == pytest.approx(300, abs=0.5)
-    assert down.std() > 0.02
+    assert np.subtract(*kelvin.mean(axis=0)[[0, -1]]) > 0.5  # lit from the left
 
 
-@pytest.mark.parametrize("crown", [(9.0, 10.0), (40.0, 44.0), (120.0, 130.0)])
+@pytest.mark.parametrize("crown", [(9.0, 10.0), (120.0, 130.0)])
 def test_it_follows_a_sub_pixel_shift(crown: tuple[float, float]) -> None:
     def at(x: float, y: float) -> tuple[float, Floats]:
         sprite = drawn(tree(crown_px=crown, height_px=crown[1] * 1.4, foot_px=(x, y)))
         return sprite.cover.sum(), centroid(sprite, sprite.cover)
 
     area, middle = at(150.0, 200.0)
-    for shift in ((0.13, 0.0), (0.5, 0.37), (0.0, -0.71)):
+    for shift in ((0.13, 0.0), (0.5, -0.71)):
         moved, place = at(150.0 + shift[0], 200.0 + shift[1])
         assert moved == pytest.approx(area, rel=2e-3)
         np.testing.assert_allclose(place - middle, shift, atol=0.02)
-
-
-@pytest.mark.parametrize("crown", [(0.01, 300.0), (5000.0, 0.2), (1e-6, 1e-6), (1e5, 1e5)])
-def test_extreme_crowns_are_drawn(crown: tuple[float, float]) -> None:
-    sprite = drawn(tree(crown_px=crown, height_px=max(180.0, crown[1]), leaves=0.0))
-    assert np.isfinite(sprite.emission).all()
-    assert sprite.cover.min() >= -1e-6
-    assert sprite.cover.max() <= 1 + 1e-6
 
 
 def test_zoomed_and_rolled_cameras_see_the_same_tree() -> None:
@@ -146,21 +123,6 @@ def test_zoomed_and_rolled_cameras_see_the_same_tree() -> None:
     turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
     expected = geometry.principal + (centroid(first, first.cover) - geometry.principal) @ turn
     np.testing.assert_allclose(centroid(rolled, rolled.cover), expected, atol=0.05)
-
-
-def test_a_uniform_billboard_covers_its_rectangle() -> None:
-    """From (2.25, 3.5) to (9.25, 7.5) px from the grid's corner: exact but for a little blur of its edges."""
-    light = np.pad(np.full((40, 70, 2), [1.0, 7.0], np.float32), ((10, 10), (10, 10), (0, 0)))
-    grid = Grid(0, 0, 12, 12, 2)
-    corners = np.array([[1.25, 2.5], [10.25, 2.5], [10.25, 8.5], [1.25, 8.5]]) + grid.corner
-    area, down, right = Billboard(light).fields(corners, grid)
-    np.testing.assert_allclose(area[1], 7 * area[0], rtol=1e-6)
-    assert area[0].sum() / 4 == pytest.approx(7 * 4, rel=1e-3)
-    np.testing.assert_allclose(area[0, 8:14, 6:17], 1.0, atol=1e-6)
-    np.testing.assert_allclose(right[0, 8:14, 6:17], 0.0, atol=1e-6)
-    x = np.arange(24) / 2 + 0.25
-    moments = (area[0] * x + right[0] / 2).sum(), (area[0] * x[:, None] + down[0] / 2).sum()
-    np.testing.assert_allclose(np.array(moments) / area[0].sum(), [5.75, 5.5], atol=2e-3)
 
 
 class TestCrowns:
@@ -220,31 +182,17 @@ occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, ti
 """
         assert ("occluders", 0, "tiers") in {notice.at for notice in lint(loads(text))}
 
-    def test_no_wood_shows_where_crowns_meet(self) -> None:
+    def test_no_wood_is_visible_between_crowns(self) -> None:
         keys = {"trunk_k": 300.0, "temperature_k": 285.0, "spread_k": 0.0, "emissivity": 1.0}
         flat = drawn(tree(crown_px=(45.0, 50.0), tiers=4, **keys))
         inside = slice(60 - flat.y0, 160 - flat.y0), slice(154 - flat.x0, 167 - flat.x0)
         assert np.ptp(temperature("lwir", flat.emission[inside])) < 0.01
 
-    @pytest.mark.parametrize(
-        ("field", "top", "left"), [("warmth", (0.4, 2.0), (0.3, 2.0)), ("joined", (-0.15, 0.15), (0.3, 2.0))]
-    )
-    def test_light_falls_from_the_side_on_joined_crowns(
-        self, field: str, top: tuple[float, float], left: tuple[float, float]
-    ) -> None:
-        """From above as well only on a lone one, so that no dark lower edge lies on the lit top of the next."""
-        for axis, (low, high) in enumerate((top, left)):
-            differences = []
-            for seed in range(8):
-                texture = tree().crowns(replace(CONTEXT, seed=seed))[0][0]
-                first = np.indices(texture.leaves.shape)[axis] < texture.leaves.shape[axis] / 2
-                warmth = getattr(texture, field)
-                differences.append(warmth[texture.leaves & first].mean() - warmth[texture.leaves & ~first].mean())
-            assert low < np.mean(differences) < high
 
-
-@pytest.mark.parametrize("background", ["ground", "landscape"])
-@pytest.mark.parametrize(("hour", "leaves_k"), [("any", 290.0), ("day", 297.0), ("night", 285.5)])
+@pytest.mark.parametrize(
+    ("background", "hour", "leaves_k"),
+    [("ground", "any", 290.0), ("ground", "day", 297.0), ("landscape", "night", 285.5)],
+)
 def test_default_temperatures_are_those_of_the_hour(background: str, hour: str, leaves_k: float) -> None:
     """Those of a landscape's own trees; given temperatures stay."""
 

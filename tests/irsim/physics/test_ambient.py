@@ -1,16 +1,15 @@
-"""What bodies reflect: the air's surroundings where it says them, else the background's own sky and ground."""
+"""Surroundings reflected by bodies: those of the air where given, else the background's own sky and ground."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import integrate
 
-from irsim import Rendering, Scenario, open_recording, record
+from irsim import Scenario
 from irsim.backgrounds import Background, Ground, Layer
 from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import radiance, temperature
@@ -21,7 +20,7 @@ BAND: Band = "lwir"
 
 
 class Bare(Background):
-    """A user's own kind, which says nothing of what is around."""
+    """A user's own kind without surroundings."""
 
     def layers(self, context: SceneContext) -> Sequence[Layer]:
         return Ground().layers(context)
@@ -69,13 +68,6 @@ def test_surroundings_are_half_sky_and_half_ground(background: dict[str, Any], b
 def test_ground_and_default_surroundings() -> None:
     assert around_k(scene({"kind": "ground", "mean_k": 301.0})) == pytest.approx(301.0, abs=1e-6)
     assert around_k(scene({"kind": "test_ambient:Bare"})) == pytest.approx(288.15, abs=1e-6)
-
-
-def test_recorded_surroundings_are_the_first_frame_s_mean(tmp_path: Path) -> None:
-    flat = scene({"kind": "ground", "mean_k": 296.0, "spread_k": 0.0}, camera={"range_k": (280, 310)})
-    record(Rendering(flat), tmp_path / "flat.mcap")
-    assert open_recording(tmp_path / "flat.mcap").size == (64, 48)
-    assert around_k(scene({"kind": "recording", "file": str(tmp_path / "flat.mcap")})) == pytest.approx(296.0, abs=0.01)
 
 
 @pytest.mark.parametrize("air", [{"surroundings_k": 250.0}, {"preset": "us_standard"}])

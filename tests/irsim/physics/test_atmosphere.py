@@ -9,61 +9,30 @@ import pytest
 from scipy import integrate
 
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.climate import CLIMATES, ClimateName, band_mismatch, fitted_band
+from irsim.physics.climate import CLIMATES, FIT_VISIBILITY_KM, ClimateName, band_mismatch, fitted_band
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, BandName
-
-FITTED: dict[tuple[ClimateName, BandName, float], tuple[float, float]] = {
-    ("us_standard", "mwir", 23): (0.554, 0.47),
-    ("us_standard", "mwir", 5): (0.614, 0.57),
-    ("us_standard", "lwir", 23): (0.130, 0.79),
-    ("us_standard", "lwir", 5): (0.186, 0.86),
-    ("midlatitude_summer", "mwir", 23): (0.711, 0.48),
-    ("midlatitude_summer", "mwir", 5): (0.776, 0.56),
-    ("midlatitude_summer", "lwir", 23): (0.295, 0.86),
-    ("midlatitude_summer", "lwir", 5): (0.351, 0.89),
-    ("midlatitude_winter", "mwir", 23): (0.491, 0.47),
-    ("midlatitude_winter", "mwir", 5): (0.557, 0.58),
-    ("midlatitude_winter", "lwir", 23): (0.094, 0.78),
-    ("midlatitude_winter", "lwir", 5): (0.149, 0.87),
-    ("tropical", "mwir", 23): (0.795, 0.48),
-    ("tropical", "mwir", 5): (0.860, 0.55),
-    ("tropical", "lwir", 23): (0.429, 0.87),
-    ("tropical", "lwir", 5): (0.485, 0.89),
-}
-"""LOWTRAN7, level paths 100 m up: a, b of tau = exp(-a R^b)."""
 
 BANDS: list[BandName] = ["mwir", "lwir"]
 
 
-@pytest.mark.parametrize(("climate", "band", "visibility"), FITTED)
-@pytest.mark.parametrize("km", [0.5, 1.0, 3.0, 10.0, 20.0])
-def test_level_paths_follow_the_fit(climate: ClimateName, band: BandName, visibility: float, km: float) -> None:
-    a, b = FITTED[climate, band, visibility]
+@pytest.mark.parametrize("climate", CLIMATES)
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("visibility", FIT_VISIBILITY_KM)
+def test_level_paths_follow_the_fit(climate: ClimateName, band: BandName, visibility: float) -> None:
+    a, b = CLIMATES[climate].fit[band][FIT_VISIBILITY_KM.index(visibility)]
     air = Atmosphere(preset=climate, visibility_km=visibility)
-    # The Earth's curve lifts 20 km by 31 m: under 0.002.
-    assert air.transmittance(band, km * 1e3) == pytest.approx(np.exp(-a * km**b), abs=0.002)
+    km = np.array([0.5, 3.0, 20.0])  # the Earth's curve lifts 20 km by 31 m: under 0.002
+    np.testing.assert_allclose(air.transmittance(band, km * 1e3), np.exp(-a * km**b), atol=0.002)
 
 
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
-def test_haze_depth_is_linear_in_inverse_visibility(climate: ClimateName, band: BandName) -> None:
-    """At 1/V halfway between 1/5 and 1/23, 8.214 km, the depth lies halfway."""
-    halfway = 2 / (1 / 5 + 1 / 23)
-    depths = [
-        -np.log(Atmosphere(preset=climate, visibility_km=km).transmittance(band, 6000.0)) for km in (5, 23, halfway)
-    ]
-    assert depths[2] == pytest.approx((depths[0] + depths[1]) / 2, rel=1e-9)
-
-
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("elevation", [0.0, 0.3, np.pi / 2])
+@pytest.mark.parametrize(("climate", "band"), list(zip(CLIMATES, 2 * BANDS, strict=True)))
+@pytest.mark.parametrize("elevation", [0.0, np.pi / 2])
 def test_transmittance_falls_with_range_and_haze(climate: ClimateName, band: BandName, elevation: float) -> None:
-    ranges = np.geomspace(0.1, 200e3, 60)
+    ranges = np.geomspace(0.1, 200e3, 20)
     taus = [
         Atmosphere(preset=climate, visibility_km=visibility).transmittance(band, ranges, elevation)
-        for visibility in (300, 23, 10, 5, 1)
+        for visibility in (300, 23, 5, 1)
     ]
     assert all((np.diff(tau) <= 0).all() for tau in taus)
     assert all((thin >= thick).all() for thin, thick in pairwise(taus))
@@ -91,8 +60,7 @@ def test_without_an_atmosphere_nothing_changes() -> None:
     assert air.is_clear
 
 
-@pytest.mark.parametrize("band", ["mwir", "lwir", (3.4, 4.9)])
-@pytest.mark.parametrize("range_m", [200.0, 5000.0])
+@pytest.mark.parametrize(("band", "range_m"), [("mwir", 200.0), ((3.4, 4.9), 5000.0)])
 def test_level_paths_obey_kirchhoff_s_law(band: Band, range_m: float) -> None:
     """Kirchhoff: at one temperature T the light of the path is (1 - tau) B(T)."""
     air = Atmosphere(preset="us_standard")
@@ -102,7 +70,7 @@ def test_level_paths_obey_kirchhoff_s_law(band: Band, range_m: float) -> None:
 
 @pytest.mark.parametrize("band", BANDS)
 def test_a_black_body_at_air_temperature_vanishes(band: Band) -> None:
-    """Of two targets before an opaque path that at the air's temperature cannot be told from it."""
+    """Before an opaque path a target at the temperature of the air has no contrast; a hot one has."""
     air = Atmosphere(preset="us_standard", fog_visibility_km=0.05)
     kelvin = 288.15 - 6.5 * 0.1
     near, far = 30.0, 30e3
@@ -112,17 +80,6 @@ def test_a_black_body_at_air_temperature_vanishes(band: Band) -> None:
     assert temperature(band, own) == pytest.approx(float(temperature(band, behind)), abs=0.01)
     hot = air.through(band, radiance(band, 400.0), np.ones(()), near, 0.0)
     assert temperature(band, hot) > temperature(band, behind) + 0.01
-
-
-def test_a_vertical_path_holds_a_scale_height_of_gas() -> None:
-    """From 100 m straight up to the top: H (1 - exp(-39.9 km / H)) of gas, H_a of haze, each as a level path, and all
-    of the ozone."""
-    air = Atmosphere(preset="us_standard", visibility_km=5)
-    gas, haze, ozone = 1.95, 1.2, 0.085
-    added = (0.186 * haze**0.86 - 0.130 * haze**0.79) / (1 / 5 - 1 / 23) / 5
-    clean = 0.130 * gas**0.79 - (0.186 * gas**0.86 - 0.130 * gas**0.79) / (1 / 5 - 1 / 23) / 23
-    tau = air.transmittance("lwir", np.array(39_900.0), np.pi / 2)
-    assert tau == pytest.approx(np.exp(-clean - added - ozone), abs=2e-3)
 
 
 def test_slant_paths_integrate_density() -> None:
@@ -146,47 +103,29 @@ def test_slant_paths_integrate_density() -> None:
     assert air.transmittance("mwir", km * 1e3, elevation) == pytest.approx(np.exp(-depth), abs=1e-3)
 
 
-CLEAR_SKY: dict[tuple[ClimateName, BandName], tuple[float, ...]] = {
-    ("us_standard", "lwir"): (214, 230, 255, 269, 284),
-    ("us_standard", "mwir"): (269, 273, 279, 282, 285),
-    ("midlatitude_summer", "lwir"): (240, 258, 282, 289, 292),
-}
-"""LOWTRAN7: brightness temperature, K, at elevations of 90, 30, 10, 5 and 1 degrees."""
-
-
-@pytest.mark.parametrize(("climate", "band"), CLEAR_SKY)
-def test_the_clear_sky_matches_lowtran(climate: ClimateName, band: BandName) -> None:
-    air = Atmosphere(preset=climate, altitude_m=0)
-    found = temperature(band, air.sky(band, np.radians([90, 30, 10, 5, 1])))
-    np.testing.assert_allclose(found, CLEAR_SKY[climate, band], atol=2.0)
-
-
-HIGH_SKY: dict[tuple[ClimateName, BandName, float], tuple[float, ...]] = {
+CLEAR_SKY: dict[tuple[ClimateName, BandName, float], tuple[float, ...]] = {
+    ("us_standard", "lwir", 0.0): (214, 230, 255, 269),
+    ("us_standard", "mwir", 0.0): (269, 273, 279, 282),
+    ("midlatitude_summer", "lwir", 0.0): (240, 258, 282, 289),
     ("us_standard", "lwir", 5e3): (167.7, 176.0, 188.6, 196.5),
     ("us_standard", "lwir", 10e3): (156.3, 163.2, 172.2, 176.7),
-    ("us_standard", "lwir", 15e3): (153.3, 160.3, 169.4, 173.8),
     ("us_standard", "mwir", 5e3): (228.5, 231.8, 237.0, 240.4),
-    ("us_standard", "mwir", 10e3): (197.4, 200.1, 204.3, 206.8),
     ("us_standard", "mwir", 15e3): (191.7, 194.3, 198.6, 201.2),
     ("midlatitude_summer", "lwir", 10e3): (158.1, 165.4, 175.2, 180.3),
-    ("midlatitude_summer", "mwir", 10e3): (206.3, 209.0, 213.3, 216.0),
-    ("midlatitude_winter", "lwir", 10e3): (156.7, 163.6, 172.6, 177.1),
     ("midlatitude_winter", "mwir", 10e3): (196.9, 199.5, 203.7, 206.2),
     ("tropical", "lwir", 10e3): (153.2, 160.4, 170.2, 175.3),
-    ("tropical", "mwir", 10e3): (207.0, 209.6, 213.8, 216.4),
 }
 """LOWTRAN7 (revision 4.2): brightness temperature, K, at elevations of 90, 30, 10 and 5 degrees from heights, m."""
 
 
-@pytest.mark.parametrize(("climate", "band", "height_m"), HIGH_SKY)
-def test_the_sky_from_high_altitudes_matches_lowtran(climate: ClimateName, band: BandName, height_m: float) -> None:
+@pytest.mark.parametrize(("climate", "band", "height_m"), CLEAR_SKY)
+def test_the_clear_sky_matches_lowtran(climate: ClimateName, band: BandName, height_m: float) -> None:
     air = Atmosphere(preset=climate, altitude_m=height_m)
     found = temperature(band, air.sky(band, np.radians([90, 30, 10, 5])))
-    np.testing.assert_allclose(found, HIGH_SKY[climate, band, height_m], atol=3.5)
+    np.testing.assert_allclose(found, CLEAR_SKY[climate, band, height_m], atol=3.5 if height_m else 2.0)
 
 
-@pytest.mark.parametrize("climate", CLIMATES)
-@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize(("climate", "band"), list(zip(CLIMATES, 2 * BANDS, strict=True)))
 def test_the_sky_is_the_path_to_space(climate: ClimateName, band: BandName) -> None:
     air = Atmosphere(preset=climate)
     elevations = np.radians([90, 20, 2])
@@ -214,9 +153,7 @@ def test_a_warmer_day_shifts_all_heights() -> None:
     assert base.air_k(11) == pytest.approx(216.65)
 
 
-@pytest.mark.parametrize(
-    ("band", "fitted"), [((3.4, 4.9), "mwir"), ((7.7, 9.3), "lwir"), ((8.0, 14.0), "lwir"), ((2.5, 4.5), "mwir")]
-)
+@pytest.mark.parametrize(("band", "fitted"), [((3.4, 4.9), "mwir"), ((8.0, 14.0), "lwir"), ((2.5, 4.5), "mwir")])
 def test_band_mismatch_bounds_the_error(band: Band, fitted: BandName) -> None:
     """The worst air lets through just where the one band has more of its light than the other, by Planck's law."""
     um = np.linspace(2, 16, 140_001)

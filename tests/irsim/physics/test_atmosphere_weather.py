@@ -50,21 +50,20 @@ def test_fog_lies_up_to_two_hundred_metres() -> None:
 
 
 def seen_k(band: BandName, tau: Floats, light: Floats) -> Floats:
-    """What a black body of 290 K looks like at the end of a path, K."""
+    """Return the apparent temperature of a black body of 290 K at the end of a path, K."""
     return temperature(band, tau * radiance(band, 290.0) + light)
 
 
 @pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("altitude_m", [0.0, 20.0, 150.0, 1000.0, 2900.0, 5000.0, 12_000.0])
+@pytest.mark.parametrize("altitude_m", [0.0, 150.0, 2900.0, 12_000.0])
 def test_path_steps_are_fine_enough(band: BandName, altitude_m: float) -> None:
-    """Up, level and down to the ground or the horizon, within 0.05 K of what 4000 steps from each end give."""
+    """Up, level and down to the ground or the horizon, within 0.05 K of a path of 2000 steps from each end."""
     weather: list[dict[str, Any]] = [
-        *({"preset": preset, **more} for preset in ("tropical", "midlatitude_winter") for more in ({}, FOGGY)),
-        *(FOGGY, {"rain_mm_h": 10.0}, {"rain_mm_h": 100.0}, {"preset": "us_standard", "rain_mm_h": 10.0}),
+        *({"preset": "tropical"}, {"preset": "midlatitude_winter", **FOGGY}, {"rain_mm_h": 100.0}),
     ]
     height = altitude_m / 1e3
     elevation, along = [0.0, 0.0, 0.02, 0.2, np.pi / 2], [2.0, 60.0, 60.0, 30.0, 20.0]
-    for down in (-np.pi / 2, -0.8, -0.35, -0.17, -0.05, -0.01):
+    for down in (-np.pi / 2, -0.35, -0.05):
         base, sine = EARTH_KM + height, np.sin(down)
         square = EARTH_KM**2 - base**2 * (1 - sine**2)
         if height:
@@ -74,57 +73,15 @@ def test_path_steps_are_fine_enough(band: BandName, altitude_m: float) -> None:
     for given in weather:
         air = Atmosphere(altitude_m=altitude_m, **given)
         found = seen_k(band, *air.path(band, places[0] * 1e3, places[1]))
-        finely = seen_k(band, *air._path(band, *places, 4000))
+        finely = seen_k(band, *air._path(band, *places, 2000))
         np.testing.assert_allclose(found, finely, atol=0.05, rtol=0, err_msg=str(given))
 
 
 @pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("altitude_m", [300.0, 3000.0, 12_000.0])
+@pytest.mark.parametrize("altitude_m", [300.0, 12_000.0])
 def test_fog_from_above_has_the_temperature_at_depth_one(band: BandName, altitude_m: float) -> None:
     """Its light is linear in its depth, nearly: that of all depths d, by exp(-d), is that of their mean, 1."""
     air = Atmosphere(fog_visibility_km=0.1, fog="advection", altitude_m=altitude_m)
     extinction_km = 3.912 / 0.1 * FOG["advection"][band]
     seen = temperature(band, air.path(band, altitude_m, -np.pi / 2)[1])
     assert float(seen) == pytest.approx(float(air.air_k(0.2 - 1 / extinction_km)), abs=0.02)
-
-
-def extinction(size: float, index: complex) -> float:
-    """Mie's efficiency of extinction of a sphere of size parameter `size` (Bohren & Huffman, 1983, ch. 4)."""
-    orders = int(size + 4 * size ** (1 / 3) + 2)
-    y = index * size
-    ratio = np.zeros(max(orders, int(abs(y))) + 16, complex)
-    for n in range(len(ratio) - 1, 0, -1):
-        ratio[n - 1] = n / y - 1 / (ratio[n] + n / y)
-    psi, chi, total = [np.cos(size), np.sin(size)], [-np.sin(size), np.cos(size)], 0.0
-    for n in range(1, orders + 1):
-        psi = [psi[1], (2 * n - 1) * psi[1] / size - psi[0]]
-        chi = [chi[1], (2 * n - 1) * chi[1] / size - chi[0]]
-        now, before = psi[1] - 1j * chi[1], psi[0] - 1j * chi[0]
-        for factor in (ratio[n] / index, ratio[n] * index):
-            inner = factor + n / size
-            total += (2 * n + 1) * ((inner * psi[1] - psi[0]) / (inner * now - before)).real
-    return 2 / size**2 * total
-
-
-WATER: dict[BandName, list[tuple[float, complex]]] = {
-    "mwir": [(3.5, 1.400 + 0.0094j), (4.0, 1.351 + 0.0046j), (4.5, 1.332 + 0.0134j)],
-    "lwir": [(8.0, 1.291 + 0.0343j), (9.0, 1.262 + 0.0399j), (10.0, 1.218 + 0.0508j), (11.0, 1.153 + 0.0968j),
-             (12.0, 1.111 + 0.199j)],
-}  # fmt: skip
-"""Wavelength, um, and refractive index of water (Hale & Querry 1973)."""
-
-
-@pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize(("kind", "power", "rate"), [("advection", 3, 0.3), ("radiation", 6, 3.0)])
-def test_fog_extinction_is_that_of_mie_scattering(band: BandName, kind: str, power: float, rate: float) -> None:
-    radius = np.linspace(0.2, 50, 220)
-    weight = radius ** (power + 2) * np.exp(-rate * radius)
-    keep = weight > 1e-4 * weight.max()
-
-    def mean(um: float, index: complex) -> float:
-        each = [extinction(2 * np.pi * r / um, index) for r in radius[keep]]
-        return float(np.average(each, weights=weight[keep]))
-
-    visible = mean(0.55, 1.333)
-    found = np.mean([mean(um, index) / visible for um, index in WATER[band]])
-    assert FOG[kind][band] == pytest.approx(found, abs=0.02)

@@ -14,7 +14,7 @@ from scipy.special import j0, j1
 from irsim.geometry.silhouette import Grid, blur_to_pixels
 from irsim.physics.diffraction import LensPSF, WingedLensPSF, with_wings
 from irsim.physics.lens import Lens
-from irsim.physics.psf import GaussianPSF, gaussian_fwhm_px, gaussian_integral, gaussian_kernels, gaussian_support_px
+from irsim.physics.psf import GaussianPSF, gaussian_integral, gaussian_kernels
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
@@ -34,41 +34,21 @@ def test_pixel_integrals_of_a_gaussian(sigma: float) -> None:
         assert gaussian_integral(np.array([offset]), sigma)[0] == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("sigma", [0.0, 0.25, 0.6, 2.0])
-@pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
-def test_all_light_falls_within_the_support(sigma: float, shift: float) -> None:
-    pixels = np.arange(-gaussian_support_px(sigma), gaussian_support_px(sigma) + 1)
-    assert gaussian_integral(pixels - shift, sigma).sum() == pytest.approx(1.0, abs=1e-8)
-
-
 def test_full_width_of_wide_and_no_blur() -> None:
-    assert gaussian_fwhm_px(0.0) == pytest.approx(1.0)
-    # Far wider than a pixel it is the Gaussian's own 2 sqrt(2 ln 2) sigma.
-    assert gaussian_fwhm_px(8.0) == pytest.approx(2 * math.sqrt(2 * math.log(2)) * 8, rel=1e-3)
+    """Far wider than a pixel it is the Gaussian's own 2 sqrt(2 ln 2) sigma."""
+    assert GaussianPSF(0.0).fwhm_px == pytest.approx(1.0)
+    assert GaussianPSF(8.0).fwhm_px == pytest.approx(2 * math.sqrt(2 * math.log(2)) * 8, rel=1e-3)
+    at_half = MONO.pixel_integral(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
+    assert at_half == pytest.approx(MONO.pixel_integral(np.zeros(1), np.zeros(1))[0, 0] / 2)
 
 
-@pytest.mark.parametrize("fine", [1, 3])
-@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.6, 1.4])
+@pytest.mark.parametrize(("fine", "sigma"), [(1, 0.0), (3, 0.1), (3, 1.4)])
 def test_kernels_conserve_light_and_mirror(fine: int, sigma: float) -> None:
-    even, slope = gaussian_kernels(gaussian_support_px(sigma), fine, sigma)
+    even, slope = gaussian_kernels(GaussianPSF(sigma).support_px, fine, sigma)
     np.testing.assert_allclose(even.sum(axis=1), 1.0)
     np.testing.assert_allclose(slope.sum(axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose(even, even[::-1, ::-1], atol=1e-12)
     np.testing.assert_allclose(slope, -slope[::-1, ::-1], atol=1e-10)
-
-
-@pytest.mark.parametrize("fine", [1, 3])
-def test_kernels_of_a_first_moment(fine: int) -> None:
-    # A cell with density 1 + 12 m t, t = -1/2 .. 1/2 across it, has mass 1 and first moment m.
-    cell, sigma, moment = fine // 3, 0.6, 0.05
-    even, slope = gaussian_kernels(6, fine, sigma)
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    t = nodes / 2
-    middle = (cell + 0.5) / fine - 0.5
-    spread = gaussian_integral(np.arange(-6, 7)[:, None] - (middle + t / fine), sigma) @ (
-        weights / 2 * (1 + 12 * moment * t)
-    )
-    np.testing.assert_allclose(even[cell] + moment * slope[cell], spread, atol=1e-7)
 
 
 WIDTH = 4.2 * 4 / 15
@@ -97,28 +77,16 @@ def test_energy_on_a_centred_pixel() -> None:
     assert GaussianPSF(0.42 * WIDTH).pixel_integral(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
 
 
-@pytest.mark.parametrize("width", [0.4, WIDTH, 2.5])
-@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.37, -0.21), (1.5, 0.25), (3.0, 2.0)])
+@pytest.mark.parametrize(("width", "x", "y"), [(0.4, 0.37, -0.21), (WIDTH, 1.5, 0.25), (2.5, 3.0, 2.0)])
 def test_pixel_integrals_of_the_airy_pattern(width: float, x: float, y: float) -> None:
     found = LensPSF(((width, 1.0),)).pixel_integral(np.array([y]), np.array([x]))[0, 0]
     # What lies out of reach, 0.8 % of the light, is laid over the rest.
     assert found == pytest.approx(airy(width, x, y), rel=0.01, abs=3e-5)
 
 
-def test_encircled_energy_is_rayleigh_s() -> None:
-    """Light within the first dark ring, 1 - J0^2 - J1^2 at v = 3.8317: .838; pixels a tenth of the ring's size."""
-    spread_ = LensPSF(((8.0, 1.0),))
-    places = np.arange(-40.0, 41.0)
-    radius = 3.8317 / math.pi * 8.0
-    inside = np.hypot(places[:, None], places) < radius
-    expected = 1 - j0(3.8317) ** 2 - j1(3.8317) ** 2
-    assert spread_.pixel_integral(places, places)[inside].sum() == pytest.approx(expected, abs=0.01)
-
-
 SHARP = LensPSF(((0.5, 1.0),))
 SPREADS = [
     GaussianPSF(0.6),
-    MONO,
     SHARP,
     LensPSF(((WIDTH, 1.0),), 3.0, 0.4),
     Lens().psf("mwir", 0.3),
@@ -126,13 +94,13 @@ SPREADS = [
 
 
 @pytest.mark.parametrize("psf", SPREADS)
-@pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
+@pytest.mark.parametrize("shift", [0.0, -0.47])
 def test_light_and_centroid_are_conserved(psf: Any, shift: float) -> None:
     places = np.arange(-psf.support_px, psf.support_px + 1.0)
     light = psf.pixel_integral(places - 0.1, places - shift)
     assert light.sum() == pytest.approx(1.0, abs=1e-4)
     assert light.min() > -1e-6
-    if psf != SHARP:  # far sharper than a pixel, it says little of where within the pixel it lies
+    if psf != SHARP:  # far sharper than a pixel: its place within the pixel has little effect
         assert light.sum(axis=0) @ places == pytest.approx(shift, abs=2e-3)
 
 
@@ -148,7 +116,7 @@ def test_kernels_equal_summed_points(psf: Any, fine: int) -> None:
     both = np.concatenate([fields, fields], axis=1)
     center = np.zeros(2)
     drawn = blur_to_pixels(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
-    nodes, weights = np.polynomial.legendre.leggauss(12)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
     x0, y0 = ((cell + 0.5) / fine - 0.5 for cell in (column, row))
     rows, columns = (np.arange(-psf.support_px, size + psf.support_px) for size in (4, 5))
     expected = np.zeros_like(drawn)
@@ -158,18 +126,6 @@ def test_kernels_equal_summed_points(psf: Any, fine: int) -> None:
                 wt * wu * (1 + 12 * moment * u) * psf.pixel_integral(rows - (y0 + t / fine), columns - (x0 + u / fine))
             ) / fine**2
     np.testing.assert_allclose(drawn, expected, atol=1.3e-4 / fine**2 if isinstance(psf, LensPSF) else 1e-7)
-
-
-def test_sigma_has_the_variance_of_the_defocus_disc() -> None:
-    """On each axis, that of places spread evenly over a disc of 8 px, beside what diffraction makes."""
-    x, y = np.meshgrid(*[np.arange(-4, 4, 0.02) + 0.01] * 2)
-    sharp, blurred = (Lens(defocus_px=diameter).sigma_px("lwir") for diameter in (0.0, 8.0))
-    assert blurred**2 - sharp**2 == pytest.approx(float(np.mean(x[np.hypot(x, y) < 4] ** 2)), rel=1e-3)
-
-
-def test_the_full_width_is_where_the_light_is_half() -> None:
-    at_half = MONO.pixel_integral(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
-    assert at_half == pytest.approx(MONO.pixel_integral(np.zeros(1), np.zeros(1))[0, 0] / 2)
 
 
 def scene(
@@ -195,20 +151,19 @@ LENS = {"f_number": 4.0, "pitch_um": 15.0, "defocus_px": 0.8}
 
 
 def added(scenario: Scenario) -> Floats:
-    """What the target adds to the even light behind it, (rows, columns)."""
+    """Return the light of the target above that of the uniform background, (rows, columns)."""
     whole = Renderer(scenario).scene(0)[0].astype(np.float64)
     empty = Renderer(scenario.model_copy(update={"without": ("one",)})).scene(0)[0]
     return np.asarray(whole - empty)
 
 
-@pytest.mark.parametrize("optics", [None, LENS])
-@pytest.mark.parametrize("psf_px", [0.0, 0.2, 0.6])
+@pytest.mark.parametrize(("optics", "psf_px"), [(None, 0.0), (None, 0.6), (LENS, 0.2)])
 def test_flux_is_conserved_from_point_to_disc(optics: Any, psf_px: float) -> None:
     """It nears from where it fills a thousandth of a pixel to where it is 8 px wide: its flux goes with 1/range^2."""
     camera = {"psf_px": psf_px} if optics is None else {"psf_px": psf_px, "optics": optics}
     shape = {"kind": "point", "area_m2": 2.0, "temperature_k": 330.0, "emissivity": 1.0}
     gain = float(radiance("mwir", 330.0) - radiance("mwir", 250.0))
-    for width in (0.03, 0.5, 0.999, 1.001, 1.4, 3.0, 8.0):
+    for width in (0.03, 0.999, 1.001, 8.0):
         phi = math.pi / 4 * width**2
         range_m = math.sqrt(2.0 / phi) / 0.5e-3
         found = added(scene(shape, 60.3, range_m, **camera)).sum()
@@ -216,8 +171,7 @@ def test_flux_is_conserved_from_point_to_disc(optics: Any, psf_px: float) -> Non
         assert found == pytest.approx(phi * gain, rel=0.01)
 
 
-@pytest.mark.parametrize("kind", ["point", "fighter", "hot_spot"])
-@pytest.mark.parametrize("x", [60.0, 60.01, 60.37, 60.5])
+@pytest.mark.parametrize(("kind", "x"), [("point", 60.01), ("fighter", 60.37), ("hot_spot", 60.5)])
 def test_truth_is_the_centroid_under_diffraction(kind: str, x: float) -> None:
     scenario = scene({"kind": kind}, x, behind_k=20.0, optics=LENS)
     light = added(scenario)
@@ -241,7 +195,7 @@ def test_a_lens_that_cannot_be_drawn_is_refused() -> None:
         scene({"kind": "point"}, optics={"f_number": 100.0, "pitch_um": 5.0})
 
 
-LENSES = [Lens(f_number=4.0), Lens(f_number=1.5, defocus_px=3.0), Lens(f_number=2.0, pitch_um=20.0)]
+LENSES = [Lens(f_number=4.0), Lens(f_number=1.5, defocus_px=3.0)]
 
 
 def winged(lens: Lens) -> tuple[LensPSF, WingedLensPSF]:
@@ -270,11 +224,9 @@ def test_far_rings_have_rayleigh_s_energy(lens: Lens) -> None:
         assert share[ring].sum() == pytest.approx(outside(ends[0]) - outside(ends[1]), rel=0.05)
 
 
-@pytest.mark.parametrize("lens", LENSES)
-@pytest.mark.parametrize("shift", [0.0, 0.31, -0.5])
+@pytest.mark.parametrize(("lens", "shift"), list(zip(LENSES, (0.31, -0.5), strict=True)))
 def test_wings_are_smooth_and_conserve_light(lens: Lens, shift: float) -> None:
-    """By r^-3 a step of 1 px makes 3 / r of what is there; rings are left of the cosines. The spread without wings ends
-    within three pixels."""
+    """By r^-3 a step of 1 px changes the light by a share of 3 / r, beside remaining rings."""
     near, far = winged(lens)
     pixels = np.arange(-far.support_px, far.support_px + 1.0) + shift
     share = far.pixel_integral(pixels, pixels - 0.2)
@@ -285,25 +237,16 @@ def test_wings_are_smooth_and_conserve_light(lens: Lens, shift: float) -> None:
     for line in (share[middle, middle:], share[middle:, middle], np.diag(share)[middle:]):
         fall = line[steps + 1] / line[steps]
         assert 0.7 < fall.min() <= fall.max() < 1.15
-    ending = near.pixel_integral(np.zeros(1), np.arange(reach - 4.0, reach + 1))[0]
-    assert ending[-1] < 1e-9 * ending[0]
-
-
-def test_faint_points_and_gaussians_have_no_wings() -> None:
-    near = LENSES[0].psf("mwir", 0.3)
-    assert with_wings(near, 1e-3) is near
-    gaussian = GaussianPSF(0.7)
-    assert with_wings(gaussian, 1e-12) is gaussian
 
 
 @pytest.mark.parametrize(("area_m2", "wide"), [(0.15, True), (1e-4, False)])
 def test_bright_points_have_wings(area_m2: float, wide: bool) -> None:
-    camera = {"preset": "cooled_mwir", "size": (161, 161), "optics": {"f_number": 4}, "psf_px": 0.2}
-    path = {"kind": "straight", "start": (80, 80), "speed": 0, "range_m": 4000}
+    camera = {"preset": "cooled_mwir", "size": (161, 33), "optics": {"f_number": 4}, "psf_px": 0.2}
+    path = {"kind": "straight", "start": (80, 16), "speed": 0, "range_m": 4000}
     motor = {"id": "motor", "shape": {"kind": "point", "temperature_k": 1800, "area_m2": area_m2}, "path": path}
     scene = Scenario.model_validate(
         {"camera": camera, "background": {"kind": "ground", "spread_k": 0}, "targets": [motor]}
     )
     light = Renderer(scene).scene(0)[0]
     reach = scene.context.psf.support_px
-    assert (light[80, 80 + reach + 4] > light[0, 0]) == wide
+    assert (light[16, 80 + reach + 4] > light[0, 0]) == wide

@@ -23,14 +23,6 @@ from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 
-def test_r0_is_defined_by_the_structure_function() -> None:
-    """Spherical wave, even Cn2: D(r) = 2.914 (3/8) k^2 Cn2 L r^(5/3) (Tatarskii 1971)."""
-    cn2, path, wavelength = 3e-14, 2500.0, 4.1e-6
-    r0 = fried_m(cn2, path, wavelength)
-    k = 2 * math.pi / wavelength
-    assert 2.914 * 3 / 8 * k**2 * cn2 * path * r0 ** (5 / 3) == pytest.approx(6.88, rel=2e-3)
-
-
 def test_r0_of_an_example() -> None:
     """Cn2 1e-14, 1 km, 1.55 um, by hand: k = 4.0537e6; 0.158625 * 1.64322e13 * 1e-11 = 26.0657; ^-0.6 = 0.14137 m."""
     assert fried_m(1e-14, 1000.0, 1.55e-6) == pytest.approx(0.14137, rel=1e-4)
@@ -81,7 +73,7 @@ def rytov(aperture: float) -> float:
     16 pi^2 k^2 int dz int kappa 0.033 Cn2 kappa^(-11/3) sin^2(kappa^2 z (L - z) / (2 k L)) (2 J1(x) / x)^2, with
     x = kappa D z / (2 L); lengths in units of sqrt(L / k). Fast oscillations count as their mean.
     """
-    kappa = np.geomspace(1e-4, 1000, 60_001)
+    kappa = np.geomspace(1e-4, 1000, 20_001)
     nodes, weights = np.polynomial.legendre.leggauss(60)
     total = 0.0
     for s, weight in zip((nodes + 1) / 2, weights / 2, strict=True):
@@ -100,7 +92,7 @@ def test_weak_scintillation_is_rytovs() -> None:
     assert scintillation_index(cn2, distance, wavelength) == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("widths", [0.05, 0.3, 1.0, 3.0, 8.0, 40.0])
+@pytest.mark.parametrize("widths", [0.3, 3.0, 40.0])
 def test_wide_apertures_average_scintillation(widths: float) -> None:
     """Aperture in units of sqrt(L / k), against Rytov's integral."""
     cn2, distance, wavelength = 1e-17, 2000.0, 4e-6
@@ -111,48 +103,27 @@ def test_wide_apertures_average_scintillation(widths: float) -> None:
     assert share == pytest.approx(rytov(widths) / rytov(0.0), rel=0.02)
 
 
-def test_scintillation_saturates_at_one() -> None:
+def test_scintillation_saturates_and_averages_over_targets() -> None:
     found = [scintillation_index(cn2, 20e3, 1e-6) for cn2 in (1e-15, 1e-13, 1e-9, 1e-3)]
     assert max(found) < 2
     assert found[-1] == pytest.approx(1, abs=0.02)
-
-
-def test_wide_targets_do_not_scintillate() -> None:
     assert scintillation_index(1e-13, 2000.0, 4e-6, size_m=10.0) < 1e-3 * scintillation_index(1e-13, 2000.0, 4e-6)
 
 
-def test_frequencies_of_tilt_follow_its_spectrum() -> None:
-    """A power of f^(-2/3) gives a distribution of f^(1/3) below the knee; f^(-17/3) leaves f^(-14/3) above."""
-    u = (np.arange(100_000) + 0.5) / 100_000
-    hertz = tilt_hertz(u, 7.0)
-    assert (np.diff(hertz) > 0).all()
-    for f in (0.01, 0.5, 3.0, 6.9):
-        assert (hertz < f).mean() == pytest.approx(14 / 15 * (f / 7) ** (1 / 3), abs=2e-5)
-    for f in (7.1, 10.0, 20.0):
-        assert (hertz > f).mean() == pytest.approx((f / 7) ** (-14 / 3) / 15, abs=2e-5)
-
-
-def test_tilt_has_its_strength() -> None:
-    air = Turbulence(cn2=1e-13, path_m=2000, aperture_m=0.1)
-    draws = np.concatenate([air.tilt_angles(np.arange(1.0), "mwir", 30.0, seed) for seed in range(1500)])
-    for axis in (0, 1):
-        share = np.sum(draws[:, axis] ** 2) / air.tilt_rms("mwir") ** 2
-        assert stats.chi2(1500).ppf(1e-4) < share < stats.chi2(1500).ppf(1 - 1e-4)
-    assert not draws[:, 2].any()
-    assert abs(stats.pearsonr(draws[:, 0], draws[:, 1])[0]) < 0.1
-
-
-def test_tilt_is_correlated_as_its_spectrum_says() -> None:
+def test_tilt_has_its_strength_and_correlation() -> None:
     """rho(t) is the mean of cos(2 pi f t) over the spectrum: slow drift and quick shaking."""
     air = Turbulence(cn2=1e-13, aperture_m=0.1, wind_m_s=2.0)
-    frames = np.array([0.0, 1.0, 6.0])
-    draws = np.stack([air.tilt_angles(frames, "mwir", 60.0, seed)[:, 0] for seed in range(2500)])
-    u = (np.arange(200_000) + 0.5) / 200_000
-    hertz = tilt_hertz(u, TILT_KNEE * 2.0 / 0.1)
+    draws = np.stack([air.tilt_angles(np.array([0.0, 1.0, 6.0]), "mwir", 60.0, seed) for seed in range(1200)])
+    for axis in (0, 1):
+        share = np.sum(draws[:, 0, axis] ** 2) / air.tilt_rms("mwir") ** 2
+        assert stats.chi2(1200).ppf(1e-4) < share < stats.chi2(1200).ppf(1 - 1e-4)
+    assert not draws[..., 2].any()
+    assert abs(stats.pearsonr(draws[:, 0, 0], draws[:, 0, 1])[0]) < 0.12
+    hertz = tilt_hertz((np.arange(200_000) + 0.5) / 200_000, TILT_KNEE * 2.0 / 0.1)
     for k, seconds in ((1, 1 / 60), (2, 0.1)):
         expected = np.cos(2 * np.pi * hertz * seconds).mean()
-        found = stats.pearsonr(draws[:, 0], draws[:, k])[0]
-        assert abs(np.arctanh(found) - np.arctanh(expected)) < 4 / math.sqrt(2500)
+        found = stats.pearsonr(draws[:, 0, 0], draws[:, k, 0])[0]
+        assert abs(np.arctanh(found) - np.arctanh(expected)) < 4 / math.sqrt(1200)
 
 
 def test_a_frame_of_tilt_alone_is_that_in_sequence() -> None:
@@ -163,26 +134,20 @@ def test_a_frame_of_tilt_alone_is_that_in_sequence() -> None:
     assert np.ptp(still, axis=0).max() == 0
 
 
-def test_scintillation_is_log_normal_about_one() -> None:
-    air = Turbulence(cn2=2e-15, aperture_m=0.02)
-    factors = np.array([air.scintillation(f"t{k}", 0.4, 3000.0, 0.05, "mwir", 1) for k in range(3000)])
-    index = scintillation_index(2e-15, 3000.0, 4e-6, 0.02, 0.05)
-    assert 0.02 < index < 0.2
-    assert abs(factors.mean() - 1) < 4 * math.sqrt(index / 3000)
-    spread = np.log(factors).std() / math.sqrt(math.log1p(index))
-    assert spread == pytest.approx(1, abs=4 / math.sqrt(2 * 3000))
-    assert np.log(factors).mean() == pytest.approx(-math.log1p(index) / 2, abs=4 * math.sqrt(index / 3000))
-
-
-def test_scintillation_decorrelates_with_the_wind() -> None:
+def test_scintillation_is_log_normal_and_follows_the_wind() -> None:
     """Correlation exp(-t^2 / (2 T^2)) of the logarithm, T = sqrt(lambda L) / v = 0.1095 m / 3 m/s."""
-    air = Turbulence(cn2=2e-15, aperture_m=0.02)
+    air, n = Turbulence(cn2=2e-15, aperture_m=0.02), 1500
     seconds = 0.8 * math.sqrt(4e-6 * 3000) / 3.0
-    pairs = np.log(
-        [[air.scintillation(f"t{k}", t, 3000.0, 0.0, "mwir", 1) for t in (1.0, 1.0 + seconds)] for k in range(2000)]
+    factors = np.array(
+        [[air.scintillation(f"t{k}", t, 3000.0, 0.05, "mwir", 1) for t in (1.0, 1.0 + seconds)] for k in range(n)]
     )
-    found = stats.pearsonr(pairs[:, 0], pairs[:, 1])[0]
-    assert abs(np.arctanh(found) - np.arctanh(math.exp(-0.32))) < 4 / math.sqrt(2000)
+    index, logs = scintillation_index(2e-15, 3000.0, 4e-6, 0.02, 0.05), np.log(factors)
+    assert 0.02 < index < 0.2
+    assert abs(factors[:, 0].mean() - 1) < 4 * math.sqrt(index / n)
+    assert logs[:, 0].std() / math.sqrt(math.log1p(index)) == pytest.approx(1, abs=4 / math.sqrt(2 * n))
+    assert logs[:, 0].mean() == pytest.approx(-math.log1p(index) / 2, abs=4 * math.sqrt(index / n))
+    found = stats.pearsonr(logs[:, 0], logs[:, 1])[0]
+    assert abs(np.arctanh(found) - np.arctanh(math.exp(-0.32))) < 4 / math.sqrt(n)
 
 
 def scene(turbulence: dict[str, Any], shape: str = "point", **other: Any) -> Scenario:
@@ -212,12 +177,6 @@ def centroid(light: Floats) -> Floats:
     return np.asarray(np.array([(x * light).sum(dtype=np.float64), (y * light).sum(dtype=np.float64)]) / total)
 
 
-def test_still_air_changes_no_pixel() -> None:
-    still, none = scene({"cn2": 0.0, "aperture_m": 0.3}), scene({})
-    assert np.array_equal(Renderer(still).scene(3)[0], Renderer(none).scene(3)[0])
-    assert still.context.psf_px == still.camera.psf_px
-
-
 def test_truth_follows_the_wandering_picture() -> None:
     renderer = Renderer(scene(STRONG))
     centers = []
@@ -230,23 +189,17 @@ def test_truth_follows_the_wandering_picture() -> None:
         assert center == pytest.approx((48 - tilts[index, 0], 32 + tilts[index, 1]), abs=1e-3)
 
 
-def test_blur_is_the_rest_of_the_long_exposure() -> None:
-    context = scene(STRONG).context
-    blur = Turbulence(**STRONG).blur_rms("mwir") / 1e-4
-    assert blur > 0.1
-    assert context.psf_px**2 == pytest.approx(0.6**2 + blur**2)
-
-
 def test_points_scintillate_and_bodies_do_not() -> None:
     spreads = {}
     for shape in ("point", "fighter"):
-        renderer = Renderer(scene({**STRONG, "cn2": 1e-14}, shape, background=scene({}).background))
-        totals = [float(renderer.scene(index)[0].sum(dtype=np.float64)) for index in range(0, 30, 3)]
+        renderer = Renderer(scene({**STRONG, "cn2": 1e-14}, shape))
+        totals = [float(renderer.scene(index)[0].sum(dtype=np.float64)) for index in range(0, 30, 6)]
         spreads[shape] = np.std(totals) / np.mean(totals)
     assert spreads["point"] > 0.05
     assert spreads["fighter"] < 0.01
 
 
-def test_turbulence_is_switched_off_by_name() -> None:
-    off = scene(STRONG, without=["turbulence"])
-    assert np.array_equal(Renderer(off).scene(3)[0], Renderer(scene({})).scene(3)[0])
+def test_still_air_and_switched_off_change_no_pixel() -> None:
+    none = Renderer(scene({})).scene(3)[0]
+    for still in (scene({"cn2": 0.0, "aperture_m": 0.3}), scene(STRONG, without=["turbulence"])):
+        assert np.array_equal(Renderer(still).scene(3)[0], none)

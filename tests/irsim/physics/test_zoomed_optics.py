@@ -1,4 +1,4 @@
-"""What a zoom makes of the optics: the field's angle, and the blur of turbulent air."""
+"""Optics with a zoom: vignetting at the zoomed field angle, and the blur of turbulent air."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def scene(zoom: float, turbulence: dict[str, Any], **changes: Any) -> Scenario:
 
 
 def spread_px2(light: Floats) -> float:
-    """Variance along rows of the places of light, px^2."""
+    """Return the variance of light along rows, px²."""
     columns = light.sum(axis=0, dtype=np.float64)
     x = np.arange(len(columns))
     middle = (x * columns).sum() / columns.sum()
     return float(((x - middle) ** 2 * columns).sum() / columns.sum())
 
 
-@pytest.mark.parametrize("zoom", [1.0, 3.0, 8.0])
+@pytest.mark.parametrize("zoom", [1.0, 8.0])
 def test_turbulent_air_blurs_targets_by_an_angle(zoom: float) -> None:
     """By zoom times as many px as at first, beside the optics' 0.6 px and the pixel's 1/12 px^2."""
     turbulent = scene(zoom, AIR, targets=[POINT])
@@ -55,21 +55,11 @@ def test_turbulent_air_blurs_targets_by_an_angle(zoom: float) -> None:
     assert blur_px == pytest.approx(0.1036 * zoom, rel=1e-3)
 
 
-def seen(occluder: dict[str, Any], turbulence: dict[str, Any]) -> Floats:
-    return Renderer(scene(8.0, turbulence, occluders=[{"range_m": 3000.0, **occluder}])).scene(0)[0]
-
-
 def test_turbulent_air_blurs_occluders_as_it_does_targets() -> None:
-    """From pixel to pixel a wall's edge rises as a point's light falls on two pixels after each other. No edge of a
-    tree is as steep as in still air, and a puff of smoke is wider."""
-    wall = {"kind": "bar", "center_px": (147.5, 31.5), "size_px": (200, 200)}  # begins in the middle of the picture
-    assert spread_px2(np.diff(seen(wall, AIR), axis=1)) == pytest.approx(0.6**2 + 0.829**2 + 2 / 12, rel=3e-3)
-    tree = {"kind": "tree", "foot_px": (47.5, 60.0), "height_px": 50.0, "crown_px": (6.0, 6.0)}
-    still, turbulent = (float(np.abs(np.diff(seen(tree, air), axis=1)).max()) for air in ({}, AIR))
-    assert turbulent < 0.9 * still
-    puff = {"kind": "smoke", "center_px": (47.5, 31.5), "size_px": (0.1, 0.1)}
-    still, turbulent = (spread_px2(seen(puff, air)) for air in ({}, AIR))
-    assert turbulent > 2 * still
+    """From pixel to pixel the edge of a wall rises as the light of a point on two neighbouring pixels."""
+    wall = {"kind": "bar", "center_px": (147.5, 31.5), "size_px": (200, 200), "range_m": 3000.0}
+    light = Renderer(scene(8.0, AIR, occluders=[wall])).scene(0)[0]
+    assert spread_px2(np.diff(light, axis=1)) == pytest.approx(0.6**2 + 0.829**2 + 2 / 12, rel=3e-3)
 
 
 def test_zoom_scales_the_blur_of_the_air_only() -> None:
@@ -79,14 +69,14 @@ def test_zoom_scales_the_blur_of_the_air_only() -> None:
     assert still.pose(0).zoomed.lens == still.context.lens
     assert still.pose(0).zoomed.psf_px == still.context.psf_px
     blur_px = turbulent.context.air.turbulence.blur_rms("mwir") * 8 / (IFOV_MRAD * 1e-3)
-    seen, whole = turbulent.pose(0).zoomed, np.hypot(0.3, blur_px)
-    assert isinstance(seen.lens, LensPSF)
-    assert seen.lens.sigma_px == pytest.approx(whole)
-    assert seen.psf_px == pytest.approx(np.hypot(whole, lens.sigma_px("mwir")))
+    zoomed, whole = turbulent.pose(0).zoomed, np.hypot(0.3, blur_px)
+    assert isinstance(zoomed.lens, LensPSF)
+    assert zoomed.lens.sigma_px == pytest.approx(whole)
+    assert zoomed.psf_px == pytest.approx(np.hypot(whole, lens.sigma_px("mwir")))
 
 
 def shares(renderer: Renderer, frame: int = 0) -> Floats:
-    """(rows, cols): what pixels hold of even light, over that in the middle."""
+    """Return the signal of uniform light in each pixel over that in the middle, (rows, cols)."""
     light = np.full((64, 96), 5.0, np.float32)
     held, dark = (renderer.sensor.pixel_signal(each, frame) for each in (light, 0 * light))
     return np.asarray((held - dark) / (held - dark)[32, 48])
@@ -103,16 +93,8 @@ CORNER_RAD = 0.01 * np.hypot(47.5, 31.5)
 """Tangent of the angle off the axis of the corner, by pixels of 10 mrad."""
 
 
-@pytest.mark.parametrize("zoom", [1.0, 2.0, 8.0])
-def test_cos4_follows_the_zoomed_field_angle(zoom: float) -> None:
-    expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
-    assert shares(shaded([(0, zoom)]))[0, 0] == pytest.approx(expected, rel=2e-4)
-    assert expected == pytest.approx({1.0: 0.570, 2.0: 0.855, 8.0: 0.990}[zoom], abs=1e-3)
-
-
-@pytest.mark.parametrize("zoom", [1.0, 8.0])
-def test_vignetting_is_equal_at_any_zoom(zoom: float) -> None:
-    assert shares(shaded([(0, zoom)], cos4=False, vignetting=0.3))[0, 0] == pytest.approx(0.7, rel=2e-4)
+def test_vignetting_is_equal_at_any_zoom() -> None:
+    assert shares(shaded([(0, 8.0)], cos4=False, vignetting=0.3))[0, 0] == pytest.approx(0.7, rel=2e-4)
 
 
 def test_falloff_follows_a_zoom_from_frame_to_frame() -> None:

@@ -1,10 +1,11 @@
-"""Recordings are read as they were written."""
+"""Recordings are read as written; a failed one leaves no file."""
 
 from __future__ import annotations
 
 import json
 import pickle
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,16 @@ import irsim
 from irsim.camera import AGCS
 from irsim.camera.agc import Fixed
 from irsim.errors import InputError
-from irsim.recording import (
-    open_recording,
-    record,
-)
+from irsim.recording import open_recording, record, recover
 from irsim.recording.messages import EPOCH_NS, from_ns, to_ns
-from irsim.types import Band, CameraFacts, Source
+from irsim.types import Band, CameraFacts, Frame, Input, Source
+
+SCENE = """
+frames: 4
+camera: {size: [64, 48]}
+background: {kind: sky}
+targets: [{id: jet, shape: {kind: point, area_m2: 9}, path: {kind: straight, start: [8, 20], speed: 2, range_m: 900}}]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +55,7 @@ def test_a_frame_alone_equals_the_frame_in_sequence(recorded: Path) -> None:
             recording.frame(index)
 
 
-def test_display_is_the_agc_of_the_counts(tmp_path: Path, recorded: Path) -> None:
+def test_display_is_the_recorded_agc_of_the_counts(tmp_path: Path, recorded: Path) -> None:
     recording = open_recording(recorded)
     linear = AGCS.parse({"kind": "linear"})
     for counts, display in zip(recording.frames("counts"), recording.frames("display"), strict=True):
@@ -60,13 +65,11 @@ def test_display_is_the_agc_of_the_counts(tmp_path: Path, recorded: Path) -> Non
     shallow = open_recording(record(Noise(bits=8), tmp_path / "r.mcap"))
     assert same_frames(shallow.frames("display"), shallow.frames("counts"))
 
-
-def test_the_recorded_agc_is_used(tmp_path: Path) -> None:
     @dataclass(frozen=True)
     class Shown(Noise):
         agc = Fixed(low=1000, high=9000)
 
-    recording = open_recording(record(Shown(), tmp_path / "r.mcap"))
+    recording = open_recording(record(Shown(), tmp_path / "s.mcap"))
     assert recording.agc == Shown.agc
     wanted = Shown.agc.display(Noise().frame(2).image, 14)
     assert np.array_equal(recording.frame(2, "display").image, wanted)
@@ -129,7 +132,7 @@ def test_a_file_that_was_changed_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_scene_is_rendered_again_from_its_recording(tmp_path: Path) -> None:
-    scene = irsim.open_source("sky", ["camera.size=[64,48]", "frames=4"], seed=5)
+    scene = irsim.open_source(irsim.loads(SCENE, overrides=["seed=5"]))
     recording = open_recording(record(scene, tmp_path / "sky.mcap"))
     for input in ("counts", "display"):
         assert same_frames(recording.frames(input), scene.frames(input))
@@ -148,14 +151,7 @@ def test_info_is_json(recorded: Path) -> None:
     assert facts["source_hash"] == "abc"
 
 
-@pytest.mark.parametrize(
-    ("band", "words"),
-    [
-        ("mwir", "mwir"),
-        ((3.4, 4.9), "3.4 to 4.9 um"),
-        ((8.0, 1 / 3 + 9), "8.0 to 9.333333333333334 um"),
-    ],
-)
+@pytest.mark.parametrize(("band", "words"), [("mwir", "mwir"), ((8.0, 1 / 3 + 9), "8.0 to 9.333333333333334 um")])
 def test_bands_are_read_as_written(tmp_path: Path, band: Band, words: str) -> None:
     @dataclass(frozen=True)
     class Seen(Noise):
@@ -164,3 +160,38 @@ def test_bands_are_read_as_written(tmp_path: Path, band: Band, words: str) -> No
     recording = open_recording(record(Seen(), tmp_path / "r.mcap"))
     assert recording.header.band == words
     assert recording.camera.band == band
+
+
+def test_inputs_are_not_overwritten(recorded: Path) -> None:
+    before = recorded.read_bytes()
+    with pytest.raises(InputError, match="would replace"):
+        record(open_recording(recorded), recorded)
+    with pytest.raises(InputError, match="would replace"):
+        recover(recorded, recorded)
+    assert recorded.read_bytes() == before
+
+
+def test_outputs_are_checked_before_any_work(tmp_path: Path) -> None:
+    class Untouched(Noise):
+        def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+            raise AssertionError("worked before the output was checked")
+
+    with pytest.raises(InputError, match="does not exist"):
+        record(Untouched(), tmp_path / "nowhere" / "r.mcap")
+    for start, stop, allowed in ((0, 8, "within 0:7"), (3, 3, "within 0:7"), (-1, 2, "0 or more")):
+        with pytest.raises(InputError, match=f"allowed: {allowed}"):
+            record(Untouched(), tmp_path / "r.mcap", start, stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_recording_keeps_the_old_file(tmp_path: Path) -> None:
+    class Changes(Noise):
+        def frame(self, index: int, input: Input = "counts") -> Frame:
+            return replace(super().frame(index), image=np.zeros((24, 30 + 2 * (index < 3)), np.uint16))
+
+    path = tmp_path / "r.mcap"
+    path.write_bytes(b"old")
+    with pytest.raises(ValueError, match="expected a 32x24"):
+        record(Changes(), path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert path.read_bytes() == b"old"

@@ -1,5 +1,4 @@
-"""Start of workers under Ctrl-C, which a terminal sends to the whole group, and in scripts without a guard; their end
-with a parent that is killed."""
+"""Worker processes under Ctrl-C, which a terminal sends to the whole group, and with a parent that is killed."""
 
 from __future__ import annotations
 
@@ -29,104 +28,78 @@ frames: 100000
 camera: {size: [48, 32]}
 background: {kind: sky}
 targets:
-  - id: jet
-    shape: {kind: point, temperature_k: 600}
-    path: {kind: weave, start: [24, 16], amplitude_px: 4}
+  - {id: jet, shape: {kind: point, temperature_k: 600}, path: {kind: weave, start: [24, 16], amplitude_px: 4}}
 """
-
-
-def children(pid: int) -> list[int]:
-    """Worker processes of a process, or the server that they are copies of, whichever of its threads started them."""
-    listed = " ".join(text(path) for path in (PROC / str(pid) / "task").glob("*/children")).split()
-    return [int(child) for child in listed if re.search("spawn_main|forkserver", text(PROC / child / "cmdline"))]
+RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "2")
+BENCH = ("irtrack", "bench", "scene.yaml", "--trackers", "kalman", "--seeds", "4", "--results", "r.db", "--jobs", "2")
 
 
 def text(path: Path) -> str:
+    """Return the text of a file of /proc, empty once its process has ended."""
     try:
         return path.read_text(errors="replace")
-    except OSError:  # it has just ended
+    except OSError:
         return ""
 
 
-def test_a_signal_taken_by_another_thread_is_deferred() -> None:
-    done = threading.Event()
+def imports(pid: int) -> bool:
+    return "numpy" in text(PROC / str(pid) / "maps")
+
+
+def workers_import(pid: int) -> bool:
+    """Return True once a worker, or the server that workers are copies of, imports numpy."""
+    children = " ".join(text(path) for path in (PROC / str(pid) / "task").glob("*/children")).split()
+    workers = [each for each in children if re.search("spawn_main|forkserver", text(PROC / each / "cmdline"))]
+    return any(imports(int(worker)) for worker in workers)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_are_deferred(number: signal.Signals) -> None:
+    """Also one that another thread receives."""
+    done, finished = threading.Event(), []
     other = threading.Thread(target=done.wait)
-    other.start()  # before the block: it does not hold signals back
-    went_on = []
-
-    def held() -> None:
-        with interrupts_held():
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.05)
-            went_on.append(True)
-
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            held()
-    finally:
-        done.set()
-        other.join()
-    assert went_on
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_sigterm_and_sighup_are_deferred_too(number: signal.Signals) -> None:
-    went_on = []
+    other.start()  # before the block: its signal mask lets signals through
 
     def end(number: int, _: object) -> None:
         raise KeyboardInterrupt
 
-    def held() -> None:
+    def hold() -> None:
         with interrupts_held():
             os.kill(os.getpid(), number)
             time.sleep(0.05)
-            went_on.append(True)
+            finished.append(True)
 
     before = signal.signal(number, end)
     try:
         with pytest.raises(KeyboardInterrupt):
-            held()
+            hold()
         assert signal.getsignal(number) is end
     finally:
         signal.signal(number, before)
-    assert went_on
-
-
-def importing(pid: int) -> bool:
-    return "numpy" in text(PROC / str(pid) / "maps")
-
-
-def workers_importing(pid: int) -> bool:
-    return any("numpy" in text(PROC / str(child) / "maps") for child in children(pid))
-
-
-RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "3")
-BENCH = ("irtrack", "bench", "scene.yaml", "--trackers", "kalman", "--seeds", "4", "--results", "r.db", "--jobs", "2")
+        done.set()
+        other.join()
+    assert finished
 
 
 @pytest.mark.parametrize(
     ("words", "moment"),
-    [(RENDER, importing), (RENDER, workers_importing), (BENCH, workers_importing)],
-    ids=["render-importing", "render-workers-importing", "bench-workers-importing"],
+    [(RENDER, imports), (RENDER, workers_import), (BENCH, workers_import)],
+    ids=["render imports", "workers of render import", "workers of bench import"],
 )
-def test_ctrl_c_while_all_starts_is_one_line(
+def test_ctrl_c_during_the_start_is_one_line(
     tmp_path: Path, words: tuple[str, ...], moment: Callable[[int], bool]
 ) -> None:
     (tmp_path / "scene.yaml").write_text(SCENE)
     process = subprocess.Popen(
         [sys.executable, "-m", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    until = time.monotonic() + 60
-    while not moment(process.pid):
-        assert process.poll() is None
-        assert time.monotonic() < until, "waited in vain"
-        time.sleep(0.005)
+    wait_until(lambda: moment(process.pid) or process.poll() is not None)
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    # Where it was in an `exec` of a text, such as dataclasses have, Python ends by the signal itself.
+    _, lines = process.communicate(timeout=60)
+    # Within an `exec` of a text, such as of a dataclass, Python ends by the signal itself.
     assert process.returncode in (130, -signal.SIGINT)
-    assert said.startswith(f"{words[0]}: stopped")
-    assert said.count("\n") == 1
+    assert lines.startswith(f"{words[0]}: stopped")
+    assert lines.count("\n") == 1
     left = {path.name for path in tmp_path.iterdir()} - {"scene.yaml"}
     assert left <= {"r.db"}
     if left:
@@ -147,23 +120,22 @@ time.sleep(60)
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("command", ["irsim", "irtrack"])
-def test_ctrl_c_within_a_finaliser_is_not_lost(command: str, name: str, tmp_path: Path) -> None:
-    """Nor within a callback, as each import ends in one: what is raised there goes nowhere."""
+@pytest.mark.parametrize(("command", "name"), [("irsim", "SIGINT"), ("irtrack", "SIGTERM")])
+def test_signal_within_a_finaliser_is_not_lost(command: str, name: str, tmp_path: Path) -> None:
+    """An exception raised there is ignored by Python."""
     (tmp_path / "mine.py").write_text(LOST.format(name))
     words = [sys.executable, "-m", command, "--import", "mine", "check", "none"]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=30)
     assert (done.returncode, done.stderr) == (128 + getattr(signal, name), f"{command}: stopped\n")
 
 
-@pytest.mark.parametrize(("words", "count"), [(RENDER, 4), (BENCH, 4)], ids=["render", "bench"])
-def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
-    """numpy is imported by the parent and three workers; with irtrack by it, two workers and their fork server."""
+@pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
+def test_workers_end_with_a_killed_parent(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
+    """The parent and two workers import numpy, and the fork server of irtrack."""
     (tmp_path / "scene.yaml").write_text(SCENE)
     process = subprocess.Popen([sys.executable, "-m", *words], cwd=tmp_path, start_new_session=True)
     try:
-        wait_until(lambda: sum(map(importing, group(process.pid))) == count)
+        wait_until(lambda: sum(map(imports, group(process.pid))) == count)
         process.kill()
         process.wait()
         wait_until(lambda: not group(process.pid))
@@ -173,31 +145,21 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[s
 
 
 def group(leader: int) -> list[int]:
-    """The processes that run in a group, whether its leader still does or not."""
-    pids = [int(path.name) for path in PROC.glob("[0-9]*")]
-    return [pid for pid in pids if group_of(pid) == leader and runs(pid)]
+    """Return the running processes of a group, whether its leader still runs or not."""
+    found = []
+    for path in PROC.glob("[0-9]*"):
+        with suppress(OSError):
+            if os.getpgid(int(path.name)) == leader and runs(int(path.name)):
+                found.append(int(path.name))
+    return found
 
 
-def group_of(pid: int) -> int | None:
-    try:
-        return os.getpgid(pid)
-    except OSError:  # it has just ended
-        return None
+FRAMES = "list(irsim.frames(irsim.load('sky', ['frames=40', 'camera.size=[48, 32]']), jobs=2))"
+RUN = "irtrack.run_bench(['sky'], ['kalman'], results='r.db', seeds=2, jobs=2).__enter__()"
 
 
-CALLS = pytest.mark.parametrize(
-    "call",
-    [
-        "list(irsim.frames(irsim.load('sky', ['frames=40', 'camera.size=[48, 32]']), jobs=2))",
-        "irtrack.run_bench(['sky'], ['kalman'], results='r.db', seeds=2, jobs=2).__enter__()",
-    ],
-    ids=["frames", "bench"],
-)
-
-
-@CALLS
-def test_a_program_from_a_pipe_is_an_input_error(call: str, tmp_path: Path) -> None:
-    program = f"import irsim, irtrack\nif __name__ == '__main__':\n    {call}\n"
+def test_program_from_a_pipe_is_an_input_error(tmp_path: Path) -> None:
+    program = f"import irsim, irtrack\nif __name__ == '__main__':\n    {FRAMES}\n"
     done = subprocess.run(
         [sys.executable], input=program, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
     )
@@ -207,9 +169,9 @@ def test_a_program_from_a_pipe_is_an_input_error(call: str, tmp_path: Path) -> N
     assert done.stderr.count("Traceback") == 1
 
 
-@CALLS
-def test_a_script_without_the_guard_gets_one_line(call: str, tmp_path: Path) -> None:
-    """Each worker imports the script, and asks for workers as it does."""
+@pytest.mark.parametrize("call", [FRAMES, RUN], ids=["frames", "bench"])
+def test_script_without_the_guard_gets_one_line(call: str, tmp_path: Path) -> None:
+    """Each worker imports the script, and would start workers in turn."""
     script = tmp_path / "script.py"
     script.write_text(f"import irsim, irtrack\n{call}\n")
     done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -217,5 +179,5 @@ def test_a_script_without_the_guard_gets_one_line(call: str, tmp_path: Path) -> 
     own, _, parents = done.stderr.partition("Traceback")
     hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
     assert set(own.splitlines()) == {hint}
-    assert len(own.splitlines()) <= 2  # one of each worker that was started at once
+    assert len(own.splitlines()) <= 2  # one of each worker
     assert "a worker process died" in parents.splitlines()[-1] or "as it began" in parents.splitlines()[-1]

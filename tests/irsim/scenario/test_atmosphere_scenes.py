@@ -1,4 +1,4 @@
-"""The air in pictures: what arrives of targets, ground, sea and clouds."""
+"""The atmosphere in images: the radiance of targets, ground, sea and clouds at the camera."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def target(range_m: float, **shape: Any) -> dict[str, Any]:
     return {"id": "jet", "shape": {"kind": "fighter", **shape}, "path": path}
 
 
-def test_a_band_without_a_fit_is_refused_where_there_is_an_atmosphere() -> None:
+def test_an_atmosphere_needs_a_fitted_band() -> None:
     camera = {"band": (5.2, 7.0)}
     with pytest.raises(ValidationError, match=r"no atmosphere is fitted to a band of 5.2 to 7 um"):
         scene(camera=camera)
     assert scene(camera=camera, atmosphere={}).camera.band == (5.2, 7.0)
 
 
-def test_a_target_arrives_weakened_with_the_light_of_its_path() -> None:
+def test_a_target_is_attenuated_and_has_path_radiance() -> None:
     """A black fighter that fills pixels, 2 km off: tau B(300) + L_path there, whatever is behind."""
     camera = {"size": (64, 48), "netd_mk": 0.0, "ifov_mrad": 0.05, "psf_px": 0.0}
     wide = scene(camera=camera, targets=[target(2000.0, emissivity=1.0, engine_k=300.0)])
@@ -64,7 +64,7 @@ def test_the_signal_stays_where_truth_says() -> None:
     assert found == pytest.approx(truth.targets[0].signal_center, abs=5e-3)
 
 
-def test_the_presets_sky_stands_behind_all() -> None:
+def test_the_sky_of_a_preset_is_the_background() -> None:
     sky = {"kind": "sky", "preset": "midlatitude_summer"}
     camera = {"size": (64, 48), "netd_mk": 0.0, "elevation_deg": 30.0, "band": "lwir"}
     scenario = scene(background=sky, camera=camera, atmosphere={"altitude_m": 0.0}, targets=[])
@@ -81,22 +81,19 @@ def test_the_presets_sky_stands_behind_all() -> None:
 @pytest.mark.parametrize(
     ("air", "elevation_deg", "ifov_mrad"),
     [
-        ({"preset": "us_standard"}, 10.0, 0.5),
         ({"preset": "tropical", "visibility_km": 5.0}, 3.0, 1.0),
         ({"preset": "us_standard", "fog_visibility_km": 1.0}, 12.0, 2.0),
-        ({"preset": "us_standard", "rain_mm_h": 5.0}, -4.0, 0.5),
     ],
 )
-@pytest.mark.parametrize("evolve_s", [20.0])
-def test_each_row_of_a_cloud_is_seen_through_the_air_on_its_way(
-    air: dict[str, Any], elevation_deg: float, ifov_mrad: float, evolve_s: float
+def test_each_row_of_a_cloud_is_attenuated_on_its_ray(
+    air: dict[str, Any], elevation_deg: float, ifov_mrad: float
 ) -> None:
     """An even cloud of 270 K that hides all, 3 km off; 200 m up a fog ends, at 3.8 degrees. To 0.02 K, and half of what
     the air does from one pixel to the next."""
     cloud = {"coverage": 0.999999, "depth": 1e4, "texture_k": 0.0, "temperature_k": 270.0, "range_m": 3000.0}
-    sky = {"kind": "sky", "clouds": [{**cloud, "evolve_s": evolve_s}]}
+    sky = {"kind": "sky", "clouds": [{**cloud, "evolve_s": 20.0}]}
     camera = {
-        "size": (64, 400),
+        "size": (32, 400),
         "ifov_mrad": ifov_mrad,
         "elevation_deg": elevation_deg,
         "band": "lwir",
@@ -116,16 +113,12 @@ def test_each_row_of_a_cloud_is_seen_through_the_air_on_its_way(
         assert np.ptp(expected) > 0.2
 
 
-@pytest.mark.parametrize(("degrees", "height_m", "range_m"), [(90, 100, 100), (30, 100, 200), (45, 1000, 1414.2)])
+@pytest.mark.parametrize(("degrees", "height_m", "range_m"), [(30, 100, 200), (45, 1000, 1414.2)])
 def test_ground_lies_where_the_ray_falls(degrees: float, height_m: float, range_m: float) -> None:
     along, elevation = ground_path(height_m, np.radians(degrees))
     assert along == pytest.approx(range_m, rel=2e-5)
     assert elevation == pytest.approx(-np.radians(degrees))
-
-
-def test_the_horizon_is_as_far_as_pythagoras_says() -> None:
-    """From 100 m: sqrt(2 * 6371 km * 0.1 km) = 35.70 km."""
-    assert horizon_m(100.0) == pytest.approx(35.70e3, abs=10)
+    assert horizon_m(100.0) == pytest.approx(35.70e3, abs=10)  # sqrt(2 * 6371 km * 0.1 km)
 
 
 def test_a_camera_on_the_ground_sees_it() -> None:
@@ -156,26 +149,9 @@ def test_the_sea_meets_the_sky_at_the_horizon() -> None:
     bare = Renderer(scene(camera=camera, background=sea, atmosphere={}, targets=[])).scene(0)[0]
     hazy = Renderer(scene(camera=camera, background=sea, atmosphere={"preset": "tropical"}, targets=[])).scene(0)[0]
     middle = temperature("lwir", hazy[:, 32]) - temperature("lwir", bare[:, 32])
-    assert abs(middle[:99]).max() < 1e-3  # the sky stands as it is
+    assert abs(middle[:99]).max() < 1e-3
     water = temperature("lwir", hazy[100:, 32])
     assert water[1] == pytest.approx(float(temperature("lwir", hazy[97, 32])), abs=1.5)
     below = np.arctan(0.0805)  # row 180
     tau, path = Atmosphere(preset="tropical").path("lwir", 100 / np.sin(below), -below)
     assert hazy[180, 32] == pytest.approx(float(tau * bare[180, 32] + path), rel=1e-3)
-
-
-def test_clouds_arrive_through_the_air_before_them() -> None:
-    """Thick cloud all over, 6 km off: tau B(260) + L_path."""
-    cloud = {"coverage": 0.999, "depth": 1000.0, "temperature_k": 260.0, "texture_k": 0.0, "range_m": 6000.0}
-    sky = {"kind": "sky", "preset": "us_standard", "clouds": [cloud]}
-    camera = {"size": (64, 48), "netd_mk": 0.0, "elevation_deg": 20.0, "band": "lwir"}
-    light = Renderer(scene(background=sky, camera=camera, targets=[])).scene(0)[0]
-    tau, path = Atmosphere(preset="us_standard").path("lwir", 6000.0, np.radians(20))
-    assert np.median(light) == pytest.approx(float(tau * radiance("lwir", 260.0) + path), rel=1e-4)
-
-
-def test_the_atmosphere_is_switched_off_by_name() -> None:
-    off = scene(without=["atmosphere"])
-    none = scene(atmosphere={})
-    assert np.array_equal(Renderer(off).frame(1)[0].image, Renderer(none).frame(1)[0].image)
-    assert not np.array_equal(Renderer(scene()).frame(1)[0].image, Renderer(none).frame(1)[0].image)

@@ -1,4 +1,4 @@
-"""A background and a detector of one's own, derived from the bare family, are treated as irsim's own are."""
+"""A user's background and detector, derived from the base classes, have all that irsim's own have."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from irsim.camera.response import Response
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.geometry.context import SceneContext
 from irsim.lint import lint
-from irsim.lint.placement import placed_occluder_excessive
+from irsim.lint.occluders import placed_occluder_excessive
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
@@ -48,7 +48,7 @@ class Lake(Background):
 
 
 class Still(Background):
-    """A picture that a camera has taken: count 100 everywhere, and what is drawn adds 1 for each W/m2/sr."""
+    """Image of a camera: count 100 everywhere; targets add 1 count for each W/m2/sr."""
 
     has_noise: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
@@ -69,7 +69,7 @@ class Picture:
 
 
 class Integrating(Sensor):
-    """One that counts electrons in a time of its own, and asks the camera for nothing."""
+    """Electron-counting sensor with its own integration time and no keys of the camera."""
 
     default_noise = ({"kind": "shot"},)
     camera_keys = ()
@@ -88,7 +88,7 @@ def scene(background: str, **changes: Any) -> dict[str, Any]:
     return {"frames": 60, "camera": camera, "background": {"kind": kind, **changes.pop("keys", {})}, **changes}
 
 
-def told(value: dict[str, Any]) -> list[str]:
+def messages(value: dict[str, Any]) -> list[str]:
     return [notice.message for notice in lint(Scenario.model_validate(value))]
 
 
@@ -96,28 +96,18 @@ def sinking(down_m_s: float) -> dict[str, Any]:
     return {"motion": [{"kind": "platform", "velocity_m_s": (0.0, 0.0, -down_m_s)}]}
 
 
-def test_a_camera_comes_down_to_its_surface() -> None:
-    assert any("reaches the lake, 20 m below" in text for text in told(scene("Lake", camera=sinking(15.0))))
-    assert not any("come down" in text for text in told(scene("Lake", camera=sinking(5.0))))
-
-
-def test_a_path_goes_below_its_surface() -> None:
+def test_the_linter_knows_its_surface_and_sky() -> None:
+    assert any("reaches the lake, 20 m below" in text for text in messages(scene("Lake", camera=sinking(15.0))))
+    assert not any("come down" in text for text in messages(scene("Lake", camera=sinking(5.0))))
     path = {"kind": "straight_m", "axes": "world", "start_m": (0.0, 900.0, -50.0)}
     target = {"id": "jet", "shape": {"kind": "fighter"}, "path": path}
-    assert any("jet goes below the lake, 20 m under" in text for text in told(scene("Lake", targets=[target])))
-
-
-@pytest.mark.parametrize(("kelvin", "word"), [(600.0, "above"), (150.0, "below")])
-def test_its_surface_is_off_the_scale(kelvin: float, word: str) -> None:
-    value = scene("Lake", camera={"range_k": (270.0, 310.0)}, keys={"water_k": kelvin})
-    assert any(text.startswith("all of the lake, ") and f"lies {word}" in text for text in told(value))
-
-
-def test_its_sky_is_off_the_scale_and_unlike_the_air() -> None:
-    value = scene("Lake", camera={"range_k": (400.0, 500.0), "elevation_deg": 10})
-    assert any(text.startswith("all of the clear sky") for text in told(value))
+    assert any("jet goes below the lake, 20 m under" in text for text in messages(scene("Lake", targets=[target])))
+    hot = scene("Lake", camera={"range_k": (270.0, 310.0)}, keys={"water_k": 600.0})
+    assert any(text.startswith("all of the lake, ") and "lies above" in text for text in messages(hot))
+    cold_sky = scene("Lake", camera={"range_k": (400.0, 500.0), "elevation_deg": 10})
+    assert any(text.startswith("all of the clear sky") for text in messages(cold_sky))
     tropical = scene("Lake", atmosphere={"preset": "tropical"})
-    assert any("the sky is of us_standard behind an atmosphere of tropical" in text for text in told(tropical))
+    assert any("the sky is of us_standard behind an atmosphere of tropical" in text for text in messages(tropical))
 
 
 def test_its_preset_needs_a_fitted_band() -> None:
@@ -125,7 +115,7 @@ def test_its_preset_needs_a_fitted_band() -> None:
         Scenario.model_validate(scene("Lake", camera={"band": (5.5, 7.0)}))
 
 
-def test_what_stands_stands_below_its_horizon() -> None:
+def test_an_occluder_stands_below_its_horizon() -> None:
     """A pole that hides a target in the sky goes down to the horizon, and so hides one that dives for far longer."""
     target = {"id": "jet", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (32, 4), "speed": 0.5}}
     target["path"] |= {"heading_deg": 90.0, "range_m": 2000}  # type: ignore[operator]  # the dump of a path, a mapping
@@ -137,8 +127,8 @@ def test_what_stands_stands_below_its_horizon() -> None:
 
 def test_a_background_of_counts_takes_targets() -> None:
     up = {"motion": [{"kind": "pan", "elevation_deg_s": 45.0}]}
-    assert any("zenith" in text for text in told(scene("Lake", camera=up)))
-    assert not any("zenith" in text for text in told(scene("Still", camera=up)))
+    assert any("zenith" in text for text in messages(scene("Lake", camera=up)))
+    assert not any("zenith" in text for text in messages(scene("Still", camera=up)))
     target = {
         "id": "hot",
         "shape": {"kind": "point", "temperature_k": 900.0, "area_m2": 2.0},
@@ -163,7 +153,7 @@ def test_an_own_detector_has_its_keys_and_exposure() -> None:
     ignored = [notice.at[-1] for notice in lint(found) if "does not count for a detector of kind" in notice.message]
     assert ignored == ["range_k"]
     other = scene("ground", camera={**camera, "smear": {"time_ms": 2.0}})
-    assert "2 ms of motion blur, but the detector integrates for 5 ms" in told(other)
+    assert "2 ms of motion blur, but the detector integrates for 5 ms" in messages(other)
     with pytest.raises(ValidationError, match="do not fit into a frame"):
         Scenario.model_validate(scene("ground", camera={"detector": {**kind, "gate_ms": 50.0}}))
     off = scene("ground", camera={"detector": kind}, keys={"mean_k": 400.0})
@@ -172,8 +162,6 @@ def test_an_own_detector_has_its_keys_and_exposure() -> None:
 
 
 def test_a_bare_family_has_defaults() -> None:
-    """Nothing is said of a background or a detector that says nothing of itself."""
-
     class Plain(Background):
         def layers(self, context: SceneContext) -> Sequence[Layer]:
             return Ground().layers(context)

@@ -1,4 +1,4 @@
-"""Ranges of values: their distributions against scipy's, their severities, the draws of a whole scenario."""
+"""Ranges of values: distributions against scipy's, severities, and draws of a whole scenario."""
 
 from __future__ import annotations
 
@@ -9,32 +9,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scenario_text import TEXT, errors_of
 from scipy import stats
 
 import irsim
 from irsim.errors import InputError
-from irsim.scenario.catalog import examples
 from irsim.scenario.loader import change, dumps, load, loads, values_of
 from irsim.scenario.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
 
-SHARES = np.linspace(0, 1, 41)
 
-ORACLES: dict[str, tuple[Span, Any]] = {
-    "uniform": (Uniform(low=-2, high=6), stats.uniform(-2, 8)),
-    "loguniform": (LogUniform(low=0.1, high=50), stats.loguniform(0.1, 50)),
-    "normal": (Normal(mean=3, sd=2), stats.truncnorm(-4, 4, 3, 2)),
-    "normal, cut": (Normal(mean=3, sd=2, low=2, high=9), stats.truncnorm(-0.5, 3, 3, 2)),
-}
-
-
-@pytest.mark.parametrize("name", ORACLES)
-def test_quantiles_are_those_of_scipy(name: str) -> None:
-    variation, oracle = ORACLES[name]
-    found = [variation.quantile(share) for share in SHARES]
-    assert found == pytest.approx(oracle.ppf(SHARES), rel=1e-9, abs=1e-9)
+@pytest.mark.parametrize(
+    ("variation", "oracle"),
+    [
+        (Uniform(low=-2, high=6), stats.uniform(-2, 8)),
+        (LogUniform(low=0.1, high=50), stats.loguniform(0.1, 50)),
+        (Normal(mean=3, sd=2), stats.truncnorm(-4, 4, 3, 2)),
+        (Normal(mean=3, sd=2, low=2, high=9), stats.truncnorm(-0.5, 3, 3, 2)),
+    ],
+)
+def test_quantiles_are_those_of_scipy(variation: Variation, oracle: Any) -> None:
+    shares = np.linspace(0, 1, 41)
+    assert [variation.quantile(share) for share in shares] == pytest.approx(oracle.ppf(shares), rel=1e-9, abs=1e-9)
 
 
 def test_integers_and_choices_are_uniform() -> None:
@@ -60,7 +55,7 @@ SOME: dict[str, Variation] = {
 
 @pytest.mark.parametrize("word", VARIATIONS.kinds)
 def test_severities_go_from_benign_to_an_end(word: str) -> None:
-    """Contract of every kind, whether the benign value is an end, inside, or outside of the range."""
+    """Contract of every kind, with the benign value at an end, inside, and outside of the range."""
     variation = SOME[word]
     for benign in (0.5, 1, 2, 3, 20):
         severities = variation.severities(benign)
@@ -97,6 +92,7 @@ vary:
 
 def test_draws_fill_their_ranges_and_repeat() -> None:
     scenario = loads(VARIED)
+    assert scenario.hash == loads(TEXT).hash  # ranges change no pixel
     drawn = irsim.sample(scenario, 60, seed=5)
     assert irsim.sample(scenario, 3, seed=5) == drawn[:3]
     assert irsim.sample(scenario, 2, seed=5, start=40) == drawn[40:42]
@@ -131,7 +127,7 @@ def test_nuisances_follow_the_seed() -> None:
     assert space.concrete({"camera.netd_mk": 33}, 1).camera.netd_mk == 33
 
 
-def test_wrong_points_are_refused() -> None:
+def test_wrong_points_are_errors() -> None:
     space = irsim.variations(loads(VARIED))
     cases: list[tuple[Callable[[], object], str]] = [
         (lambda: space.at([0.5]), "1 coordinate; allowed: 3, for targets.jet.path.speed, frames,"),
@@ -140,31 +136,15 @@ def test_wrong_points_are_refused() -> None:
         (lambda: space.concrete({"camera.bits": 9}), "there is no 'camera.bits'; allowed: targets.jet"),
         (lambda: irsim.sample(loads(TEXT), 1), "nothing varies in this scenario"),
     ]
-    for wrong, said in cases:
-        with pytest.raises(InputError, match=said):
+    for wrong, message in cases:
+        with pytest.raises(InputError, match=message):
             wrong()
 
 
-def test_ranges_change_no_pixel() -> None:
-    assert loads(VARIED).hash == loads(TEXT).hash
-
-
-def vary(entry: str, *overrides: str) -> str:
-    (line,) = errors_of(f"{TEXT}vary:\n  {entry}\n", *overrides)
-    return line
-
-
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "line"),
     [
-        (
-            "camra.bits: {kind: integers, low: 1, high: 2}",
-            "f.yaml:27:3: vary.camra.bits: unknown key 'camra'; allowed: about,",
-        ),
-        (
-            "targets.jat.path.speed: {kind: uniform, low: 1, high: 2}",
-            "f.yaml:27:3: vary.targets.jat.path.speed: there is no 'jat'; allowed: ",
-        ),
+        ("camra.bits: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary.camra.bits: unknown key 'camra'; allowed"),
         ("camera.bits: {kind: unifrm, low: 1, high: 2}", "f.yaml:27:23: vary.camera.bits.kind: unknown variation kind"),
         ("camera.bits: {kind: choice}", "f.yaml:27:16: vary.camera.bits.values: it is missing; allowed: a list"),
         ("camera.bits: {kind: integers, low: 10, high: 20}", "f.yaml:27:48: vary.camera.bits.high: with 20: camera."),
@@ -172,12 +152,7 @@ def vary(entry: str, *overrides: str) -> str:
         ("camera.bits: {kind: choice, values: [8, 99]}", "f.yaml:27:43: vary.camera.bits.values.1: with 99: camera."),
         ("camera.bits: {kind: choice, values: [8], benign: 99}", "f.yaml:27:52: vary.camera.bits.benign: with 99: cam"),
         ("camera.netd_mk: {kind: uniform, low: 9, high: 2}", "f.yaml:27:40: vary.camera.netd_mk.low: 9 is not below 2"),
-        (
-            "camera.netd_mk: {kind: loguniform, low: 0, high: 2}",
-            "f.yaml:27:43: vary.camera.netd_mk.low: 0 is out of ra",
-        ),
         ("camera.netd_mk: {kind: normal, mean: 1, sd: 1, low: 20, high: 22}", "f.yaml:27:40: vary.camera.netd_mk.mea"),
-        ("camera.correction.freeze_frames: {kind: uniform, low: 1, high: 2}", "f.yaml:27:36: vary.camera.correction."),
         ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary.seed: 'seed' cannot vary; allowed: keys"),
         (
             "targets.jet.path: {kind: uniform, low: 1, high: 2}",
@@ -185,22 +160,19 @@ def vary(entry: str, *overrides: str) -> str:
         ),
     ],
 )
-def test_a_wrong_range_is_told_at_its_place(entry: str, said: str) -> None:
-    line = vary(entry)
-    assert line.startswith(said), line
+def test_a_wrong_range_is_an_error_at_its_place(entry: str, line: str) -> None:
+    (found,) = errors_of(f"{TEXT}vary:\n  {entry}\n")
+    assert found.startswith(line)
 
 
-def test_an_override_stops_a_variation() -> None:
+def test_overrides_end_and_change_a_variation() -> None:
     scenario = loads(VARIED, overrides=["targets.jet.path={kind: straight, start: [1, 2]}", "frames=9"])
     assert list(scenario.vary) == ["camera.netd_mk", "targets.far.shape"]
-
-
-def test_a_range_is_changed_by_an_override() -> None:
-    scenario = loads(
+    changed = loads(
         VARIED, overrides=["vary.targets.jet.path.speed.high=9", "vary.camera.bits={kind: integers, low: 8, high: 9}"]
     )
-    assert scenario.vary["targets.jet.path.speed"] == Uniform(low=1, high=9)
-    assert scenario.vary["camera.bits"] == Integers(low=8, high=9)
+    assert changed.vary["targets.jet.path.speed"] == Uniform(low=1, high=9)
+    assert changed.vary["camera.bits"] == Integers(low=8, high=9)
 
 
 LEVELS = TEXT + "severities:\n  camera.netd_mk: [10, 40, 90]\n  camera.size.0: [64, 80, 96]\n"
@@ -222,9 +194,6 @@ def test_an_override_holds_at_every_severity() -> None:
     assert (scenario.camera.netd_mk, scenario.camera.size[0]) == (55, 96)
     again = loads(dumps(scenario), overrides=["severity=1"])
     assert (again.camera.netd_mk, again.camera.size[0]) == (55, 80)
-
-
-def test_an_override_of_a_part_holds_at_every_severity() -> None:
     for text in (LEVELS, loads(LEVELS, overrides=["severity=1"])):
         given = {"camera.netd_mk": 55, "camera.size": [96, 48], "severity": 2}
         if isinstance(text, str):
@@ -238,7 +207,7 @@ def test_an_override_of_a_part_holds_at_every_severity() -> None:
 
 
 def test_a_part_varies_and_its_key_has_severities() -> None:
-    """A draw is of the part as it is listed; where nothing is drawn, the severity's value holds."""
+    """A drawn part keeps its own value of the key; otherwise the severity sets it."""
     paths = [{"kind": "straight", "start": [9, 9], "speed": speed} for speed in (5, 7)]
     text = (
         f"{TEXT}severities:\n  targets.jet.path.speed: [1, 2, 3]\n"
@@ -255,13 +224,8 @@ def test_a_part_varies_and_its_key_has_severities() -> None:
         assert {each["targets.jet.path.speed"] for each in drawn} == {5, 7}
 
 
-def test_a_severity_may_vary_too() -> None:
-    text = LEVELS + "vary:\n  severity: {kind: choice, values: [0, 1, 2]}\n"
-    assert {each.camera.netd_mk for each in irsim.sample(loads(text), 12)} == {10, 40, 90}
-
-
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "line"),
     [
         ("[10, 40, 90]", "[10, 40]", "f.yaml:28:18: severities.camera.size.0: 3 values where another key has 2; "),
         ("[10, 40, 90]", "[10]", "f.yaml:27:19: severities.camera.netd_mk: too few items; allowed: a list, "),
@@ -273,9 +237,9 @@ def test_a_severity_may_vary_too() -> None:
         ("severities:", "severity: -1\nseverities:", "f.yaml:26:11: severity: -1 is out of range; "),
     ],
 )
-def test_wrong_severities_are_told_at_their_place(old: str, new: str, said: str) -> None:
-    (line,) = errors_of(LEVELS.replace(old, new))
-    assert line.startswith(said), line
+def test_a_wrong_severity_is_an_error_at_its_place(old: str, new: str, line: str) -> None:
+    (found,) = errors_of(LEVELS.replace(old, new))
+    assert found.startswith(line)
 
 
 def test_no_severities_is_severity_0() -> None:
@@ -283,19 +247,18 @@ def test_no_severities_is_severity_0() -> None:
     assert line == "override severity: 1 is out of range; allowed: 0, as there are no severities"
 
 
-@pytest.mark.parametrize("name", examples())
-def test_the_short_text_of_an_example_says_the_same(name: str) -> None:
+@pytest.mark.parametrize("name", ["sky", "sea", "drones", "countryside", "correction"])
+def test_the_short_text_of_an_example_is_equal(name: str) -> None:
     scenario = load(name)
     short = dumps(scenario, short=True)
     assert loads(short) == scenario
     assert len(short) < 0.7 * len(dumps(scenario))
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
-@given(st.sampled_from(["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]), st.floats(1, 100))
-def test_a_short_preset_camera_follows_the_preset(preset: str, netd: float) -> None:
-    """What the preset gives is left out, so that another one brings its own."""
-    text = f"camera: {{preset: {preset}, netd_mk: {netd!r}}}\nbackground: {{kind: sky}}"
+@pytest.mark.parametrize("preset", ["cooled_lwir", "uncooled_lwir"])
+def test_a_short_preset_camera_follows_the_preset(preset: str) -> None:
+    """Values of the preset are left out, so that another preset sets its own."""
+    text = f"camera: {{preset: {preset}, netd_mk: 33.3}}\nbackground: {{kind: sky}}"
     scenario = loads(text)
     assert loads(dumps(scenario, short=True)) == scenario
     assert change(scenario, {"camera.preset": "ideal"}) == loads(text.replace(preset, "ideal"))

@@ -1,21 +1,17 @@
-"""How values show themselves in a notebook: small, well formed, and no text becomes markup."""
+"""Notebook cards of values: small, well formed, and no text becomes markup."""
 
 from __future__ import annotations
 
-import base64
 import re
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 from html_page import Page
 
 import irsim
 import irtrack
-from irsim.notebook import SAVED_PX, card, framed, table
-from irsim.types import Box
+from irsim.notebook import card, table
 
 HOSTILE = "<script>alert(1)</script>"
 TEXT = """
@@ -44,7 +40,7 @@ def shown(value: object) -> str:
     return html
 
 
-def test_a_scenario_tells_what_is_in_it(source: irsim.Rendering) -> None:
+def test_a_scenario_shows_its_parts(source: irsim.Rendering) -> None:
     text = Page(shown(source.scenario)).text
     for word in ("A jet <before> sky", "12 at", "96 × 72 px", "jet (fighter, straight)", "pole", "sky"):
         assert word in text
@@ -97,12 +93,3 @@ def test_a_value_prints_as_one_line_that_says_what_it_is(source: irsim.Rendering
 
 def test_texts_of_cards_and_tables_are_escaped() -> None:
     assert HOSTILE not in card(HOSTILE, {HOSTILE: HOSTILE}) + table([HOSTILE], [[HOSTILE]])
-
-
-def test_a_large_picture_is_stored_small(source: irsim.Rendering) -> None:
-    html = framed(np.zeros((1024, 1280), np.uint8), [Box(10, 10, 4, 4)], "x")
-    found = re.search(r"base64,([^\"]*)", html)
-    assert found
-    stored = cv2.imdecode(np.frombuffer(base64.b64decode(found[1]), np.uint8), cv2.IMREAD_GRAYSCALE)
-    assert stored is not None
-    assert stored.shape == (SAVED_PX * 1024 // 1280, SAVED_PX)

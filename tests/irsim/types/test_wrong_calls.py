@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +31,12 @@ NO_PATH = "is no path; allowed: text or a path"
 
 
 def anything(value: object) -> Any:
-    """A value of whatever type, as untyped programs give it."""
+    """Return the value with any type, as in an untyped program."""
     return value
 
 
 def endless() -> list[object]:
-    """A list that holds itself."""
+    """Return a list that holds itself."""
     values: list[object] = []
     values.append(values)
     return values
@@ -45,64 +44,35 @@ def endless() -> list[object]:
 
 CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "Moments": (lambda: irsim.Moments(anything("sky")), A_SCENARIO),
-    "masks": (lambda: irsim.masks(anything("sky")), A_SCENARIO),
-    "frames": (lambda: irsim.frames(anything("sky")), A_SCENARIO),
     "Rendering": (lambda: irsim.Rendering(anything("sky")), A_SCENARIO),
-    "sample": (lambda: irsim.sample(anything("sky"), 2), A_SCENARIO),
     "half a sample": (lambda: irsim.sample(SCENE, anything(1.5)), "n 1.5: allowed: a whole number, 0 or more"),
     "fewer samples than none": (lambda: irsim.sample(SCENE, -1), "n -1: allowed: 0 or more"),
-    "a seed below 0": (lambda: irsim.sample(SCENE, 1, seed=-1), "seed -1: allowed: 0 or more"),
-    "a start of samples": (lambda: irsim.sample(SCENE, 1, start=anything("x")), "start 'x': allowed: a whole number, "),
     "a point that is a number": (
         lambda: SPACE.concrete(anything(5)),
         "point 5: allowed: a mapping of override keys to",
     ),
-    "a seed of a point": (lambda: SPACE.concrete({}, anything("x")), "seed 'x': allowed: a whole number, 0 or more"),
-    "half a seed of a point": (lambda: SPACE.concrete({}, anything(1.5)), "seed 1.5: allowed: a whole number, 0 or mo"),
-    "a seed of a draw": (lambda: SPACE.draw(anything("x")), "seed 'x': allowed: a whole number, 0 or more"),
     "a share alone": (lambda: SPACE.at(anything(5)), "shares 5: allowed: a list of 2, for camera.bits, frames"),
-    "no shares": (lambda: SPACE.at(anything(None)), "shares None: allowed: a list of 2, for camera.bits, frames"),
-    "shares in a mapping": (
-        lambda: SPACE.at(anything({"a": 0})),
-        r"shares \{'a': 0\}: allowed: a list of 2, for camera",
-    ),
-    "shares in text": (lambda: SPACE.at(anything("01")), "shares '01': allowed: a list of 2, for camera.bits, frames"),
     "a share in words": (
         lambda: SPACE.at(anything(["a", 0.5])),
         "no place in the unit cube; allowed: shares from 0 to",
     ),
-    "no severities": (lambda: SPACE.at_severities(anything(None)), "severities None: allowed: a list of 2, for camera"),
     "a severity in words": (
         lambda: SPACE.at_severities(anything(["a", 0])),
         "vary: camera.bits: there is no severity 'a'; allowed: 0 to 1",
     ),
-    "a part of a severity": (lambda: SPACE.at_severities(anything([1.0, 0])), r"no severity 1\.0; allowed: 0 to 1"),
-    "variations": (lambda: irsim.variations(anything("sky")), A_SCENARIO),
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
-    "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
     "a compression": (
         lambda: irsim.record(irsim.Rendering(SCENE), "x.mcap", compression=anything("zip")),
         "compression 'zip': allowed: none, lz4, zstd",
     ),
-    "a region that is a name": (lambda: irsim.Moments(SCENE).mean(0, anything("a")), f"{NO_REGION}.*without="),
     "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
-    "a region of fractions": (lambda: irsim.Moments(SCENE).variance(0, anything((1.5, 2, 3, 4))), NO_REGION),
-    "no frame": (lambda: irsim.Rendering(SCENE).frame(anything("3")), "frame '3': allowed: a whole number, 0 to 2"),
     "half a frame": (lambda: irsim.Rendering(SCENE).frame(anything(0.5)), "frame 0.5: allowed: a whole number, 0 to 2"),
     "load": (lambda: irsim.load(anything(None)), NO_PATH),
-    "find": (lambda: irsim.find(anything(3)), NO_PATH),
-    "open_recording": (lambda: irsim.open_recording(anything(None)), NO_PATH),
-    "read_tracks": (lambda: irsim.read_tracks(anything(None)), NO_PATH),
     "write_tracks": (lambda: write_tracks(anything(None), TRACK, ()), NO_PATH),
     "recover": (lambda: recover(anything(None), "x.mcap"), NO_PATH),
-    "recover to nowhere": (lambda: recover("x.mcap", anything(None)), NO_PATH),
-    "a folder of dumps": (lambda: irsim.dumps(SCENE, folder=anything(3)), NO_PATH),
     "import_frames": (lambda: irsim.import_frames(anything(None), "x.mcap"), NO_PATH),
-    "import_frames of numbers": (lambda: irsim.import_frames("frames", "x.mcap", anything(3)), NO_PATH),
-    "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
     "loads": (lambda: irsim.loads(anything(None)), "<text>: a NoneType is no text; allowed: the YAML text"),
-    "True in a region": (lambda: irsim.Moments(SCENE).mean(0, anything((True, 2, 3, 4))), NO_REGION),
     "changes in a list": (
         lambda: irsim.change(SCENE, anything(["seed=1"])),
         r"values \['seed=1'\]: allowed: a map",
@@ -111,69 +81,36 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.change(SCENE, {"camera.size": np.array([40, 30])}),
         r"camera\.size: a numpy\.ndarray cannot be written as YAML; allowed: text, a number, True, False, None, ",
     ),
-    "a change to an array in a list": (
-        lambda: irsim.change(SCENE, {"targets": [{"id": np.zeros(2)}]}),
-        r"targets: a numpy\.ndarray cannot be written as YAML; allowed: text, ",
-    ),
     "a change to a list that holds itself": (
         lambda: irsim.change(SCENE, {"camera.size": endless()}),
         r"camera\.size: nested too deeply, or in itself; allowed: 100 levels",
-    ),
-    "a change beyond all numbers": (
-        lambda: irsim.change(SCENE, {"frames": Fraction(10**400)}),
-        r"frames: the number is too large; allowed: up to 1\.8e308",
-    ),
-    "a change to numbered keys": (
-        lambda: irsim.change(SCENE, {"camera": {1: 2}}),
-        "camera: keys that are not text cannot be written as YAML; allowed: ",
-    ),
-    "a change to an endless number": (
-        lambda: irsim.change(SCENE, {"frames": 16**5000}),
-        "frames: the number is too long; allowed: 4300 digits",
     ),
     "a change to two lines": (
         lambda: irsim.change(SCENE, {"frames": "a\nb"}),
         r"^frames='a\\nb': frames: expected a whole number, not 'a\\nb'; allowed: ",
     ),
-    "a change of a key of two lines": (
-        lambda: irsim.change(SCENE, {"camera.a\nb": 1}),
-        r"^camera\.'a\\nb'=1: unknown key 'a\\nb'; allowed: preset, ",
-    ),
     "an override of a key of two lines": (
         lambda: irsim.load("sky", ["camera.a\nb=1"]),
         r"^override camera\.'a\\nb': unknown key 'a\\nb'; allowed: preset, ",
     ),
-    "an override of a target of two lines": (
-        lambda: irsim.load("sky", ["targets.a\nb=1"]),
-        r"^override targets\.'a\\nb': there is no 'a\\nb'; allowed: jet",
-    ),
-    "a change of a list": (lambda: irsim.change(anything([SCENE]), {}), "a change of a list; allowed: a Scenario"),
     "overrides in a mapping": (
         lambda: irsim.load("sky", anything({"camera.netd_mk": 80})),
         r"overrides \{.*\}: is a mapping; allowed: a list of texts, .* or irsim\.change\(scenario, ",
     ),
-    "a source's overrides in a mapping": (
-        lambda: irsim.open_source("sky", anything({"seed": 1})),
-        r"overrides \{.*\}: is a mapping; allowed: a list of texts",
-    ),
-    "overrides that are numbers": (lambda: irsim.load("sky", anything([3])), r"overrides \[3\]: allowed: a list of te"),
     "True for a frame": (lambda: irsim.Rendering(SCENE).frame(True), "frame True: allowed: a whole number, 0 to 2"),
-    "True for a start": (lambda: next(irsim.frames(SCENE, True)), "start True: allowed: a whole number, 0 or more"),
     "a seed": (lambda: irsim.Rendering(SCENE).with_seed(anything("a")), "seed 'a': allowed: a whole number, 0 or more"),
     "neither fixed nor not": (
         lambda: irsim.Moments(SCENE).variance(0, fixed=anything("no")),
         "fixed 'no': allowed: True or False",
     ),
     "a name": (lambda: irsim.Moments(SCENE, "jet"), r"without 'jet': allowed: a list of names, such as \['jet'\]"),
-    "a number": (lambda: irsim.Moments(SCENE, anything(3)), "without 3: allowed: a list of names"),
-    "a name of a source": (lambda: irsim.open_source("sky", without="jet"), "without 'jet': allowed: a list of names"),
 }
 
 
 @pytest.mark.parametrize("call", CALLS)
 def test_a_wrong_argument_is_one_line(call: str) -> None:
-    run, told = CALLS[call]
-    with pytest.raises(InputError, match=told) as caught:
+    run, message = CALLS[call]
+    with pytest.raises(InputError, match=message) as caught:
         run()
     assert len(str(caught.value).splitlines()) == 1
 
@@ -189,21 +126,15 @@ def test_a_frame_number_is_an_integer(tmp_path: Path) -> None:
         assert [truth] == list(source.truths(1, 2))
         with pytest.raises(InputError, match="frame '1': allowed: a whole number, 0 to 2"):
             source.truth(anything("1"))
-        for asked, index in ((source.frame, 3), (source.truth, 3), (source.truth, -1)):
+        for read, index in ((source.frame, 3), (source.truth, 3), (source.truth, -1)):
             with pytest.raises(IndexError, match=f"frame {index}: .* has frames 0 to 2"):
-                asked(index)
+                read(index)
 
 
-@pytest.mark.parametrize("word", ["gost", "gho st", "white,gost", "[jet, gost]"])
-def test_an_unknown_switch_lists_the_names_that_exist(word: str) -> None:
-    with pytest.raises(InputError, match=r"there is no 'gh?o ?st'; allowed: .*\bjet\b") as caught:
-        irsim.load("sky", [f"without={word}"])
-    assert "[A-Z" not in str(caught.value)
-
-
-def test_of_many_names_the_nearest_stand_first() -> None:
-    with pytest.raises(InputError, match=r"there is no 'far\.textur'; allowed: far\.texture, near\.texture, "):
-        irsim.load("sky", ["without=[far.textur]"])
+def test_an_unknown_switch_lists_the_names_that_exist() -> None:
+    for word in ("gost", "white,gost"):
+        with pytest.raises(InputError, match=r"there is no 'gost'; allowed: .*\bjet\b"):
+            irsim.load("sky", [f"without={word}"])
     with pytest.raises(InputError, match=r"there is no 'far\.textur'; allowed: far\.texture, near\.texture, "):
         irsim.Moments(irsim.load("sky"), ["far.textur"])
 

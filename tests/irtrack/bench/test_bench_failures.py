@@ -1,14 +1,13 @@
-"""What a bench makes of trackers that raise, scenes that show nothing, and bad input."""
+"""Trackers that raise, scenes without a visible target, and bad input of a bench."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from bench_fakes import Breaker, Logger, Raiser, SaysNan, SaysText, SaysTwo, Strip, Vandal, Walker, steps
+from bench_fakes import Breaker, Logger, Raiser, SaysNan, SaysText, Strip, Vandal, Walker, steps
 
 import irsim
 from irsim.types import Box
@@ -17,7 +16,7 @@ from irtrack.errors import InputError
 from irtrack.registry.table import of
 
 
-def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> None:
+def test_failed_run_is_repeated(tmp_path: Path) -> None:
     log = tmp_path / "log"
     trackers = [Entry("breaker", Breaker()), Entry("vandal", Vandal()), Entry("fine", Logger(log=str(log)))]
     with run_bench([Strip()], trackers, results=tmp_path / "r.db") as results:
@@ -41,13 +40,10 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     ("tracker", "failure"),
     [
         (of(SaysNan), "bench_fakes:SaysNan: frame 5: the center (nan, 20.0); allowed: finite numbers"),
-        (of(SaysTwo), "bench_fakes:SaysTwo: frame 5: step gave (12.0, 20.0); allowed: a Box, cx, cy, w, h in px"),
         (of(SaysText), "bench_fakes:SaysText: frame 5: step gave '1234'; allowed: a Box, cx, cy, w, h in px"),
-        (Raiser(what="exit"), "SystemExit"),
-        (Raiser(what="memory"), "MemoryError"),
         (Raiser(what="mute"), "MuteError: <exception str() failed>"),
     ],
-    ids=["nan", "two numbers", "text", "exit", "memory", "an error without words"],
+    ids=["nan", "text", "no words"],
 )
 def test_wrong_output_of_a_tracker_fails_its_own_run(tmp_path: Path, tracker: Any, failure: str) -> None:
     with run_bench([Strip()], [Entry("bad", tracker), Entry("fine", Walker())], results=tmp_path / "r.db") as results:
@@ -57,32 +53,10 @@ def test_wrong_output_of_a_tracker_fails_its_own_run(tmp_path: Path, tracker: An
     assert (bad.failure or "").startswith("strip, seed 0")
 
 
-def test_a_source_that_never_shows_its_target_is_one_line(tmp_path: Path) -> None:
+def test_target_that_is_never_visible(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="target 'a' of strip never shows"):
         run_bench([Strip(visible=(0.0,) * 5)], [Entry("w", Walker())], seeds=10, results=tmp_path / "r.db")
     assert not (tmp_path / "r.db").exists()
-
-
-@dataclass(frozen=True, eq=False)
-class Moody(Strip):
-    """Shows its target with odd seeds only."""
-
-    seed: int | None = 0
-
-    def with_seed(self, seed: int) -> Moody:
-        return replace(self, seed=seed, hash=str(seed), visible=(float(seed % 2),) * 5)
-
-
-def test_a_seed_without_visible_target_is_a_failed_run(tmp_path: Path) -> None:
-    with run_bench([Moody()], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db") as results:
-        cells = results.cells()
-    assert [cell.status for cell in cells] == ["failed", "ok", "failed"]
-    assert "never shows" in (cells[0].failure or "")
-
-
-def test_a_bench_follows_the_target_asked_for(tmp_path: Path) -> None:
-    with run_bench([Strip(follow="b")], [Entry("w", Walker())], target="a", results=tmp_path / "r.db") as results:
-        assert [cell.key.target for cell in results.cells()] == ["a"]
 
 
 def test_a_source_without_truth_runs_from_a_box(tmp_path: Path) -> None:
@@ -108,23 +82,13 @@ def test_a_source_without_truth_runs_from_a_box(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "needle"),
     [
-        ({"trackers": []}, "no trackers"),
         ({"trackers": ["kalman", "kalman"]}, "two trackers are labelled 'kalman'"),
-        ({"trackers": ["kalmann"]}, "did you mean 'kalman'?"),
         ({"sources": [Strip(), Strip(hash="2")]}, "two sources are named 'strip'"),
-        ({"sources": ["absent.mcap"]}, "absent.mcap"),
         ({"target": "b"}, "has no target 'b'; allowed: a"),
         ({"seeds": 0}, "seeds 0"),
         ({"seeds": [1, 1]}, "none twice"),
-        ({"seeds": None}, "seeds None: allowed: a whole number, 1 or more"),
-        ({"seeds": "2"}, "seeds '2': allowed: a whole number, 0 or more"),
-        ({"seeds": [0, 1.5]}, "seeds 1.5: allowed: a whole number, 0 or more"),
         ({"seeds": [0, -1]}, "seeds -1: allowed: 0 or more"),
-        ({"tracker_seeds": "2"}, "tracker seeds '2': allowed: a whole number, 1 or more"),
         ({"jobs": 0}, "jobs 0: allowed: 1 or more"),
-        ({"jobs": "2"}, "jobs '2': allowed: a whole number, 1 or more"),
-        ({"jobs": None}, "jobs None: allowed: a whole number, 1 or more"),
-        ({"jobs": 2.0}, "jobs 2.0: allowed: a whole number, 1 or more"),
         ({"results": Path("absent") / "r.db"}, "absent does not exist"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Workers of a bench that hang, die or are killed, and executors from elsewhere: the same rows."""
+"""Workers of a bench that hang, die or are killed, and other executors: the same rows."""
 
 from __future__ import annotations
 
@@ -10,19 +10,14 @@ import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
-from bench_fakes import Breaker, Closer, Hanger, Killer, LateMute, Logger, Mute, Raiser, Strip, Threader, Walker, steps
+from bench_fakes import Breaker, Hanger, Killer, Mute, Strip, Walker
 from bench_rows import rows
 
 from irtrack.bench import Entry, run_bench
-from irtrack.bench.plan import Seeds, plans, tracker_specs
-from irtrack.bench.run import run_group
-from irtrack.errors import InputError, IrtrackError, WorkerError
-from irtrack.replay.replay import BLOCK_FRAMES
-from irtrack.runner.watchdog import Heartbeat, Limit
+from irtrack.errors import InputError, WorkerError
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
@@ -40,14 +35,6 @@ def test_a_tracker_that_hangs_fails_alone(tmp_path: Path) -> None:
     assert found["fine"].outcome == cell.outcome
 
 
-def test_a_late_tracker_fails_without_a_watchdog() -> None:
-    """No tracker does anything in a nanosecond, and nobody watches who could stop it."""
-    (plan,) = plans([Strip()], tracker_specs([FINE]), Seeds.of(1, 1), "display", None, None)
-    ((cell, trace),) = run_group(plan.group, Heartbeat(Limit(1e-9, "run")))
-    assert cell.failure == "strip, seed 0, frame 0: timed out: more than 1e-09 s in the tracker"
-    assert trace is None
-
-
 def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     entries = [FINE, Entry("killer", Killer(at=7)), Entry("breaker", Breaker())]
     with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
@@ -60,38 +47,7 @@ def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
 
 
-def test_a_tracker_that_raises_keyboard_interrupt(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """In workers, where Ctrl-C is ignored; in this process it stops."""
-    entries = [FINE, Entry("raiser", Raiser(what="interrupt"))]
-    with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
-        fine, raiser = results.cells()
-    assert fine.status == "ok"
-    assert (raiser.failure or "").startswith("strip, seed 0, frame 5:\nTraceback")
-    assert (raiser.failure or "").endswith("\nKeyboardInterrupt")
-    assert capfd.readouterr() == ("", "")
-    with pytest.raises(KeyboardInterrupt):
-        run_bench([Strip()], entries, results=tmp_path / "here.db")
-
-
-@pytest.mark.parametrize("beside", [Walker(), Threader()], ids=["ends", "goes on"])
-def test_a_tracker_that_breaks_its_process_fails_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: Walker
-) -> None:
-    """Where one beside it holds up the process's end, too."""
-    monkeypatch.setattr("irtrack.runner.worker.END_S", 0.5)
-    entries = [FINE, Entry("closer", Closer()), Entry("beside", beside)]
-    with run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db") as results:
-        cells = results.cells()
-    failures = {f"{cell.label} {cell.key.tracker_seed}": cell.failure for cell in cells if cell.failure}
-    assert failures == {
-        f"closer {seed}": f"strip, seed {seed}, frame 19: the process died 2 times after the tracker had been at work "
-        "(exit status 1)"
-        for seed in (0, 1)
-    }
-    assert sorted(cell.label for cell in cells) == ["beside", "beside", "closer", "closer", "fine", "fine"]
-
-
-def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
+def test_worker_killed_once_loses_nothing(tmp_path: Path) -> None:
     entries: list[Any] = [FINE, Entry("chance", Killer(at=7, once=str(tmp_path / "killed"), jitter=1.0))]
     with run_bench([Strip()], entries, seeds=4, jobs=2, results=tmp_path / "r.db") as results:
         killed = rows(results)
@@ -100,21 +56,12 @@ def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
         assert rows(results) == killed
 
 
-def test_a_source_that_kills_every_worker_ends_the_bench(tmp_path: Path) -> None:
+def test_source_that_kills_workers_ends_the_bench(tmp_path: Path) -> None:
     with pytest.raises(WorkerError, match=r"died again and again while no tracker was at work \(SIGKILL\)$"):
         run_bench([Mute()], [FINE], jobs=2, results=tmp_path / "r.db")
 
 
-@pytest.mark.parametrize("entries", [[FINE], [FINE, Entry("other", Walker())]], ids=["one", "two"])
-def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(tmp_path: Path, entries: list[Entry]) -> None:
-    late = LateMute(visible=(1.0,) * (BLOCK_FRAMES + 1))
-    with pytest.raises(IrtrackError, match=r"^strip: a worker process died again and again while no tracker was at"):
-        run_bench([late], entries, jobs=2, results=tmp_path / "r.db")
-
-
-@pytest.mark.parametrize(
-    ("kind", "limit"), [(ThreadPoolExecutor, None), (ProcessPoolExecutor, None), (ThreadPoolExecutor, 30.0)]
-)
+@pytest.mark.parametrize(("kind", "limit"), [(ProcessPoolExecutor, None), (ThreadPoolExecutor, 30.0)])
 def test_any_executor_gives_the_same_rows(tmp_path: Path, kind: Any, limit: float | None) -> None:
     entries = [FINE, Entry("breaker", Breaker())]
     with kind(2) as executor:
@@ -126,55 +73,12 @@ def test_any_executor_gives_the_same_rows(tmp_path: Path, kind: Any, limit: floa
         assert rows(results) == found
 
 
-class Damaged(Strip):
-    """A source that breaks off."""
-
-    def frame(self, index: int, input: Any = "counts") -> Any:
-        raise InputError("damaged: frame 3")
-
-
-def test_after_an_error_an_executor_has_nothing_left_to_do(tmp_path: Path) -> None:
-    log = tmp_path / "log"
-    sources = [Damaged("damaged"), *(Strip(f"strip{number}") for number in range(20))]
-    with ThreadPoolExecutor(1) as executor:
-        with pytest.raises(InputError, match="damaged: frame 3"):
-            run_bench(sources, [Entry("log", Logger(log=str(log)))], results=tmp_path / "r.db", executor=executor)
-        assert executor.submit(abs, -1).result() == 1
-    assert all(count <= 2 for count in steps(log).values())  # what had begun; of twenty
-
-
-def test_what_cannot_be_sent_to_a_worker_is_one_line(tmp_path: Path) -> None:
+def test_unpicklable_tracker_is_an_input_error(tmp_path: Path) -> None:
     class Local(Walker):
         pass
 
     with pytest.raises(InputError, match=r"strip: cannot be sent to a worker process: .*Local.*; allowed: a class at"):
         run_bench([Strip()], [Entry("local", Local())], seeds=2, jobs=2, results=tmp_path / "r.db")
-
-
-class Typed(Walker):
-    """Of a module that no other process can import, as what is typed into a notebook is."""
-
-
-def test_what_a_worker_cannot_import_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    typed = ModuleType("typed_in")
-    typed.Typed = Typed  # type: ignore[attr-defined]  # a module made here
-    monkeypatch.setitem(sys.modules, "typed_in", typed)
-    monkeypatch.setattr(Typed, "__module__", "typed_in")
-    with pytest.raises(IrtrackError, match=r"cannot read what it is to run: .*'typed_in'; allowed: a class at the top"):
-        run_bench([Strip()], [Entry("typed", Typed())], jobs=2, results=tmp_path / "r.db")
-
-
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ({"time_limit_s": 1.0, "frame_limit_s": 1.0}, "allowed: one of them"),
-        ({"frame_limit_s": 0.0}, "time limit 0 s: allowed: above 0"),
-    ],
-    ids=["both", "zero"],
-)
-def test_a_time_limit_is_above_0_and_of_runs_or_of_frames(tmp_path: Path, limits: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        run_bench([Strip()], [FINE], results=tmp_path / "r.db", **limits)
 
 
 def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:

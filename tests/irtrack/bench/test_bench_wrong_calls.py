@@ -1,9 +1,8 @@
-"""Wrong arguments of public functions of irtrack: one line that says what is allowed."""
+"""Wrong arguments of public functions of irtrack are errors of one line."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ NO_PATH = "is no path; allowed: text or a path"
 
 
 def anything(value: object) -> Any:
-    """A value of whatever type, as untyped programs give it."""
+    """Return a value without its type."""
     return value
 
 
@@ -48,16 +47,8 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_a_wrong_argument_is_one_line(call: str) -> None:
+def test_wrong_argument_is_one_line(call: str) -> None:
     run, told = CALLS[call]
     with pytest.raises(InputError, match=told) as caught:
         run()
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_results_are_exported_and_told_of_only_in_files(tmp_path: Path) -> None:
-    with irtrack.run_bench([SCENE], ["kalman"], results=tmp_path / "a.db") as results:
-        with pytest.raises(InputError, match=NO_PATH):
-            irtrack.export(results, anything(None))
-        with pytest.raises(InputError, match=NO_PATH):
-            irtrack.write_report(results, anything(3))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import pytest
 from bench_fakes import Strip, Vandal, Walker
 from bench_rows import rows
 
@@ -27,16 +26,6 @@ class Counted(Strip):
         return super().pairs(start, stop, jobs, input)
 
 
-@dataclass(frozen=True, eq=False)
-class Seeded(Counted):
-    """One whose seed would change its frames."""
-
-    seed: int | None = 0
-
-    def with_seed(self, seed: int) -> Seeded:
-        return replace(self, seed=seed, hash=str(seed))
-
-
 def test_a_recording_is_read_once_for_all_seeds(tmp_path: Path) -> None:
     source, late = Counted(), Counted("late", "1", visible=(0.0,) * 5 + (1.0,) * 15)
     trackers = [Entry("vandal", Vandal()), Entry("w", Walker(jitter=1.0))]
@@ -48,20 +37,3 @@ def test_a_recording_is_read_once_for_all_seeds(tmp_path: Path) -> None:
             alone = rows(results)
     assert found == alone
     assert {figures["frames"] for *_, figures in found.values() if figures} == {19, 14}
-
-
-def test_each_scene_of_a_scenario_is_rendered(tmp_path: Path) -> None:
-    source = Seeded()
-    run_bench([source], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db").close()
-    assert source.read == [("display", 0)] * 3
-
-
-def test_a_long_recording_is_streamed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irtrack.bench.run.CACHE_BYTES", 20 * 64 * 48 - 1)
-    source = Counted(visible=(0.0,) * 5 + (1.0,) * 15)
-    with run_bench([source], [Entry("w", Walker(jitter=1.0))], seeds=2, results=tmp_path / "streamed.db") as results:
-        streamed = rows(results)
-    assert source.read == [("display", 5)] * 2
-    monkeypatch.undo()
-    with run_bench([source], [Entry("w", Walker(jitter=1.0))], seeds=2, results=tmp_path / "kept.db") as results:
-        assert rows(results) == streamed

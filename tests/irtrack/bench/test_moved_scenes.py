@@ -5,14 +5,12 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import planted_failure
 import pytest
 from bench_fakes import Logger, steps
 from mesh_files import BOX
 
 import irsim
 from irtrack.bench import Entry, run_bench
-from irtrack.falsify import find_failure, kept_failures
 
 SCENE = """\
 frames: 3
@@ -26,7 +24,7 @@ vary:
   targets.box.path.speed: {kind: uniform, low: 0.1, high: 0.3}
 """
 GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
-"""What the footage is of."""
+"""Scene of the footage."""
 
 
 @pytest.fixture
@@ -48,7 +46,7 @@ def elsewhere(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_moved_scene_is_not_run_again(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_moved_scene_is_not_repeated(project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log, results = elsewhere / "log", elsewhere / "r.db"
 
     def bench(scene: str, cwd: Path) -> list[str]:
@@ -66,21 +64,3 @@ def test_a_moved_scene_is_not_run_again(project: Path, elsewhere: Path, monkeypa
     shutil.move(project, elsewhere / "moved")
     assert bench("moved/scene.yaml", elsewhere) == first
     assert steps(log) == after_first
-
-
-def test_found_and_kept_failures_move_with_their_files(
-    project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They lie in folders of different depths."""
-    box = "  - {id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [50, 30]}}\n"
-    near = planted_failure.SCENE.replace("vary:", f"{box}vary:").replace("low: 4, high: 54", "low: 32, high: 36")
-    (project / "scene.yaml").write_text(f"{near}expect: [{{kind: error_below, px: 5}}]\n")
-    monkeypatch.chdir(project)
-    kept_in = Path("kept/deeper")
-    find_failure("scene.yaml", "planted_failure:Raising", "found", name="blind", fresh=5, keep_in=kept_in)
-    monkeypatch.chdir(elsewhere)
-    moved = Path(shutil.move(project, elsewhere / "moved"))
-    (kept,) = kept_failures(moved / kept_in)
-    assert irsim.load(kept.path).files == irsim.load(moved / "found" / "minimal.yaml").files == (moved / "box.obj",)
-    assert kept.path.read_text().startswith("# planted_failure:Raising: ")
-    assert kept.changes() == []

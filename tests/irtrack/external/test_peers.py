@@ -1,4 +1,4 @@
-"""Trackers that run as programs: what they say is passed on, and nothing that they do wrong is hidden."""
+"""Trackers that run as programs by the JSON protocol, and the peers of OpenCV and dlib."""
 
 from __future__ import annotations
 
@@ -33,24 +33,32 @@ def fake(mode: str = "good", at: int = 4, **more: object) -> irtrack.Tracker:
     return make("program", {"command": shlex.join(words), **more})
 
 
-@pytest.mark.parametrize("input", ["display", "counts"])
-def test_a_program_is_shown_each_frame_and_its_boxes_come_back(input: irsim.Input) -> None:
-    """The fake follows the brightest pixel: 8 and 14 bits arrive whole, its boxes at their places."""
+def test_frames_arrive_and_boxes_return_in_both_depths() -> None:
+    """The fake follows the brightest pixel, in a box widened by the context; its score is its process id."""
     source = scene()
-    track = irtrack.run(fake(), source, input=input)
     truth = np.array([target.center for each in source.truths() if (target := each.target("dot"))])
-    assert np.abs(track.centers - truth).max() < 4
-    assert set(track.statuses) == {"tracking"}
-    assert track.sizes[5] == pytest.approx(track.sizes[0])
+    tracks = [irtrack.run(fake(), source, input=kind) for kind in ("display", "counts")]
+    tracks.append(irtrack.run(fake(context=3.0), source))
+    for track in tracks:
+        assert np.abs(track.centers - truth).max() < 4
+        assert set(track.statuses) == {"tracking"}
+        assert track.sizes[5] == pytest.approx(track.sizes[0])
+    gc.collect()
+    first = tracks[0].estimates[3].score
+    assert irtrack.run(fake(), source).estimates[3].score == first  # an idle program is used again
+    os.kill(int(first or 0), signal.SIGKILL)
+    wait_until(lambda: not runs(int(first or 0)))
+    assert irtrack.run(fake(), source).estimates[3].score != first
 
 
-def test_the_context_widens_the_given_box() -> None:
-    tight, wide = (irtrack.run(fake(context=context), scene()) for context in (1.0, 3.0))
-    assert wide.sizes[3] == pytest.approx(tight.sizes[3])
-    assert wide.centers[3] == pytest.approx(tight.centers[3])
+def test_programs_in_use_are_not_shared() -> None:
+    tracker, frames = fake(), list(scene().frames("display", stop=2))
+    held = [tracker.init(frames[0], irsim.Box(20, 20, 9, 9), np.random.default_rng(0)) for _ in range(2)]
+    scores = {tracker.step(state, frames[1], np.random.default_rng(0))[1].score for state in held}
+    assert len(scores) == 2
 
 
-def test_a_lost_flag_is_passed_on() -> None:
+def test_a_reported_loss_is_the_status() -> None:
     track = irtrack.run(fake("lost", 4), scene())
     assert track.statuses[:4] == ("tracking",) * 4
     assert set(track.statuses[4:]) == {"lost"}
@@ -66,7 +74,7 @@ def test_a_lost_flag_is_passed_on() -> None:
         ("nan", "program: frame 4: its program answered the box"),
     ],
 )
-def test_what_a_program_does_wrong_is_one_line_with_its_place(mode: str, said: str) -> None:
+def test_an_error_of_a_program_is_one_line_with_its_frame(mode: str, said: str) -> None:
     with pytest.raises(TrackerError) as raised:
         irtrack.run(fake(mode), scene())
     assert str(raised.value).startswith(said)
@@ -74,47 +82,21 @@ def test_what_a_program_does_wrong_is_one_line_with_its_place(mode: str, said: s
 
 
 def test_a_program_that_hangs_is_ended() -> None:
-    """At frame 4, unless the machine is so slow that it comes late before."""
+    """At frame 4, or before on a slow machine."""
     with pytest.raises(TrackerError, match=r"program: frame \d: its program gave no answer in 0\.5 s"):
         irtrack.run(fake("hang", timeout_s=0.5), scene())
 
 
-def test_an_idle_program_is_used_again() -> None:
-    """The fake tells its process id as its score."""
-    first = irtrack.run(fake(), scene()).estimates[3].score
-    gc.collect()
-    again = irtrack.run(fake(), scene()).estimates[3].score
-    assert again == first
-    tracker = fake()
-    start = next(iter(scene().frames("display")))
-    held = [tracker.init(start, irsim.Box(20, 20, 9, 9), np.random.default_rng(0)) for _ in range(2)]
-    frame = scene().frame(1, "display")
-    scores = {tracker.step(state, frame, np.random.default_rng(0))[1].score for state in held}
-    assert len(scores) == 2
-
-
-def test_a_dead_idle_program_is_not_used_again() -> None:
-    track = irtrack.run(fake(at=90), scene())
-    gc.collect()
-    pid = int(track.estimates[3].score or 0)
-    os.kill(pid, signal.SIGKILL)
-    wait_until(lambda: not runs(pid))
-    assert irtrack.run(fake(at=90), scene()).estimates[3].score != track.estimates[3].score
-
-
-@pytest.mark.parametrize("command", ["''", "/nowhere/at/all"])
-def test_a_program_that_cannot_be_started_is_bad_input(command: str) -> None:
-    with pytest.raises(InputError, match=r"program: command|cannot be started"):
-        irtrack.run(make("program", {"command": command}), scene())
-
-
 @pytest.mark.parametrize("name", ["program", "trax"])
-@pytest.mark.parametrize(("command", "status"), [(False, 1), ("true", 0)])
-def test_a_program_that_ends_at_once_is_told_so(name: str, command: object, status: int) -> None:
-    """`false` and `true`: programs of every system, and YAML's truth, which `command=false` is read as."""
-    said = rf"{name}: frame 0: its program ended with status {status} before its first answer; it wrote nothing"
-    with pytest.raises(TrackerError, match=said):
-        irtrack.run(make(name, {"command": command}), scene())
+def test_commands_that_do_not_run(name: str) -> None:
+    """YAML reads the programs `false` and `true` as truth values."""
+    for command in ("''", "/nowhere/at/all"):
+        with pytest.raises(InputError, match=rf"{name}: command|cannot be started"):
+            irtrack.run(make(name, {"command": command}), scene())
+    for truth, status in ((False, 1), ("true", 0)):
+        said = rf"{name}: frame 0: its program ended with status {status} before its first answer; it wrote nothing"
+        with pytest.raises(TrackerError, match=said):
+            irtrack.run(make(name, {"command": truth}), scene())
 
 
 def test_a_missing_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,31 +105,30 @@ def test_a_missing_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPat
         make("cv_kcf", {})
     assert peers.offered() == []
     assert not {row.name for row in describe()} & set(peers.PEERS)
+    assert {*peers.PEERS, "program", "trax"} == EXTERNAL.keys()
 
 
-def broken(folder: Path, script: str) -> Path:
-    """A program that is no Python of the peers."""
+def script(folder: Path, text: str) -> Path:
+    """A program in place of the peers' Python."""
     program = folder / "python"
-    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.write_text(f"#!/bin/sh\n{text}\n")
     program.chmod(0o755)
     return program
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell scripts")
 @pytest.mark.parametrize(
-    ("script", "said"),
+    ("text", "said"),
     [
         ("echo no library >&2; exit 1", r"it ended \(exit status 1\); it last wrote: no library"),
-        ("exit 1", r"it ended \(exit status 1\)"),
         ("kill -9 $$", r"it ended \(SIGKILL\)"),
-        ("echo hello", "it does not say which peers it has"),
         ("echo 7", "it does not say which peers it has"),
     ],
 )
-def test_a_named_python_that_does_not_run_the_peers_is_told(
-    script: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call
+def test_a_python_that_does_not_run_the_peers_is_reported(
+    text: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call
 ) -> None:
-    program = broken(tmp_path, script)
+    program = script(tmp_path, text)
     monkeypatch.setenv("IRTRACK_PEERS", str(program))
     line = rf"IRTRACK_PEERS={program}: {said}; allowed: the Python of an environment as make peers installs it"
     with pytest.raises(InputError, match=f"^{line}$"):
@@ -155,52 +136,27 @@ def test_a_named_python_that_does_not_run_the_peers_is_told(
     listed = call("list")
     assert listed.status == 0
     assert re.fullmatch(f"warning: {line}\n", listed.err)
-    assert "cv_kcf" not in listed.out  # nor the hint, which names them all
-
-
-@pytest.mark.parametrize("name", ["nowhere", "."])
-def test_a_named_python_that_is_not_there_is_told(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call
-) -> None:
-    monkeypatch.setenv("IRTRACK_PEERS", str(tmp_path / name))
-    line = (
-        f"IRTRACK_PEERS={tmp_path / name}: there is no such file; allowed: the Python of an environment as make peers"
-    )
-    for command, status in ((("list",), 0), (("run", "dlib", "sky"), 2)):
-        answer = call(*command)
-        assert answer.status == status
-        assert line in answer.err
-        assert answer.err.count("\n") == 1
+    assert "cv_kcf" not in listed.out
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell scripts")
-def test_a_peer_that_the_environment_does_not_have_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("IRTRACK_PEERS", str(broken(tmp_path, """echo '["dlib"]'""")))
+def test_peers_of_a_named_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("IRTRACK_PEERS", str(tmp_path / "nowhere"))
+    with pytest.raises(InputError, match=f"IRTRACK_PEERS={tmp_path}/nowhere: there is no such file; allowed"):
+        make("dlib", {})
+    monkeypatch.setenv("IRTRACK_PEERS", str(script(tmp_path, """echo '["dlib"]'""")))
     assert peers.offered() == ["dlib"]
     make("dlib", {})
-    with pytest.raises(
-        InputError, match=f"cv_kcf: is not in {tmp_path}/python's environment; allowed: after make peers"
-    ):
+    with pytest.raises(InputError, match=f"cv_kcf: is not in {tmp_path}/python's environment; allowed: after make"):
         make("cv_kcf", {})
 
 
-def test_every_peer_has_a_class() -> None:
-    assert {*peers.PEERS, "program", "trax"} == EXTERNAL.keys()
-
-
-needs_peers = pytest.mark.skipif(not INSTALLED, reason=f"no peers here: {peers.HINT}")
-
-
-@needs_peers
+@pytest.mark.skipif(not INSTALLED, reason=f"no peers here: {peers.HINT}")
 @pytest.mark.parametrize("name", INSTALLED or ["none"])
-def test_a_peer_follows_a_plain_target_with_context(name: str) -> None:
-    """Within its own size, on clean frames: the boxes go in and come out at their places."""
+def test_an_installed_peer_follows_a_plain_target(name: str) -> None:
+    """Within its own size, on clean frames."""
+    assert name in {row.name for row in describe(INSTALLED)}
     source = irsim.Rendering(irsim.loads(SCENE.replace("[64, 48]", "[128, 96]").replace("[3, 3]", "[8, 6]")), "dot")
     track = irtrack.run(make(name, {"context": 2}), source, seed=1)
     truth = np.array([target.center for each in source.truths() if (target := each.target("dot"))])
     assert np.median(np.abs(track.centers - truth)) < 5
-
-
-@needs_peers
-def test_installed_peers_are_listed() -> None:
-    assert {row.name for row in describe(INSTALLED)} >= set(INSTALLED)

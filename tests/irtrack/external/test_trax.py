@@ -1,4 +1,4 @@
-"""TraX: what is written and read, against vot-trax's own server and against trackers that do all things wrong."""
+"""TraX: messages and regions, against vot-trax's own server and against faulty programs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import contextlib
 import gc
 import importlib.util
 import shlex
-import signal
 import sys
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from processes import runs, wait_until
 import irsim
 import irtrack
 from irsim.types import Box
-from irtrack.bench import Entry, parse_tracker_spec, run_bench
+from irtrack.bench import Entry, parse_tracker_spec
 from irtrack.errors import InputError, TrackerError
 from irtrack.external import Child, trax
 from irtrack.registry.table import make
@@ -44,7 +43,7 @@ keys = st.text("abzAZ059._", min_size=1, max_size=64)
 
 
 @given(st.lists(words.filter(lambda word: "=" not in word)), st.dictionaries(keys, words))
-def test_what_is_written_is_read(arguments: list[str], properties: dict[str, str]) -> None:
+def test_a_written_message_is_read_back(arguments: list[str], properties: dict[str, str]) -> None:
     line = trax.write("state", arguments, properties)
     assert line.count(b"\n") == 1
     assert trax.read(line) == trax.Message("state", tuple(arguments), properties)
@@ -78,7 +77,7 @@ def test_a_box_comes_back_from_each_kind_of_region(cx: float, cy: float, w: floa
         assert np.abs(np.subtract((back.cx, back.cy, back.w, back.h), (cx, cy, w, h))).max() <= within
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.text(st.sampled_from('0123456789.,-+einfa:mask "\\='), max_size=40))
 @example("nan")
 @example("inf")
@@ -88,29 +87,15 @@ def test_any_region_is_a_valid_box_or_one_error(text: str) -> None:
         assert box is None or (np.isfinite((box.cx, box.cy)).all() and min(box.w, box.h) > 0)
 
 
-@settings(max_examples=300)
-@given(st.binary(max_size=60))
-def test_any_line_is_a_message_or_one_error(line: bytes) -> None:
-    with contextlib.suppress(TrackerError):
-        message = trax.read(trax.PREFIX + line)
-        again = trax.write(message.kind, message.arguments, message.properties)
-        assert trax.read(again).properties == message.properties
-
-
 needs_vot = pytest.mark.skipif(importlib.util.find_spec("trax") is None, reason="vot-trax is not installed")
 
 
 @needs_vot
 @pytest.mark.parametrize(
     ("region", "pictures", "input"),
-    [
-        ("rectangle", "path", "display"),
-        ("polygon", "buffer", "counts"),
-        ("mask", "memory", "display"),
-        ("rectangle", "path", "counts"),
-    ],
+    [("polygon", "buffer", "counts"), ("mask", "memory", "display"), ("rectangle", "path", "counts")],
 )
-def test_vot_trax_understands_and_is_understood(region: str, pictures: str, input: irsim.Input) -> None:
+def test_images_and_regions_pass_vot_trax(region: str, pictures: str, input: irsim.Input) -> None:
     """A tracker on vot-trax: each picture arrives bit for bit (its sum comes back), boxes at their places."""
     source = scene()
     command = shlex.join([sys.executable, str(HERE / "vot_tracker.py"), region, pictures])
@@ -125,14 +110,8 @@ def test_vot_trax_understands_and_is_understood(region: str, pictures: str, inpu
 
 @pytest.mark.parametrize(
     "hello",
-    [
-        (),
-        ("trax.version=1", "trax.name=old"),
-        ("trax.version=2", "trax.region=rectangle;polygon", "trax.channels=ir"),
-        ("trax.version=3", "trax.region=rectangle", "trax.channels=color"),
-        MODERN,
-    ],
-    ids=["bare", "1", "2", "3", "4"],
+    [(), ("trax.version=2", "trax.region=rectangle;polygon", "trax.channels=ir"), MODERN],
+    ids=["bare", "2", "4"],
 )
 def test_each_version_is_spoken(hello: tuple[str, ...]) -> None:
     """The fake takes a picture and a region in one message before version 4, in two from then on."""
@@ -144,12 +123,11 @@ def test_each_version_is_spoken(hello: tuple[str, ...]) -> None:
     ("hello", "said"),
     [
         (("trax.version=9",), "its program speaks TraX '9'; allowed: versions 1 to 4"),
-        (("trax.version=four",), "its program speaks TraX 'four'; allowed: versions 1 to 4"),
         (("trax.region=cube;",), "its program wants regions cube; allowed: rectangle, polygon, mask"),
         (("trax.version=3", "trax.channels=color;depth;"), "its program wants the channel depth; allowed: color, ir"),
     ],
 )
-def test_what_irtrack_has_not_got_is_refused(hello: tuple[str, ...], said: str) -> None:
+def test_unknown_versions_and_forms_are_refused(hello: tuple[str, ...], said: str) -> None:
     with pytest.raises(TrackerError) as raised:
         irtrack.run(fake(hello=hello), scene())
     assert str(raised.value) == f"trax: frame 0: {said}"
@@ -158,67 +136,52 @@ def test_what_irtrack_has_not_got_is_refused(hello: tuple[str, ...], said: str) 
 @pytest.mark.parametrize(
     ("mode", "said"),
     [
-        *(
-            (mode, "its program answered the region")
-            for mode in ("nan", "inf", "flat", "words", "ellipse", "odd", "mask")
-        ),
-        ("none", "its program answered a state of 0 regions; allowed: one"),
+        *((mode, "its program answered the region") for mode in ("nan", "flat", "words")),
         ("several", "its program answered a state of 2 regions; allowed: one"),
         ("unclosed", "its program answered b'@@TRAX:state \"1,2,3,4\\n'; allowed: a TraX message"),
         ("sure", "its program says the confidence 'very'; allowed: a number"),
-        ("unsure", "the score nan; allowed: finite numbers"),
         ("hello", "its program answered b'@@TRAX:hello\\n'; allowed: @@TRAX:state"),
         ("quit", "its program quit: no more luck"),
-        ("die", "its program ended with status 3; it last wrote: out of luck"),
+        ("twice", "its program answered b'@@TRAX:state"),
     ],
 )
-def test_what_a_program_does_wrong_is_one_line_with_its_place(mode: str, said: str) -> None:
+def test_a_faulty_answer_is_one_line_with_its_frame(mode: str, said: str) -> None:
     with pytest.raises(TrackerError) as raised:
         irtrack.run(fake(mode), scene())
     assert str(raised.value).startswith(f"trax: frame 4: {said}")
     assert "\n" not in str(raised.value)
 
 
-def test_an_answer_too_many_does_not_shift_the_track() -> None:
-    with pytest.raises(TrackerError, match=r"frame 4: its program answered .* without being asked"):
-        irtrack.run(fake("twice"), scene())
-
-
 @pytest.mark.parametrize("mode", ["hang", "endless"])
 def test_a_program_that_gives_no_answer_is_ended(mode: str) -> None:
-    """At frame 4, unless the machine is so slow that it comes late before."""
+    """At frame 4, or before on a slow machine."""
     with pytest.raises(TrackerError, match=r"trax: frame \d: its program gave no answer in 1 s"):
         irtrack.run(fake(mode, timeout_s=1.0), scene())
 
 
-def test_talk_beside_the_answers_is_no_harm() -> None:
-    """Six megabytes of it at each frame; 'x...x @@TRAX:state' is none, a message begins its line."""
+def test_other_output_does_not_disturb_the_answers() -> None:
+    """Six megabytes at each frame; a message begins its line."""
     quiet, loud = irtrack.run(fake(), scene()), irtrack.run(fake("flood"), scene())
     assert loud.centers.tolist() == quiet.centers.tolist()
 
 
-@pytest.mark.parametrize("mode", ["special", "gone"])
-def test_a_program_that_has_no_target_says_lost(mode: str) -> None:
-    track = irtrack.run(fake(mode), scene())
+def test_a_program_without_a_target_is_lost() -> None:
+    track = irtrack.run(fake("special"), scene())
     assert track.statuses[:4] == ("tracking",) * 4
     assert set(track.statuses[4:]) == {"lost"}
     assert (track.centers[4:] == track.centers[3]).all()
 
 
-def test_a_program_is_told_goodbye(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_track_has_a_program_that_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many trackers of VOT can be initialised only once. The fake's confidence is its process id."""
     monkeypatch.setenv("FAREWELL", str(tmp_path / "farewell"))
-    irtrack.run(fake(), scene())
+    first, second = (irtrack.run(fake(), scene()).estimates[3].score for _ in range(2))
+    assert first != second
     gc.collect()
     assert (tmp_path / "farewell").read_text() == "farewell"
 
 
-def test_every_track_has_a_program_of_its_own() -> None:
-    """Many trackers of VOT can be initialised once only. The fake tells its process id as its confidence."""
-    first, second = (irtrack.run(fake(), scene()).estimates[3].score for _ in range(2))
-    assert first != second
-
-
-def test_a_program_ends_with_all_that_it_started(tmp_path: Path) -> None:
+def test_a_program_ends_with_its_children(tmp_path: Path) -> None:
     """The shell waits for the sleeper that it started, and hangs."""
     note = tmp_path / "pid"
     child = Child(["sh", "-c", f"sleep 600 & echo $! > {note}; wait"], trax.PREFIX, greets=True)
@@ -230,31 +193,15 @@ def test_a_program_ends_with_all_that_it_started(tmp_path: Path) -> None:
     wait_until(lambda: not runs(sleeper))
 
 
-def test_a_killed_program_fails_its_own_run(tmp_path: Path) -> None:
-    killed = f"sh -c 'kill -{int(signal.SIGKILL)} $$'"
-    trackers = [Entry("dies", fake("die")), Entry("killed", make(f"trax:{killed}")), Entry("good", fake())]
-    with run_bench([scene()], trackers, results=tmp_path / "r.db", seeds=1) as results:
-        cells = {cell.label: cell for cell in results.cells()}
-    assert cells["good"].status == "ok"
-    assert "out of luck" in (cells["dies"].failure or "")
-    assert "was ended by SIGKILL" in (cells["killed"].failure or "")
-
-
-def test_a_command_may_stand_in_the_name() -> None:
+def test_a_name_may_hold_the_command() -> None:
     entry = parse_tracker_spec("T=trax:python3 mine.py:timeout_s=5")
     assert entry == Entry("T", make("trax", {"command": "python3 mine.py", "timeout_s": 5}))
     assert make("program:./mine --fast") == make("program", {"command": "./mine --fast"})
 
 
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [("", "is empty"), ("cat '", "No closing quotation"), ("/nowhere/at/all", "cannot be started")],
-)
-def test_a_command_that_is_none_is_bad_input(command: str, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        irtrack.run(make(f"trax:{command}"), scene())
-
-
-def test_a_start_outside_the_frame_is_bad_input() -> None:
+def test_commands_and_starts_that_are_refused() -> None:
+    for command, said in (("", "is empty"), ("cat '", "No closing quotation"), ("/nowhere", "cannot be started")):
+        with pytest.raises(InputError, match=said):
+            irtrack.run(make(f"trax:{command}"), scene())
     with pytest.raises(InputError, match="outside the frame"):
         irtrack.run(fake(), scene(), init=(Box(500.0, 500.0, 9.0, 9.0), 0))

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from textures import counts, texture
 
-from irtrack.features.background import BackgroundModel, local_foreground, peaks
+from irtrack.features.background import BackgroundModel
+from irtrack.features.foreground import local_foreground, peaks
 
 CORNER = (slice(0, 1), slice(0, 1))
 
 
-@pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (0.4, -0.3), (6.0, 4.0), (-5.0, 2.6)], ids=str)
+@pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (0.4, -0.3), (-5.0, 2.6)], ids=str)
 def test_shift_and_gain_of_the_camera_are_found(dx: float, dy: float) -> None:
     ground = texture(1)
     matrix = np.array([[1, 0, dx], [0, 1, dy]])
@@ -22,7 +23,7 @@ def test_shift_and_gain_of_the_camera_are_found(dx: float, dy: float) -> None:
     model, frame = BackgroundModel.initial(first, CORNER).register(second, True)
     assert frame.moved == pytest.approx((dx, dy), abs=0.1)
     assert model.gain == pytest.approx(0.9, abs=0.03)
-    assert max(abs(s) for s in frame.shift) <= 0.5  # the canvas goes along by wtarget pixels
+    assert max(abs(s) for s in frame.shift) <= 0.5  # the canvas goes along by whole pixels
     off = np.abs(frame.picture - frame.mean)[10:-10, 10:-10]
     assert np.median(off) < 1.5  # of ground of 25
 
@@ -35,10 +36,10 @@ def test_noise_alone_does_not_move_a_still_camera() -> None:
 
 
 def test_the_best_shift_of_noise_is_no_jump() -> None:
-    """Before an even sky: 80 frames of noise and nothing else, the model learned from the three before."""
+    """An even sky: 32 frames of noise, the model learned from up to three before."""
     rng = np.random.default_rng(5)
     even = np.zeros((96, 128), np.float32)
-    for _ in range(20):
+    for _ in range(8):
         model = BackgroundModel.initial(counts(50 + 3.5 * rng.standard_normal(even.shape)), CORNER)
         for _ in range(4):
             model, frame = model.register(counts(50 + 3.5 * rng.standard_normal(even.shape)), True)
@@ -59,7 +60,7 @@ def test_the_model_is_a_running_mean() -> None:
     _, frame = model.register(np.full((30, 40), 106, np.uint8), False)
     assert frame.known[0, 0]
     assert not frame.known[target].any()
-    # The first look at what was never seen is taken as it is.
+    # The first observation of a pixel is its mean.
     assert model.updated(frame, none, 0.1, None).mean[12, 12] == pytest.approx(106)
 
 

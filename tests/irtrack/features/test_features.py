@@ -31,7 +31,7 @@ def test_window_of_whole_pixels_is_the_box() -> None:
     assert window.center((20, 30)) == (26.5, 34.0)
 
 
-@pytest.mark.parametrize("dx", [-0.5, -0.3, 0.0, 0.2, 0.49])
+@pytest.mark.parametrize("dx", [-0.5, 0.0, 0.2])
 def test_window_returns_to_the_start_box(dx: float) -> None:
     box = Box(10 + dx, 8 - dx, 5.3, 6.8)
     window = Window.of(box)
@@ -79,11 +79,8 @@ def test_fitted_range_splits_a_low_contrast_target() -> None:
     frame = Frame(image, 0, 0.0, 16)
     whole = first_quantiser(frame, image[40:50, 40:50], 32, "full")
     assert len(set(whole(image[45:46, 39:41])[0].tolist())) == 1
-
-
-def test_fitted_range_of_a_constant_frame_is_not_empty() -> None:
-    image = np.full((9, 9), 7, np.uint8)
-    assert fitted_range(image, image, 8)(image).tolist() == [[4] * 9] * 9
+    constant = np.full((9, 9), 7, np.uint8)
+    assert fitted_range(constant, constant, 8)(constant).tolist() == [[4] * 9] * 9
 
 
 def test_histogram_of_three_by_three_pixels_by_hand() -> None:
@@ -99,11 +96,7 @@ def test_histogram_of_three_by_three_pixels_by_hand() -> None:
     assert p == pytest.approx([low, (1 + edge + 2 * corner) / total])
     assert p == pytest.approx([4.285992 / 7.782305, 3.496313 / 7.782305], abs=1e-6)
     assert visible == pytest.approx(1)
-
-
-def test_histogram_of_a_window_half_outside() -> None:
-    image = np.array([[10, 10, 200], [10, 200, 200], [10, 10, 200]], np.uint8)
-    window = Window.of(Box.from_pixels(0, 0, 3, 3))
+    # Half outside, and outside.
     flat = np.full((3, 3), 1 / 9)
     p, visible = histogram(image, (3, 1), window, flat, full_range(8, 2))
     assert visible == pytest.approx(3 / 9)
@@ -130,7 +123,7 @@ def test_similarity_of_many_windows_by_loops(dtype: type) -> None:
     window = Window.of(Box(20.3, 11.8, 7, 6))
     kernel = gaussian_kernel(window, 4.0)
     levels = Quantiser(20.0, 230.0, 12)
-    centers = rng.uniform((-15, -15), (65, 55), (700, 2))
+    centers = rng.uniform((-15, -15), (65, 55), (150, 2))
     reference = rng.dirichlet(np.ones(12))
     rho, visible = similarity(image, centers, window, kernel, levels, reference)
     for i, (x, y) in enumerate(centers.tolist()):
@@ -178,12 +171,8 @@ def test_ncc_is_the_correlation_coefficient(offset: int) -> None:
         for x in range(11):
             r = np.corrcoef(image[y : y + 6, x : x + 7].ravel().astype(float), template.ravel())[0, 1]
             assert scores[y, x] == pytest.approx(r, abs=2e-5)
-
-
-def test_ncc_of_a_constant_is_zero() -> None:
-    image = np.full((10, 12), 77, np.uint8)
-    pattern = np.arange(12, dtype=np.float64).reshape(3, 4)
-    assert not ncc(image, pattern).any()
+    # Of a constant it is 0.
+    assert not ncc(np.full((10, 12), 77, np.uint8), np.arange(12.0).reshape(3, 4)).any()
     assert not ncc(np.arange(120, dtype=np.uint8).reshape(10, 12), np.full((3, 4), 9.0)).any()
 
 
@@ -193,9 +182,7 @@ def test_peak_is_the_top_of_a_parabola() -> None:
     place, score = peak(scores)
     assert place == pytest.approx((4.3, 2.8))
     assert score == scores[3, 4]
-
-
-def test_peak_on_the_edge_or_plateau_stays_whole() -> None:
+    # On the edge or a plateau it is a whole pixel.
     y, x = np.mgrid[:5, :5].astype(float)
     assert peak(-((x + 0.4) ** 2) - (y - 4.4) ** 2)[0] == (0, 4)
     assert peak(np.zeros((4, 4)))[0] == (0, 0)
@@ -220,9 +207,7 @@ def test_centroid_by_hand(contrast_sign: int) -> None:
     # Threshold .5 . 40 = 20 over the level of 100: excesses of 20, 40 and 0.
     found = centroid(region.astype(np.uint8), contrast_sign * 40.0, 0.5)
     assert found == pytest.approx(((3 * 20 + 4 * 40) / 60, 2))
-
-
-def test_centroid_of_nothing_is_none() -> None:
+    # Without a pixel above it, or contrast, there is none.
     region = np.full((7, 9), 100, np.uint8)
     assert centroid(region, 40.0, 0.5) is None
     assert centroid(region, 0.0, 0.5) is None

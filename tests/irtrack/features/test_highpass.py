@@ -11,23 +11,19 @@ from irsim.types import Image
 from irtrack.features.highpass import ROUNDING, HighPass, full_kernel, predicted_background, ring_kernel
 
 
-def test_ring_of_radius_one_by_hand() -> None:
-    """m = 4: the centre and its four neighbours; m = 8: cos 45 deg = .71 rounds to the diagonals."""
+def test_rings_by_hand() -> None:
+    """Radius 1, m = 4: the centre and its four neighbours; m = 8: cos 45 deg = .71 rounds to the diagonals."""
     assert ring_kernel(1, 4).tolist() == [[0, 1, 0], [1, 1, 1], [0, 1, 0]]
     assert ring_kernel(1, 8).tolist() == [[1, 1, 1]] * 3
-
-
-def test_ring_of_radius_two_by_hand() -> None:
-    """m = 8, radius 2: (2, 0), and (1.41, 1.41), which rounds to (1, 1); that one radius 1 holds as well."""
+    # m = 8, radius 2: (2, 0), and (1.41, 1.41), which rounds to (1, 1), as of radius 1.
     expected = [[0, 0, 1, 0, 0], [0, 2, 1, 2, 0], [1, 1, 1, 1, 1], [0, 2, 1, 2, 0], [0, 0, 1, 0, 0]]
     assert ring_kernel(2, 8).tolist() == expected
     without = [[0, 0, 1, 0, 0], [0, 1, 0, 1, 0], [1, 0, 0, 0, 1], [0, 1, 0, 1, 0], [0, 0, 1, 0, 0]]
     assert ring_kernel(2, 8, inner=2).tolist() == without
 
 
-@pytest.mark.parametrize("grid", [1, 2, 7, 20])
-@pytest.mark.parametrize("shape", [(13, 17), (12, 20), (1, 1), (5, 1)])
-def test_background_takes_the_nearest_prediction(grid: int, shape: tuple[int, int]) -> None:
+@pytest.mark.parametrize(("grid", "shape"), [(2, (13, 17)), (7, (12, 20)), (20, (5, 1))])
+def test_pixels_take_the_nearest_prediction(grid: int, shape: tuple[int, int]) -> None:
     pixels = np.random.default_rng(1).uniform(0, 50, shape).astype(np.float32)
     every = predicted_background(pixels, ring_kernel(3, 8), 1)
     coarse = predicted_background(pixels, ring_kernel(3, 8), grid)
@@ -75,8 +71,7 @@ def test_a_constant_frame_is_grey(dtype: type, level: int) -> None:
     assert (high_pass(image) == 128).all()
 
 
-@pytest.mark.parametrize("L", [1, 5, 8])
-@pytest.mark.parametrize("grid", [1, 3])
+@pytest.mark.parametrize(("L", "grid"), [(1, 1), (8, 1), (5, 3)])
 def test_a_part_is_that_of_the_whole_picture(L: int, grid: int) -> None:
     """Within the frame, at its edges, and none of it."""
     image = np.random.default_rng(4).normal(120, 6, (24, 31)).astype(np.uint8)
@@ -87,7 +82,7 @@ def test_a_part_is_that_of_the_whole_picture(L: int, grid: int) -> None:
         assert view[part].tolist() == whole[part].tolist()
 
 
-@pytest.mark.parametrize(("L", "most"), [(3, 65535), (12, 16383), (30, 65535)])
+@pytest.mark.parametrize(("L", "most"), [(3, 65535), (12, 16383)])
 def test_sums_are_exact_however_many_there_are(L: int, most: int) -> None:
     """Counts near the greatest there are, and a gain that shows single ones."""
     image: Image = np.random.default_rng(5).integers(most - 1, most + 1, (70, 80)).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""`optical_flow` and `camshift_kalman`, their parts by hand."""
+"""Optical flow of points, and sizes that follow the target by `optical_flow` and `camshift_kalman`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_points_follow_the_picture_forward_and_back() -> None:
     moved, errors = forward_backward(texture(0, 0), texture(2.3, -1.4), points, 9, 2)
     assert moved - points == pytest.approx(np.tile([2.3, -1.4], (3, 1)), abs=0.1)
     assert errors.max() < 0.1
-    # A point whose neighbourhood is another one does not come back; one that leaves the picture is lost.
+    # A point whose neighbourhood changes does not return.
     other = texture(0, 0)
     other[20:, 30:] = np.random.default_rng(0).integers(0, 255, (40, 50))
     _, errors = forward_backward(texture(0, 0), other, np.array([[10.0, 8.0], [50.0, 40.0]]), 9, 2)
@@ -66,7 +66,7 @@ def test_sizes_follow_the_target(tracker: CamShiftKalman | OpticalFlow, rate: fl
 
 
 def test_camshift_predicts_through_occlusion() -> None:
-    """A wider body as cold as the background crosses for six frames: the track stands on its course, and says so."""
+    """A wider body as cold as the background crosses for six frames: the track goes on along its course."""
     frames, boxes = growing(0, 0.0)
     for k in range(12, 18):
         image = frames[k].image.copy()

@@ -13,27 +13,23 @@ from irtrack.filters.motion import ar2, constant_velocity, coordinated_turn, ran
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 
 WEIGHTS = np.array([0.05, 0.0, 0.3, 0.15, 0.5])
-RUNS = 4000
+RUNS = 1000
 
 
 @pytest.mark.parametrize("scheme", RESAMPLERS)
 def test_resampling_is_unbiased(scheme: Resampling) -> None:
-    """Index i comes N w_i times in the mean; the variance is at most multinomial, N w_i (1 - w_i)."""
-    n = len(WEIGHTS)
+    """Index i comes n w_i times in the mean; the variance is at most multinomial, n w_i (1 - w_i)."""
     rng = np.random.default_rng(12)
-    counts = np.array([np.bincount(RESAMPLERS[scheme](WEIGHTS, rng), minlength=n) for _ in range(RUNS)])
-    assert (counts.sum(axis=1) == n).all()
-    assert not counts[:, 1].any()
-    error = np.sqrt(n * WEIGHTS * (1 - WEIGHTS) / RUNS)
-    assert (np.abs(counts.mean(axis=0) - n * WEIGHTS) <= 4 * error).all()
-
-
-def test_multinomial_counts_have_binomial_variance() -> None:
-    rng = np.random.default_rng(3)
-    n = len(WEIGHTS)
-    counts = np.array([np.bincount(RESAMPLERS["multinomial"](WEIGHTS, rng), minlength=n) for _ in range(RUNS)])
-    # The relative standard error of a variance from 4000 draws is about sqrt(2 / 4000) = 2 %.
-    assert counts.var(axis=0) == pytest.approx(n * WEIGHTS * (1 - WEIGHTS), rel=0.1)
+    for n in (5, 2, 13):
+        counts = np.array([np.bincount(RESAMPLERS[scheme](WEIGHTS, rng, n), minlength=5) for _ in range(RUNS)])
+        assert (counts.sum(axis=1) == n).all()
+        assert not counts[:, 1].any()
+        binomial = n * WEIGHTS * (1 - WEIGHTS)
+        assert (np.abs(counts.mean(axis=0) - n * WEIGHTS) <= 4 * np.sqrt(binomial / RUNS)).all()
+        if scheme == "multinomial":  # the relative standard error of a variance from 1000 draws is some 5 %
+            assert counts.var(axis=0) == pytest.approx(binomial, rel=0.2)
+    heavy = np.eye(7)[3]
+    assert RESAMPLERS[scheme](heavy, rng).tolist() == [3] * 7
 
 
 @pytest.mark.parametrize(("scheme", "slack"), [("systematic", 1), ("residual", 5), ("stratified", 2)])
@@ -45,23 +41,6 @@ def test_low_variance_schemes_keep_bounds(scheme: Resampling, slack: int) -> Non
         assert (np.abs(counts - n * WEIGHTS) < slack).all()
         if scheme == "residual":
             assert (counts >= np.floor(n * WEIGHTS)).all()
-
-
-@pytest.mark.parametrize("scheme", RESAMPLERS)
-@pytest.mark.parametrize("count", [2, 13])
-def test_resampling_draws_as_many_as_asked(scheme: Resampling, count: int) -> None:
-    rng = np.random.default_rng(5)
-    counts = np.array([np.bincount(RESAMPLERS[scheme](WEIGHTS, rng, count), minlength=5) for _ in range(RUNS)])
-    assert (counts.sum(axis=1) == count).all()
-    error = np.sqrt(count * WEIGHTS * (1 - WEIGHTS) / RUNS)
-    assert (np.abs(counts.mean(axis=0) - count * WEIGHTS) <= 4 * error).all()
-
-
-@pytest.mark.parametrize("scheme", RESAMPLERS)
-def test_one_heavy_particle_takes_all(scheme: Resampling) -> None:
-    weights = np.zeros(7)
-    weights[3] = 1.0
-    assert RESAMPLERS[scheme](weights, np.random.default_rng(0)).tolist() == [3] * 7
 
 
 def test_undamped_ar2_spreads_as_the_closed_form() -> None:
@@ -137,7 +116,7 @@ def test_a_coordinated_turn_by_hand() -> None:
     assert moved == pytest.approx([5, 3, 2, -1, 0])
 
 
-@pytest.mark.parametrize("rate", [0.0, 5e-5, -9.9e-5, 1.1e-4, 0.3, -1.2])
+@pytest.mark.parametrize("rate", [0.0, -9.9e-5, 1.1e-4, -1.2])
 def test_the_jacobian_of_a_turn_is_its_derivative(rate: float) -> None:
     state = np.array([3.0, 4.0, 2.0, -1.0, rate])
     _, jacobian = coordinated_turn(state)

@@ -8,7 +8,7 @@ from math import exp, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 from tracker_loops import plain
@@ -103,6 +103,7 @@ def evidence(draw: st.DrawFn) -> tuple[Floats, Floats]:
     return np.array(prior), np.array(score)
 
 
+@settings(max_examples=50)
 @given(evidence(), st.floats(0, 100), st.floats(-1e4, 1e4))
 def test_invariants_of_weights(given: tuple[Floats, Floats], scale: float, constant: float) -> None:
     """They sum to one; a prior of 0 gives weight 0; a constant added to all scores changes nothing."""

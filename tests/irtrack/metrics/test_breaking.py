@@ -1,4 +1,4 @@
-"""The breaking point: closed cases, an independent isotonic fit, and how often its interval holds the truth."""
+"""The breaking point and its interval in closed cases."""
 
 from __future__ import annotations
 
@@ -27,14 +27,7 @@ def test_shares_that_rise_are_joined_by_lines() -> None:
     assert (found.low[1], found.high[1]) == wilson(2, 10)
 
 
-def test_a_fall_in_between_is_levelled_out() -> None:
-    # 1 and 2 together lose 10 of 20: by hand, the pooled share is one half from severity 1 on
-    found = breaking_point(*runs(0, 6, 4, 10, of=10))
-    assert found is not None
-    assert found.at == pytest.approx(1.0)
-
-
-def test_the_interval_ends_at_severities_that_tell() -> None:
+def test_interval_by_wilson() -> None:
     # Wilson at 30 runs: 9 lost is at most .479 < .5, 10 is .513; 21 is at least .521 > .5, 20 is .488
     found = breaking_point(*runs(0, 9, 15, 21, 30, of=30))
     assert found is not None
@@ -45,7 +38,7 @@ def test_the_interval_ends_at_severities_that_tell() -> None:
     assert (wider.at_low, wider.at_high) == (0, 4)
 
 
-def test_what_never_or_always_breaks_has_open_ends() -> None:
+def test_open_ends_of_the_interval() -> None:
     never, always = breaking_point(*runs(0, 0, 1, of=30)), breaking_point(*runs(30, 30, of=30))
     assert never is not None
     assert always is not None

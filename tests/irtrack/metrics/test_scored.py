@@ -1,4 +1,4 @@
-"""A track scored against its source, however the source is named, and against no other."""
+"""Score of a track against its source by any name; another source is an error."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ targets:
 """
 
 
-def test_all_names_of_a_source_give_the_score_by_its_truth(tmp_path: Path) -> None:
+def test_score_by_every_kind_of_source(tmp_path: Path) -> None:
     scenario = irsim.loads(SCENE)
     track = irtrack.run("kalman", scenario)
     by_hand = irtrack.score(track, irtrack.Reference.of(irsim.Rendering(scenario).truths(), track.target))

@@ -1,4 +1,4 @@
-"""From a name and parameters to a tracker: the table, one's own modules, installed packages."""
+"""Trackers by name and parameters: the table, own modules, installed packages."""
 
 from __future__ import annotations
 
@@ -18,18 +18,12 @@ from irtrack.trackers.kalman import Kalman
 from irtrack.types import resumable
 
 
-@pytest.mark.parametrize("name", TRACKERS)
-def test_parameters_round_trip(name: str) -> None:
-    cls = TRACKERS[name]
-    defaults = cls().model_dump()
-    assert repr(make(name, defaults)) == repr(cls())
-    assert set(defaults) <= set(field_docs(cls))
-
-
-def test_describe_has_a_row_for_every_tracker() -> None:
+def test_every_tracker_is_described_and_remade_from_its_parameters() -> None:
     rows = {row.name: row for row in describe()}
-    assert set(TRACKERS) <= set(rows)
-    for name in TRACKERS:
+    for name, cls in TRACKERS.items():
+        defaults = cls().model_dump()
+        assert repr(make(name, defaults)) == repr(cls())
+        assert set(defaults) <= set(field_docs(cls))
         assert rows[name].summary.endswith(".")
         assert rows[name].source
 
@@ -39,20 +33,10 @@ def test_describe_has_a_row_for_every_tracker() -> None:
     [
         ("gray_pf", {}, ["unknown tracker 'gray_pf'", "allowed: grey_pf, ", "did you mean 'grey_pf'?"]),
         ("grey_pf", {"particle": 9}, ["grey_pf: particle: unknown key", "did you mean 'particles'?"]),
-        (
-            "grey_pf",
-            {"particles": "many"},
-            ["grey_pf: particles: expected a whole number, not 'many'", "from 2 to 1000000"],
-        ),
-        (
-            "grey_pf",
-            {"particles": 1},
-            ["grey_pf: particles: 1 is out of range; allowed: a whole number, from 2"],
-        ),
+        ("grey_pf", {"particles": "many"}, ["particles: expected a whole number, not 'many'", "from 2 to 1000000"]),
         ("grey_pf", {"alpha": 2.0}, ["grey_pf: alpha: 2", "out of range", "from 0 to 1"]),
         ("grey_pf", {"noise": "loud"}, ["grey_pf: noise: unknown value 'loud'", "'adaptive', 'fixed'"]),
         ("grey_pf", {"r_min": 4.0, "r_max": 3.0}, ["grey_pf: r_max 3.0 is below r_min 4.0"]),
-        ("kalman", {"acceleration": 1e300}, ["kalman: acceleration: 1e+300 is out of range; allowed: a number, from"]),
         ("no_such_module:Tracker", {}, ["cannot import", "no_such_module"]),
         ("irtrack.types:Nothing", {}, ["cannot import", "Nothing"]),
         ("irtrack.types:Status", {}, ["not a tracker"]),
@@ -83,15 +67,12 @@ def test_each_wrong_parameter_has_a_line() -> None:
     with pytest.raises(InputError) as caught:
         make("kalman", {"gate": -1.0, "speed": 2})
     assert len(str(caught.value).splitlines()) == 2
-
-
-def test_a_whole_number_may_have_an_exponent() -> None:
     assert make("grey_pf", {"particles": 1e3}) == make("grey_pf", {"particles": 1000})
 
 
 FOREIGN = """
 class Still:
-    '''Stays where it began.'''
+    '''Stays at its start.'''
     resumable = True
 
     def __init__(self, offset=0.0):
@@ -119,7 +100,7 @@ class Typed(Still):
 
 @pytest.fixture
 def foreign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a tracker of one's own, which is the current one."""
+    """The current folder, with a user's own tracker."""
     (tmp_path / "my_foreign_tracker.py").write_text(FOREIGN)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -153,13 +134,9 @@ def test_annotated_parameters_of_a_users_tracker(foreign: Path, capsys: pytest.C
     (foreign / "my_leaving_tracker.py").write_text("raise SystemExit(3)")
     with pytest.raises(InputError, match=r"cannot import tracker 'my_leaving_tracker:X': SystemExit: 3"):
         make("my_leaving_tracker:X")
-
-
-def test_a_module_that_fails_is_one_line(foreign: Path) -> None:
     (foreign / "my_broken_tracker.py").write_text("class Still(:\n")
-    with pytest.raises(InputError, match=r"cannot import tracker 'my_broken_tracker:Still': SyntaxError") as caught:
+    with pytest.raises(InputError, match=r"^cannot import tracker 'my_broken_tracker:Still': SyntaxError[^\n]*$"):
         make("my_broken_tracker:Still")
-    assert "\n" not in str(caught.value)
 
 
 def test_trackers_of_installed_packages(foreign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +150,7 @@ def test_trackers_of_installed_packages(foreign: Path, monkeypatch: pytest.Monke
     assert resumable(make("still"))
     assert isinstance(make("kalman"), Kalman)
     rows = {row.name: row.summary for row in describe()}
-    assert rows["still"] == "Stays where it began."
+    assert rows["still"] == "Stays at its start."
     assert rows["gone"].startswith("cannot import tracker 'gone'")
     with pytest.raises(InputError, match=r"did you mean 'still'\?"):
         make("stil")

@@ -7,17 +7,17 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
-from browser import contrast, headless
+from browser import headless
 from playwright.sync_api import Browser, expect
 from report_fakes import Still
 
 import irsim
 from irtrack.falsify import Failure, SeedSensitivity
 from irtrack.falsify.counterexample import Candidate
-from irtrack.falsify.falsification import Falsification, write_failure
+from irtrack.falsify.falsification import Falsification
+from irtrack.falsify.find import write_failure
 from irtrack.falsify.outputs import FOUND, JOURNAL
 from irtrack.falsify.rules import RAISES, rules_of
 from irtrack.falsify.trial import Subject, Trials
@@ -123,14 +123,3 @@ def test_page_shows_the_whole_exception(tmp_path: Path) -> None:
     assert "unknown: the search was interrupted" in found.page
     assert "Traceback" in found.page
     assert '<div class="replay"' not in found.page
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [360, 1280])
-def test_page_fits_the_window_and_has_contrast(browser: Browser, moved: Left, width: int, scheme: Any) -> None:
-    page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
-    page.goto((moved.folder / "replay.html").as_uri())
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    shown = "getComputedStyle(document.querySelector('.verdict')).backgroundColor"
-    assert contrast(*page.evaluate(f"[getComputedStyle(document.body).color, {shown}]")) >= 4.5
-    page.close()

@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from traces import trace_at
 
 from irtrack.bench import SummaryRow
-from irtrack.metrics import ATTRIBUTES, Trace
-from irtrack.report.formats import lead, ms, percent, px, share
+from irtrack.metrics import Trace
+from irtrack.report.formats import lead
 from irtrack.report.frames import CROP_LEAST, Follower, moments, still
-from irtrack.report.plots import LEAST_ERROR, Axis, Line, hidden_spans, line_chart, quartiles, styles
+from irtrack.report.plots import Axis, Line, hidden_spans, line_chart, styles
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:
-    """A target that moves 1 px a frame to the right, followed at a constant distance."""
+    """Return a track at a constant distance from a target that moves 1 px a frame to the right."""
     count = len(visible)
     truth = np.column_stack([np.arange(count) + 10.0, np.full(count, 10.0)])
-    return Trace(
-        indices=np.arange(count),
-        centers=truth + np.array([distance, 0.0]),
-        sizes=np.full((count, 2), 6.0),
-        statuses=np.full(count, "tracking"),
-        scores=np.full(count, np.nan),
-        neffs=np.full(count, np.nan),
-        covariances=np.full((count, 2, 2), np.nan),
-        truth_centers=truth,
-        truth_sizes=np.full((count, 2), 6.0),
-        visible=np.array(visible),
-        accuracy=np.zeros(count),
-        marks=np.zeros((count, len(ATTRIBUTES)), bool),
-        step_ms=np.ones(count),
-        cpu_ms=np.ones(count),
-    )
+    return trace_at(np.tile([distance, 0.0], (count, 1)), (6.0, 6.0), truth_centers=truth, visible=np.array(visible))
 
 
 def follower(label: str, lost_at: int | None, visible: list[float], distance: float = 0.0) -> Follower:
@@ -65,28 +50,10 @@ def test_still_is_cropped_around_the_target() -> None:
     assert shown.notes[0].distance == pytest.approx(3.0)
 
 
-def test_quartiles_over_the_seeds() -> None:
-    seeds = [trace([1.0] * 4, distance) for distance in (0.0, 1.0, 2.0, 3.0, 4.0)]
-    low, middle, high = quartiles(np.arange(5), seeds)
-    assert low[:4].tolist() == [1.0] * 4
-    assert middle[:4].tolist() == [2.0] * 4
-    assert high[:4].tolist() == [3.0] * 4
-    assert np.isnan(middle[4])
-    assert quartiles(np.arange(4), seeds[:1])[1].tolist() == [LEAST_ERROR] * 4
-
-
 def test_hidden_spans_by_majority_of_seeds() -> None:
     one, two, three = ([1, 0, 0, 1, 0], [1, 0, 1, 1, 0], [1, 1, 0, 1, 0])
     traces = [trace([float(v) for v in visible]) for visible in (one, two, three)]
     assert hidden_spans(np.arange(5), traces) == [(0.5, 2.5), (3.5, 4.5)]
-
-
-def test_styles_differ_and_stay_with_their_labels() -> None:
-    labels = [f"t{number}" for number in range(24)]
-    assert len(set(styles(labels).values())) == 24
-    assert styles(labels[:3]) == {label: styles(labels)[label] for label in labels[:3]}
-    for first, second in pairwise(styles(labels[:6]).values()):
-        assert first.color != second.color
 
 
 def test_chart_is_reproducible_and_uses_page_colours() -> None:
@@ -104,11 +71,6 @@ def test_chart_is_reproducible_and_uses_page_colours() -> None:
     assert style.color in chart
     assert "currentColor" in chart
     assert ">frame</text>" in chart
-
-
-def test_rounding_of_figures() -> None:
-    assert (px(1.005001), share(0.98765), percent(0.125), ms(0.012345)) == ("1.01", "0.988", "12 %", "0.0123")
-    assert px(None) == share(None) == percent(None) == ms(None) == "–"
 
 
 def test_lead_sentence() -> None:

@@ -9,8 +9,7 @@ from html_page import Page
 
 import irsim
 from irtrack.bench import Results, SourceEntry, parse_trackers, run_bench
-from irtrack.report import severity_figures, write_report
-from irtrack.report.figure_data import Losses, loss_tables
+from irtrack.report import write_report
 
 SCENE = """
 frames: 14
@@ -23,7 +22,7 @@ targets:
     path: {kind: straight, start: [12, 20], range_m: 900}
 """
 HEAD = ["Source", "0", "1", "2", "Half lost at"]
-LONG, SHORT, SOME = ["0 %", "100 %", "100 %"], ["0 %", "0 %", "100 %"], ["0 %", "–", "100 %"]
+LONG, SOME = ["0 %", "100 %", "100 %"], ["0 %", "–", "100 %"]
 """A stationary estimate is off from 5 px on, and lost after 10 frames off: at 1 px a frame within 40 frames but not
 within 14, at 3 px a frame within both."""
 
@@ -34,17 +33,15 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     scene = irsim.loads(SCENE)
     sources = [
         SourceEntry(irsim.change(scene, {"frames": 40}), severities="all", name="long"),
-        SourceEntry(scene, severities="all", name="short"),
         SourceEntry(scene, severities=[0, 2], name="some"),
     ]
-    return run_bench(sources, parse_trackers("still=report_fakes:Still,template"), results=folder / "r.db", seeds=2)
+    return run_bench(sources, parse_trackers("still=report_fakes:Still"), results=folder / "r.db", seeds=1)
 
 
 def test_page_has_a_table_for_each_tracker(results: Results, tmp_path: Path) -> None:
     page = Page(write_report(results, tmp_path / "report.html").read_text())
-    still, template = (table for table in page.tables if table[0] == HEAD)
-    assert [[row[0], *row[1:4]] for row in still[1:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
-    assert [row[1:4] for row in template[1:]] == [["0 %"] * 3, ["0 %"] * 3, ["0 %", "–", "0 %"]]
+    (still,) = (table for table in page.tables if table[0] == HEAD)
+    assert [[row[0], *row[1:4]] for row in still[1:]] == [["long", *LONG], ["some", *SOME]]
     assert "#severities" in page.links
 
 
@@ -53,19 +50,7 @@ def test_markdown_has_the_same_tables(results: Results, tmp_path: Path) -> None:
     table = text.split("## Lost runs by severity: still\n\n")[1].split("\n\n")[0].splitlines()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
     assert cells[0] == ["source", "0", "1", "2", "half lost at"]
-    assert [row[:4] for row in cells[2:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
+    assert [row[:4] for row in cells[2:]] == [["long", *LONG], ["some", *SOME]]
     heads = [line for line in text.splitlines() if line.startswith("## ")]
-    of_severities = ["## Breaking points", "## Lost runs by severity: still", "## Lost runs by severity: template"]
-    assert heads[:4] == ["## All sources", *of_severities]
-    assert len(heads) == 4 + 8  # sources at their severities
-
-
-def test_tables_count_runs_of_two_sources_or_more(results: Results) -> None:
-    figures = severity_figures(results.cells())
-    still = loss_tables(figures)[0]
-    assert (still.label, still.severities) == ("still", (0, 1, 2))
-    assert still.rows[0].cells == (Losses(2, 0), Losses(2, 2), Losses(2, 2))
-    assert still.rows[2].cells == (Losses(2, 0), None, Losses(2, 2))
-    assert [row.breaks for row in still.rows] == [each.breaking["still"].in_words() for each in figures]
-    assert loss_tables(figures[:1]) == ()
-    assert loss_tables(()) == ()
+    assert heads[:3] == ["## All sources", "## Breaking points", "## Lost runs by severity: still"]
+    assert len(heads) == 3 + 5  # sources at their severities

@@ -1,4 +1,4 @@
-"""Worker processes whatever they are for: what is told of those that fail, and by whom."""
+"""Worker processes that fail: their errors reach the caller."""
 
 from __future__ import annotations
 
@@ -9,28 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench_fakes import Mute, Strip, Walker
+from bench_fakes import Strip, Walker
 
-from irtrack.bench import Entry, baseline, run_bench
-from irtrack.bench.spec import source_specs
-from irtrack.bench.suite import Suite
-from irtrack.cli.bench import sweep
-from irtrack.errors import IrtrackError, WorkerError
+from irtrack.bench import Entry, run_bench
+from irtrack.errors import IrtrackError
 from irtrack.runner.watchdog import NO_LIMIT, Heartbeat, WorkerDiedError
 from irtrack.runner.worker import Worker
 
 FINE = Entry("fine", Walker(jitter=1.0))
-
-
-def test_dying_workers_end_a_bench_in_one_line(tmp_path: Path) -> None:
-    """A bench in a results file; a baseline has none."""
-    suite = Suite("", [*source_specs(Mute())], [FINE], seeds=1, tracker_seeds=1, input="display", time_limit_s=None)
-    with pytest.raises(
-        IrtrackError, match=r"\(SIGKILL\); 0 runs of this call kept in .*r\.db; the same command resumes"
-    ):
-        sweep(suite, tmp_path / "r.db", jobs=2)
-    with pytest.raises(WorkerError, match=r"\(SIGKILL\)$"):
-        baseline.measure(suite, jobs=2)
 
 
 class ChoosyError(Exception):

@@ -1,9 +1,7 @@
-"""Plain trackers: a class with start and step, wrapped as it is."""
+"""Plain trackers: a class with start and step."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,7 @@ from irtrack.types import Estimate, resumable
 
 
 class Walks:
-    """Right by `speed` px a frame; writes on its image, as people do."""
+    """Moves right by `speed` px a frame; writes on its image."""
 
     def __init__(self, speed: float = 1.0) -> None:
         self.speed = speed
@@ -72,7 +70,7 @@ def test_its_generator_is_that_of_the_seed() -> None:
     assert ends[0] == ends[1] != ends[2]
 
 
-def test_nothing_seen_is_lost_at_the_last_place() -> None:
+def test_none_is_lost_at_the_last_place() -> None:
     class Blinks(Walks):
         def answer(self) -> Any:
             return None if self.box.cx > 14 else self.box
@@ -83,7 +81,7 @@ def test_nothing_seen_is_lost_at_the_last_place() -> None:
     assert track.centers[-1].tolist() == [14.0, 20.0]
 
 
-@pytest.mark.parametrize("answer", [3, (1, 2, 3), "here", "1234", ("a", 1, 2, 3), [[1, 2], 3, 4, 5]])
+@pytest.mark.parametrize("answer", [3, (1, 2, 3), "1234", ("a", 1, 2, 3)])
 def test_another_answer_is_one_line(answer: Any) -> None:
     class Mute(Walks):
         def answer(self) -> Any:
@@ -94,16 +92,7 @@ def test_another_answer_is_one_line(answer: Any) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_an_answer_of_nan_is_an_error() -> None:
-    class Nan(Walks):
-        def answer(self) -> Any:
-            return float("nan"), 1, 2, 3
-
-    with pytest.raises(TrackerError, match=r"Nan: frame 1: the center .*nan.*; allowed: finite numbers"):
-        irtrack.run(Nan, Strip())
-
-
-def test_a_class_that_says_nothing_is_not_resumable() -> None:
+def test_a_class_is_resumable_only_by_its_word() -> None:
     class Stays:
         def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
             return box
@@ -122,27 +111,3 @@ def test_results_are_keyed_by_its_class_and_parameters() -> None:
     assert tracker_config(named) == {"tracker": "test_plain_trackers:Walks", "parameters": {"speed": 3.0}}
     assert tracker_config(of(Walks(3.0))) == tracker_config(named)
     assert code_hash(named) == code_hash(of(Walks))
-
-
-def test_a_failing_plain_tracker_shows_its_own_lines(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    from irtrack.cli import main
-
-    (tmp_path / "my_breaking_tracker.py").write_text(
-        "class Breaks:\n"
-        "    def start(self, frame, box):\n        self.left = 3\n\n"
-        "    def step(self, frame):\n        self.left -= 1\n        return 1 / self.left, 5, 5, 5\n"
-    )
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(sys, "argv", ["irtrack", "run", "my_breaking_tracker:Breaks", "sky", "frames=6", "--seed", "4"])
-    with pytest.raises(SystemExit) as caught:
-        main()
-    error = capsys.readouterr().err
-    assert caught.value.code == 1
-    first, *calls, last = error.splitlines()
-    assert first == "irtrack: my_breaking_tracker:Breaks: frame 3: ZeroDivisionError: division by zero"
-    assert "return 1 / self.left, 5, 5, 5" in "".join(calls)
-    assert "adapters.py" not in error
-    assert last == "on sky, seed 4; repeat it: irtrack run my_breaking_tracker:Breaks sky frames=6 --seed 4"

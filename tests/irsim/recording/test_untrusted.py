@@ -1,4 +1,4 @@
-"""Malicious recordings: one clear line, no code is run, memory is bounded."""
+"""Forged recordings: one clear line, no code is run, memory is bounded."""
 
 from __future__ import annotations
 
@@ -13,22 +13,10 @@ from recording_forge import SOURCE, forge, honest_image, honest_truth
 
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
-from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import _LARGEST_UNPACKED, MESSAGE, RECORD, unpack
-from irsim.recording.messages import TRACK_STATE, TrackStateMessage, TruthMessage, encode_image
+from irsim.recording.mcap_reader import unpack
+from irsim.recording.mcap_writer import McapWriter, Message
+from irsim.recording.messages import TRACK_STATE, TrackStateMessage, TruthMessage
 from irsim.recording.tracks import TrackHeader, read_tracks
-from irsim.recording.writer import FRAMES_PER_CHUNK
-
-EVIL = "raise SystemExit('code of a file was run')"
-
-
-@pytest.fixture
-def evil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Write a module that must not be imported; return its name."""
-    name = f"evil_{abs(hash(tmp_path))}"
-    (tmp_path / f"{name}.py").write_text(EVIL)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    return name
 
 
 def read_all(path: Path) -> None:
@@ -48,26 +36,29 @@ def refused(path: Path) -> str:
     return text
 
 
+def not_recovered(path: Path) -> None:
+    out = path.with_name("out.mcap")
+    with pytest.raises(InputError, match="no intact frame"):
+        recover(path, out)
+    assert not out.exists()
+
+
 def test_forge_writes_valid_recordings(tmp_path: Path) -> None:
     recording = open_recording(forge(tmp_path / "r.mcap"))
     assert same_frames(recording.frames(), SOURCE.frames())
     assert list(recording.truths()) == list(SOURCE.truths())
 
 
-def test_no_module_named_in_a_recording_is_imported(tmp_path: Path, evil: str) -> None:
-    path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{evil}:X"}}'})
-    assert "are not imported" in refused(path)
-    with pytest.raises(InputError, match="are not imported"):
-        recover(path, tmp_path / "out.mcap")
-    assert evil not in sys.modules
-
-
-def test_own_kinds_are_read_after_an_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_module_named_in_a_recording_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kind of the user is read after the user has imported its module."""
     name = "agc_of_my_own"
     (tmp_path / f"{name}.py").write_text("from irsim.camera.agc import Plain\n\n\nclass Mine(Plain):\n    pass\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{name}:Mine"}}'})
-    refused(path)
+    assert "are not imported" in refused(path)
+    with pytest.raises(InputError, match="are not imported"):
+        recover(path, tmp_path / "out.mcap")
+    assert name not in sys.modules
     __import__(name)
     assert open_recording(path).agc.kind == f"{name}:Mine"
 
@@ -81,15 +72,13 @@ def test_own_kinds_are_read_after_an_import(tmp_path: Path, monkeypatch: pytest.
         {"agc": "linear"},
         {"bits": "99999999999999999999"},
         {"rate_hz": "NaN"},
-        {"accuracy_px": "-1"},
-        {"first_frame": "-4"},
     ],
 )
 def test_wrong_headers(tmp_path: Path, change: dict[str, str]) -> None:
     assert "metadata" in refused(forge(tmp_path / "r.mcap", change))
 
 
-@pytest.mark.parametrize("change", [{"frames": "-3"}, {"frames": "0"}, {"frames": "1e400"}, {"targets": "[{}]"}])
+@pytest.mark.parametrize("change", [{"frames": "0"}, {"frames": "1e400"}, {"targets": "[{}]"}])
 def test_wrong_contents(tmp_path: Path, change: dict[str, str]) -> None:
     assert "metadata" in refused(forge(tmp_path / "r.mcap", contents=change))
     path = forge(tmp_path / "more.mcap", contents={"frames": "3"})
@@ -117,38 +106,30 @@ def changed_image(**fields: object) -> bytes:
 def test_wrong_images(tmp_path: Path, image: bytes) -> None:
     path = forge(tmp_path / "r.mcap", image=image)
     assert "damaged: frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="no intact frame"):
-        recover(path, tmp_path / "out.mcap")
-    assert not (tmp_path / "out.mcap").exists()
+    not_recovered(path)
+
+
+def encoded(target: dict[str, object]) -> bytes:
+    return bytes(TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString())
 
 
 @pytest.mark.parametrize(
-    "target",
+    "truth",
     [
-        {"id": "jet", "center": {"x": 1, "y": 2}},
-        {"id": "jet", "center": {"x": float("nan"), "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}},
+        b"\xff\xff",
+        encoded({"id": "jet", "center": {"x": 1, "y": 2}}),
+        encoded({"id": "jet", "center": {"x": float("nan"), "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}}),
+        *(honest_truth().replace(word, b"\xff" * len(word)) for word in (b"jet", b"body", b"pole")),
     ],
 )
-def test_truth_without_required_fields(tmp_path: Path, target: dict[str, object]) -> None:
-    truth = TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString()
+def test_wrong_truths(tmp_path: Path, truth: bytes) -> None:
+    """No message, without a box, not finite, or not text in id, class or occluder."""
     path = forge(tmp_path / "r.mcap", truth=truth)
     assert "damaged: the truth of frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="no intact frame"):
-        recover(path, tmp_path / "out.mcap")
+    not_recovered(path)
 
 
-@pytest.mark.parametrize("word", [b"jet", b"body", b"pole"])  # id, class, occluder
-def test_names_that_are_not_text(tmp_path: Path, word: bytes) -> None:
-    assert word in honest_truth()
-    truth = honest_truth().replace(word, b"\xff" * len(word))
-    path = forge(tmp_path / "r.mcap", truth=truth)
-    assert "damaged: the truth of frame 0 cannot be read" in refused(path)
-    with pytest.raises(InputError, match="no intact frame"):
-        recover(path, tmp_path / "out.mcap")
-
-
-def test_truth_and_scenario_that_are_not_text(tmp_path: Path) -> None:
-    assert "the truth of frame 0" in refused(forge(tmp_path / "r.mcap", truth=b"\xff\xff"))
+def test_a_scenario_that_is_not_text(tmp_path: Path) -> None:
     path = forge(tmp_path / "s.mcap", scenario=b"\xff\xfe")
     assert "the scenario in it is no text" in refused(path)
     assert open_recording(recover(path, tmp_path / "out.mcap")).scenario_text is None
@@ -156,11 +137,10 @@ def test_truth_and_scenario_that_are_not_text(tmp_path: Path) -> None:
 
 def test_track_states_without_a_box(tmp_path: Path) -> None:
     path = tmp_path / "t.mcap"
+    header = TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1)
     with path.open("wb") as file:
-        writer = ChunkWriter(file)
-        writer.metadata(
-            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).to_record()
-        )
+        writer = McapWriter(file)
+        writer.metadata("irsim_track", header.to_record())
         channel = writer.topic("/tracks/x/states", TRACK_STATE)
         writer.chunk([Message(channel, 0, 0, TrackStateMessage(index=0).SerializeToString())])
         writer.finish()
@@ -170,14 +150,10 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
 
 def test_an_index_past_the_end_of_the_file(tmp_path: Path) -> None:
     recording = open_recording(record(Noise(), tmp_path / "r.mcap"))
-    for chunk in recording.container.chunks:
+    for chunk in recording.mcap.chunks:
         chunk.chunk_length = 2**60
     with pytest.raises(InputError, match="its index points past its end"):
         recording.frame(0)
-    for entry in recording.container.attachment_index:
-        entry.length = 2**62
-    with pytest.raises(InputError, match="its index points past its end"):
-        recording.container.attachment("layout.json")
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
@@ -192,9 +168,3 @@ def test_chunks_unpack_to_their_stated_size(compression: str) -> None:
     assert np.frombuffer(whole, np.uint8).size == len(plain)
     for stated in (1000, len(plain) - 1, len(plain) + 1, 0, -1, 2**62):
         assert unpack(packed, compression, stated) is None
-
-
-def test_a_compressed_chunk_of_the_largest_frames_can_be_read() -> None:
-    image = np.zeros((48, 64), np.uint16)
-    beside = len(encode_image(image, 0)) - image.nbytes + RECORD.size + MESSAGE.size + 16  # lengths are longer numbers
-    assert FRAMES_PER_CHUNK * (16384 * 16384 * 2 + beside) <= _LARGEST_UNPACKED

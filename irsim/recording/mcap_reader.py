@@ -1,4 +1,4 @@
-"""MCAP reader (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
+"""Reader of MCAP files (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 import mmap
 import struct
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -58,22 +58,27 @@ class DamageError(InputError):
     """Error of a file whose bytes are not those that were written."""
 
 
-@contextmanager
-def decoding(path: Path, problem: str, remedy: str = "") -> Iterator[None]:
-    """Raise a DamageError in place of any error of decoding in the block.
+@dataclass(frozen=True, eq=False)
+class NamedFile:
+    """File with the errors of its damage.
 
-    problem  such as 'its index cannot be read'
-    remedy   advice to the user, or ''
+    remedy   advice at the end of each error, or ''
     """
-    try:
-        yield
-    except BROKEN:
-        raise damage_error(path, problem, remedy) from None
 
+    path: Path
+    remedy: str
 
-def damage_error(path: Path, problem: str, remedy: str = "") -> DamageError:
-    """Return the error of a damaged file; parameters as of `decoding`."""
-    return DamageError(f"{path}: damaged: {problem}" + (f"; {remedy}" if remedy else ""))
+    def damage_error(self, problem: str) -> DamageError:
+        """Return the error of a problem such as 'its index cannot be read'."""
+        return DamageError(f"{self.path}: damaged: {problem}" + (f"; {self.remedy}" if self.remedy else ""))
+
+    @contextmanager
+    def decoding(self, problem: str) -> Iterator[None]:
+        """Raise a DamageError in place of any error of decoding in the block."""
+        try:
+            yield
+        except BROKEN:
+            raise self.damage_error(problem) from None
 
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
@@ -84,13 +89,13 @@ _INDEX_ENTRY_BYTES = 16
 _BLOCK = 1 << 20
 
 _LARGEST_UNPACKED = (1 << 30) + (1 << 20)
-"""Most bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts and their headers. A forged
-chunk of a few kB could fill the memory."""
+"""Largest size of an unpacked chunk, bytes: two frames of 16384 x 16384 counts and their headers. Without a limit a
+forged chunk of a few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """Message that was read: sequence, log time in ns, bytes."""
+    """Message as read: sequence, log time in ns, bytes."""
 
     sequence: int
     log_time: int
@@ -99,7 +104,7 @@ class Packet:
 
 @dataclass(frozen=True, eq=False)
 class TopicIndex:
-    """Chunks with messages of one topic; message k is in chunk `chunk_of(k)`."""
+    """Chunks of one topic."""
 
     channel: int
     chunks: tuple[ChunkIndex, ...]
@@ -110,18 +115,14 @@ class TopicIndex:
         return int(self.ends[-1]) if len(self.ends) else 0
 
     def chunk_of(self, message: int) -> int:
+        """Return the place in `chunks` of the topic's message `message`."""
         return int(np.searchsorted(self.ends, message, side="right"))
 
 
 @dataclass(frozen=True, eq=False)
-class Container:
-    """Summary of an MCAP file. It keeps no file open; `open` refuses a file that was changed since.
+class McapFile(NamedFile):
+    """Summary of an MCAP file, which is open only while it is read; `open` refuses a file that was changed since."""
 
-    remedy   advice at the end of each DamageError
-    """
-
-    path: Path
-    remedy: str
     stamp: Stamp
     channels: tuple[Channel, ...]
     chunks: tuple[ChunkIndex, ...]
@@ -130,7 +131,7 @@ class Container:
 
     @contextmanager
     def open(self) -> Iterator[BinaryIO]:
-        """Open the file for the length of a block."""
+        """Open the file in a block; InputError where it cannot be read."""
         try:
             with open(self.path, "rb", buffering=0) as file:
                 if stamp(file.fileno()) != self.stamp:
@@ -156,24 +157,16 @@ class Container:
             counts.append(size // _INDEX_ENTRY_BYTES)
         return TopicIndex(channel, chunks, np.cumsum(counts, dtype=np.int64))
 
-    def damage_error(self, problem: str) -> DamageError:
-        """Return the error of this file, see `damage_error`."""
-        return damage_error(self.path, problem, self.remedy)
-
-    def decoding(self, problem: str) -> AbstractContextManager[None]:
-        """Raise a DamageError of this file in place of errors of decoding, see `decoding`."""
-        return decoding(self.path, problem, self.remedy)
-
     def packets(self, file: BinaryIO, topic: TopicIndex, chunk: int) -> list[Packet]:
-        """Return a topic's messages in its chunk number `chunk`, in order."""
+        """Return the messages of a topic in the chunk `topic.chunks[chunk]`, in order."""
         data = self.chunk_data(file, topic.chunks[chunk])
         with self.decoding("the messages of a chunk cannot be read"):
             return list(packets(data, topic.channel))
 
     def chunk_data(self, file: BinaryIO, chunk: ChunkIndex) -> memoryview:
-        """Return a chunk's records, unpacked, CRC checked."""
+        """Return the unpacked records of a chunk; DamageError where their CRC is wrong."""
         raw = memoryview(self._read(file, chunk.chunk_start_offset, chunk.chunk_length))
-        if not chunk.compressed_size <= len(raw) - RECORD.size - CHUNK_HEAD.size:
+        if chunk.compressed_size > len(raw) - RECORD.size - CHUNK_HEAD.size:
             raise self.damage_error("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
         if data is None or not _matches(data, CHUNK_HEAD.unpack_from(raw, RECORD.size)[3]):
@@ -181,7 +174,7 @@ class Container:
         return data
 
     def data_matches(self) -> bool:
-        """Return whether all bytes before the summary match their CRC, or have none."""
+        """Return True where the bytes before the summary match their CRC, or have none."""
         with self.open() as file:
             file.seek(self.stamp[1] - _FOOTER.size - len(MAGIC))
             left = _FOOTER.unpack(file.read(_FOOTER.size))[2] - _DATA_END.size
@@ -212,7 +205,7 @@ class Container:
         return found
 
     def attachment(self, name: str) -> bytes | None:
-        """Return an attachment's bytes, CRC checked; None where there is none of that name."""
+        """Return the bytes of an attachment; None where there is none of that name, DamageError for a wrong CRC."""
         for entry in self.attachment_index:
             if entry.name == name:
                 with self.open() as file:
@@ -226,12 +219,13 @@ class Container:
         return None
 
 
-def open_container(path: Path, remedy: str = "") -> Container:
+def open_mcap(path: Path, remedy: str = "") -> McapFile:
     """Read and check the summary of an MCAP file.
 
     InputError where there is no such file or it is not MCAP; DamageError where it is cut short or damaged.
     """
     check_mcap(path)
+    named = NamedFile(path, remedy)
     with open(path, "rb") as file:
         found = stamp(file.fileno())
         size = found[1]
@@ -240,25 +234,24 @@ def open_container(path: Path, remedy: str = "") -> Container:
         if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
             extra = _bytes_after_end(path)
             appended = f"{counted(extra or 0, 'byte')} of something else after its end"
-            raise damage_error(path, "it is cut short" if extra is None else appended, remedy)
+            raise named.damage_error("it is cut short" if extra is None else appended)
         opcode, _, start, _, crc = _FOOTER.unpack_from(tail)
         if opcode != Opcode.FOOTER or not len(MAGIC) <= start <= size - len(tail):
-            raise damage_error(path, "it has no index", remedy)
+            raise named.damage_error("it has no index")
         file.seek(start)
         summary = file.read()
     if not _matches(memoryview(summary)[: -len(MAGIC) - CRC.size], crc):
-        raise damage_error(path, "its index does not match its CRC", remedy)
-    with decoding(path, "its index cannot be read", remedy):
+        raise named.damage_error("its index does not match its CRC")
+    with named.decoding("its index cannot be read"):
         records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)
-    chunks = [record for record in records if isinstance(record, ChunkIndex)]
-    return Container(
+    return McapFile(
         path=path,
         remedy=remedy,
         stamp=found,
-        channels=tuple(record for record in records if isinstance(record, Channel)),
-        chunks=tuple(sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)),
-        metadata_index=tuple(record for record in records if isinstance(record, MetadataIndex)),
-        attachment_index=tuple(record for record in records if isinstance(record, AttachmentIndex)),
+        channels=tuple(r for r in records if isinstance(r, Channel)),
+        chunks=tuple(sorted((r for r in records if isinstance(r, ChunkIndex)), key=lambda r: r.chunk_start_offset)),
+        metadata_index=tuple(r for r in records if isinstance(r, MetadataIndex)),
+        attachment_index=tuple(r for r in records if isinstance(r, AttachmentIndex)),
     )
 
 
@@ -314,7 +307,7 @@ def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
 
 
 def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None:
-    """Return a chunk's records (`size` bytes) from their compressed form; None where that fails."""
+    """Return the records of a chunk, `size` bytes, from their compressed form; None where that fails."""
     if compression == "":
         return packed
     if not 0 < size <= _LARGEST_UNPACKED:
@@ -335,4 +328,4 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
 
 
 def _matches(data: bytes | memoryview, crc: int) -> bool:
-    return crc == 0 or crc32(data) == crc  # in MCAP 0 stands for no CRC
+    return crc == 0 or crc32(data) == crc  # 0: no CRC (MCAP)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import carried
 import pytest
 from placement_scenes import DOWNWARDS, scene, visible
 
@@ -46,9 +45,9 @@ def warned(folder: Path, text: str) -> dict[str, str]:
     return {match[1]: match[2] for match in found if match is not None}
 
 
-def hidden(text: str, name: str, frames: range, overrides: tuple[str, ...] = ()) -> list[float]:
+def hidden(text: str, name: str, frames: range) -> list[float]:
     """Return the hidden fraction of a target in each frame; 0 out of view."""
-    renderer = Renderer(loads(text, overrides=overrides))
+    renderer = Renderer(loads(text))
     truths = (renderer.scene(frame)[1].target(name) for frame in frames)
     return [0.0 if each is None or each.visible is None or not each.in_view else 1 - each.visible for each in truths]
 
@@ -67,7 +66,6 @@ WEAVE = "weave, start: [20, 60], speed: 1, amplitude_px: 8, period_frames: 20"
     ("kind", "path", "fraction"),
     [
         ("bar", "straight, start: [10, 50], speed: 2", 0.3),
-        ("bar", WEAVE, 0.5),
         ("tree", WEAVE, 0.5),
         ("smoke", WEAVE, 0.5),
     ],
@@ -86,7 +84,7 @@ def test_more_than_required(tmp_path: Path, kind: str, path: str, fraction: floa
 
 @pytest.mark.parametrize(
     ("kind", "speed", "range_m", "long"),
-    [("pole", 0.5, 250, True), ("tree", 1, 500, True), ("bar", 1, 1000, False), ("tree", 4, 500, False)],
+    [("pole", 0.5, 250, True), ("tree", 4, 500, False)],
 )
 def test_longer_than_required(tmp_path: Path, kind: str, speed: float, range_m: float, long: bool) -> None:
     text = f"""
@@ -102,7 +100,6 @@ occluders: [{{kind: {kind}, hides: tank, frames: [20, 24], range_m: 100}}]
     line = f"it hides 0.98 or more of tank in {len(held)} frames, {held[0]} to {held[-1]}, instead of 5: it passes at "
     assert list(found) == [f"{kind}.frames"] * long
     assert all(message.startswith(line) for message in found.values())
-    assert all(("a pole, which has straight sides" in message) == (kind == "tree") for message in found.values())
 
 
 @pytest.mark.parametrize(("growth", "long"), [("", True), (", grow_frames: 3, fade_frames: 3", False)])
@@ -126,8 +123,6 @@ def test_standing_occluder_before_a_sky(tmp_path: Path, kind: str, long: bool) -
     [
         ((50, 56), 0.5, "bar", False),  # the lower half, both times
         ((47, 56), 1.0, "bar", True),
-        ((42, 48), 0.5, "smoke", True),
-        ((40, 46), 0.7, "smoke", False),  # 0.85 of it, where one of them requires 0.7
     ],
 )
 def test_more_than_required_together(
@@ -143,16 +138,6 @@ def test_more_than_required_together(
         assert found["a.fraction"].startswith(line)
 
 
-@pytest.mark.parametrize(("begin", "bridged"), [(51, False), (54, True), (80, False)])
-def test_no_gap_between_two(tmp_path: Path, begin: int, bridged: bool) -> None:
-    """A gap of four frames is within the tolerance of one occluder; in a wide one the target is visible."""
-    text = two(TANK, screen("a", "tank", (40, 46)) + screen("b", "tank", (begin, begin + 6)))
-    found = {place: message for place, message in warned(tmp_path, text).items() if "it passes at" not in message}
-    line = f"with a it hides 0.98 or more of tank in frames 40 to {begin + 6} without a break, instead of 40 to 46 and"
-    assert list(found) == ["b.frames"] * bridged
-    assert all(message.startswith(line) for message in found.values())
-
-
 def test_other_target_and_remedies(tmp_path: Path) -> None:
     text = two(TANK + VAN, A)
     shares = hidden(text, "van", range(60, 110))
@@ -163,69 +148,26 @@ def test_other_target_and_remedies(tmp_path: Path) -> None:
     }
     assert warned(tmp_path, text + "follow: tank\n") == {}
     assert warned(tmp_path, text.replace("range_m: 200", "range_m: 601")) == {}
-    assert "a.hides" in warned(tmp_path, text + "follow: van\n")
     vans = [target(f"van{index}", x=-10 - 4 * index, shape="car") for index in range(3)]
-    assert " (and van1), which" in warned(tmp_path, two(TANK + "".join(vans[:2]), A))["a.hides"]
-    assert " (and 2 more, such as van1), which" in warned(tmp_path, two(TANK + "".join(vans), A))["a.hides"]
+    assert " (and van1, van2), which" in warned(tmp_path, two(TANK + "".join(vans), A))["a.hides"]
 
 
 @pytest.mark.parametrize(
     ("targets", "occluders", "place"),
     [
-        (TANK + target("van", y=30, shape="car"), A, None),
         (TANK + target("van", x=150, shape="point", speed=20, heading=180), A, None),
-        (
-            TANK + other("kind: crosses, target: tank, at_frame: 53, speed: 1"),
-            A,
-            None,
-        ),
-        (
-            TANK + other("kind: crosses, target: tank, at_frame: 65, angle_deg: 180, speed: 1"),
-            A,
-            "a.hides",
-        ),
-        (TANK + other("kind: follow, target: tank, lag_frames: 25"), A, None),
+        (TANK + other("kind: crosses, target: tank, at_frame: 53, speed: 1"), A, None),
+        (TANK + other("kind: crosses, target: tank, at_frame: 65, angle_deg: 180, speed: 1"), A, "a.hides"),
         (TANK + VAN, "  - {kind: bar, id: b, center_px: [70, 60], size_px: [30, 30], range_m: 200}\n", None),
     ],
-    ids=["above", "fast", "crossing while hidden", "crossing later", "convoy", "at a place"],
+    ids=["fast", "crossing while hidden", "crossing later", "at a place"],
 )
 def test_intended_other_targets(tmp_path: Path, targets: str, occluders: str, place: str | None) -> None:
     assert list(warned(tmp_path, two(targets, occluders))) == ([] if place is None else [place])
 
 
-def test_occluder_of_another_target_adds(tmp_path: Path) -> None:
-    text = two(TANK + VAN, A + screen("b", "van", (80, 86), 0.5), "follow: tank\n")
-    shares = hidden(text, "van", range(80, 87))
-    found = warned(tmp_path, text)
-    assert found["b.fraction"] == (
-        f"with a, placed to hide tank, it hides up to {max(shares):.2f} of van in frames 80 to 86 instead of 0.5: try "
-        "frames farther apart, or another range_m"
-    )
-    assert "to ignore it" not in found["a.hides"]  # an occluder is placed to hide it
-    assert max(hidden(text, "van", range(80, 87), ("without=[a]",))) < 0.7
-    off = [notice.at for notice in lint(loads(text, overrides=["without=[a]"]))]
-    assert ("occluders", 1, "fraction") not in off
-
-
-@pytest.mark.parametrize(
-    ("kind", "range_m", "velocity_m_s", "wide"),
-    [
-        ("pole", 300.0, (30.0, 0.0, 0.0), True),
-        ("bar", 300.0, (30.0, 0.0, 0.0), False),  # it may be a wall
-        ("pole", 1900.0, (30.0, 0.0, 0.0), False),
-        ("pole", 300.0, (0.0, 30.0, 0.0), False),  # towards it
-    ],
-)
-def test_pole_widened_by_a_moving_camera(
-    kind: str, range_m: float, velocity_m_s: tuple[float, float, float], wide: bool
-) -> None:
-    """In 8 steps of 1/30 s the car moves 5.3 m, 5.3 px at 2 km, and is 6 px long: 13 with the margins. The camera moves
-    8 m, and its line of sight 0.85 8 + 0.15 5.3 = 7.6 m at 300 m, 51 px (0.5 mrad a pixel)."""
-    path = {"kind": "straight_m", "axes": "world", "start_m": (0.0, 2e3, 0.0), "velocity_m_s": (20.0, 0.0, 0.0)}
-    car = {"id": "car", "shape": {"kind": "hot_spot", "size_m": (6.0, 3.0)}, "path": path}
-    hider = {"kind": kind, "range_m": range_m, "hides": "car", "frames": (20, 28)}
-    ground, camera = {"kind": "ground"}, {"elevation_deg": 0.0}
-    scenario = carried.scene(ground, velocity_m_s, camera=camera, targets=[car], occluders=[hider])
-    found = [notice.message for notice in lint(scenario) if notice.at == ("occluders", 0, "range_m")]
-    assert len(found) == wide
-    assert all(f"a {kind} 61 px or 9.1 m wide" in message and "need 13 px" in message for message in found)
+def test_disabled_occluder_is_not_reported() -> None:
+    text = two(TANK, screen("a", "tank", (40, 46), 0.5) + screen("b", "tank", (47, 56)))
+    for off, reported in (((), True), (("without=[b]",), False)):
+        places = [notice.at for notice in lint(loads(text, overrides=off))]
+        assert (("occluders", 0, "fraction") in places) == reported

@@ -9,14 +9,7 @@ from mcap.reader import SeekingReader
 from recording_fakes import Noise
 
 from irsim.errors import InputError
-from irsim.recording import (
-    TrackHeader,
-    TrackState,
-    open_recording,
-    read_tracks,
-    record,
-    write_tracks,
-)
+from irsim.recording import TrackHeader, TrackState, open_recording, read_tracks, record, write_tracks
 from irsim.types import Box
 
 

