@@ -30,9 +30,9 @@ class FrameDifference(FilterDetector):
     """Difference from the frame `lag` frames ago, registered by shift, gain and offset.
 
     R. Jain, H.-H. Nagel, "On the analysis of accumulative difference pictures", IEEE PAMI 1(2), 1979; the registration
-    is that of `irtrack.features.background`, at a third of the size. A target that moved appears at its new place, and at the old
-    one with the other sign; it must move by more than its size within `lag` frames. Of the first frame there are no
-    detections, of the next ones against the first. Pixels that came into view have the response 0.
+    is that of `irtrack.features.background`, at a third of the size. A target that moved appears at its new place, and
+    at the old one with the other sign; it must move by more than its size within `lag` frames. Of the first frame there
+    are no detections, of the next ones against the first. Pixels that came into view have the response 0.
     """
 
     source: ClassVar[str] = "Jain, Nagel 1979"

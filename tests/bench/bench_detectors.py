@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from time import process_time
 
+import cv2
+
 import irsim
 from irtrack.detectors import DETECTORS, FilterDetector, make_detector
 
@@ -13,7 +15,9 @@ FRAMES, ROUNDS = 10, 20
 
 
 def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> Iterator[tuple[str, float]]:
-    """Yield (name, ms of the processor's time) of each filter: the least of a few rounds over the frames."""
+    """Yield (name, ms on one core) of each filter: the least of a few rounds over the frames."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
     for columns, rows in sizes:
         scenario = irsim.load("sky", [f"frames={FRAMES}", f"camera.size=[{columns},{rows}]"])
         frames = list(irsim.open_source(scenario).frames("counts"))
@@ -29,6 +33,7 @@ def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> 
                     state, _ = detector.step(state, frame)
                     least = min(least, process_time() - begin)
             yield f"detector_{name}_{columns}x{rows}_step", 1e3 * least
+    cv2.setNumThreads(threads)
 
 
 if __name__ == "__main__":
