@@ -164,10 +164,9 @@ class TrackSet:
         tracks = counted(len(np.unique(self.id[self.confirmed])), "confirmed track")
         return f"TrackSet({self.tracker} on {self.source}: {tracks}, {counted(len(self.frames), 'frame')})"
 
-    def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of the rows by name."""
-        names = [field.name for field in fields(self)]
-        return {name: getattr(self, name) for name in names[names.index("frame") : names.index("classes")]}
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return all columns by name, for a results file."""
+        return _arrays(self)
 
 
 def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
@@ -229,3 +228,13 @@ class DetectionSet:
     def __repr__(self) -> str:
         found = counted(len(self), "detection")
         return f"DetectionSet({self.detector} on {self.source}: {found}, {counted(len(self.frames), 'frame')})"
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return all columns by name, for a results file."""
+        return _arrays(self)
+
+
+def _arrays(found: TrackSet | DetectionSet) -> dict[str, np.ndarray]:
+    columns = {each.name: getattr(found, each.name) for each in fields(found)}
+    classes = {"classes": np.array([each or "" for each in found.classes], dtype=np.str_)} if found.classes else {}
+    return {name: value for name, value in columns.items() if isinstance(value, np.ndarray)} | classes

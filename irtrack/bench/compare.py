@@ -12,12 +12,13 @@ from xml.etree import ElementTree
 from irsim.config.base import suggestion
 from irtrack.bench import ALL_SOURCES, Pair, Results, RunRecord, difference, pairs, value
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, LEAST_SCENES, Difference, scenes_for
+from irtrack.metrics import LEAST_SCENES, Difference, scenes_for
+from irtrack.metrics.tasks import ALL_FIGURES
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
 """Figures compared by default."""
 
-COMPARED = tuple(name for name, figure in FIGURES.items() if figure.better is not None)
+COMPARED = tuple(name for name, figure in ALL_FIGURES.items() if figure.better is not None)
 """Figures of which less or more is better."""
 
 
@@ -42,13 +43,13 @@ class Comparison:
             return "too few"
         if self.difference.is_tie:
             return "tie"
-        return "worse" if (self.difference.mean > 0) == (FIGURES[self.figure].better == "less") else "better"
+        return "worse" if (self.difference.mean > 0) == (ALL_FIGURES[self.figure].better == "less") else "better"
 
     @property
     def worsening(self) -> tuple[float, float]:
         """Least and largest worsening by the interval; below zero where it is better."""
         d = self.difference
-        return (d.low, d.high) if FIGURES[self.figure].better == "less" else (-d.high, -d.low)
+        return (d.low, d.high) if ALL_FIGURES[self.figure].better == "less" else (-d.high, -d.low)
 
     def is_worse_by(self, margin: float) -> bool:
         """Return whether the whole interval is worse by more than `margin`."""

@@ -13,14 +13,14 @@ from irsim.recording.output import atomic_file, atomic_text, check_output
 from irtrack.bench.records import Key, RunRecord
 from irtrack.bench.results import Results
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES
+from irtrack.metrics.tasks import ALL_FIGURES
 
 _TEXT = ("source", "family", "label", "status", "failure", "outcome")
 _KINDS: dict[str, type] = {
     **dict.fromkeys(_TEXT, str),
     "severity": int,
     **{field.name: int if field.name.endswith("_seed") else str for field in fields(Key)},
-    **{name: figure.kind for name, figure in FIGURES.items()},
+    **{name: figure.kind for name, figure in ALL_FIGURES.items()},
 }
 """Columns and their types; any value may be missing."""
 
@@ -28,8 +28,8 @@ _KINDS: dict[str, type] = {
 def export(results: Results | str | Path, out: str | Path) -> Path:
     """Write the newest runs of a results file as a table, by the ending of `out`: .csv or .parquet (or .pq).
 
-    A row has the key of a run (`irtrack.bench.Key`), its outcome, and every figure of `irtrack.metrics.FIGURES`; empty
-    (null) where it has none. InputError where the table cannot be written.
+    A row has the key of a run (`irtrack.bench.Key`), its outcome, and every figure of
+    `irtrack.metrics.tasks.ALL_FIGURES`; empty (null) where it has none. InputError where the table cannot be written.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:
@@ -48,7 +48,7 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
 
 def _row(cell: RunRecord) -> dict[str, Any]:
     key = {field.name: getattr(cell.key, field.name) for field in fields(Key)}
-    figures = dict.fromkeys(FIGURES) if cell.score is None else cell.score.as_dict()
+    figures = dict.fromkeys(ALL_FIGURES) | (dict(cell.figures) if cell.score is None else cell.score.as_dict())
     named = {name: getattr(cell, name) for name in (*_TEXT, "severity")}
     return {name: {**named, **key, **figures}[name] for name in _KINDS}
 

@@ -2,37 +2,41 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
+
+import numpy as np
 
 from irsim.types import Box, Input, Source
 from irtrack.bench.records import Key, RunRecord, SourceRow
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
 from irtrack.errors import InputError, whole_number
 from irtrack.metrics import Trace, score_trace
-from irtrack.registry.identity import code_hash, tracker_config, tracker_name
+from irtrack.metrics.tasks import Task
+from irtrack.registry.identity import code_hash, tracker_config, tracker_name, weights_digest
 from irtrack.replay.start import find_start
-from irtrack.types import GivenTracker, Tracker
+from irtrack.types import GivenTracker
 
-Outcome = tuple[RunRecord, Trace | None]
-"""Record of a finished run, and its trace; None where it failed."""
+Outcome = tuple[RunRecord, Mapping[str, np.ndarray] | None]
+"""Record of a finished run, and its arrays by name (of the task single: those of its trace); None where it failed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """Run to be done: its tracker under its label, and its key."""
+    """Run to be done: its tracker, tracker of many or detector under its label, and its key."""
 
     label: str
-    tracker: Tracker
+    tracker: Any
     key: Key
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Runs of one source and scene, which share its frames.
+    """Runs of one source, scene and task, which share its frames.
 
     target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
     members: the runs to be done.
@@ -43,8 +47,9 @@ class Group:
     scene_hash: str
     severity: int | None
     target: str | None
-    init: tuple[Box, int] | None
+    init: tuple[Box, int] | str | None
     input: Input
+    task: Task
     members: tuple[Member, ...]
 
     def of(self, members: Sequence[Member]) -> Group:
@@ -62,8 +67,17 @@ class Group:
         return replace(self._record(member), status="failed", failure=text, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
-        """Return the outcome of a member that reached the end."""
-        return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), trace
+        """Return the outcome of a member that reached the end, of the task single."""
+        arrays = {field.name: getattr(trace, field.name) for field in fields(trace)}
+        return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), arrays
+
+    def scored(self, member: Member, figures: dict[str, float | None], arrays: dict[str, np.ndarray]) -> Outcome:
+        """Return the outcome of a member that reached the end, of another task."""
+        digest = hashlib.blake2b(digest_size=16)
+        for name, array in arrays.items():
+            if name not in ("step_ms", "cpu_ms"):
+                digest.update(f"{name} {array.dtype} {array.shape}\0".encode() + array.tobytes())
+        return replace(self._record(member), figures=figures, outcome=digest.hexdigest()), arrays
 
     def _record(self, member: Member) -> RunRecord:
         return RunRecord(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
@@ -84,6 +98,14 @@ class TrackerSpec:
     entry: Entry
     config: str
     code_hash: str
+    task: Task
+    weights: str
+
+
+def task_of(tracker: object) -> Task:
+    """Return the task of a tracker, a tracker of many, or a detector."""
+    task: Task = getattr(tracker, "task", "single")
+    return task
 
 
 def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[TrackerSpec]:
@@ -99,7 +121,13 @@ def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[Tracke
         spec = second.label if second.label.startswith(name) else name  # without a label of its own it is its spec
         raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={spec}")
     return [
-        TrackerSpec(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
+        TrackerSpec(
+            one,
+            json.dumps(tracker_config(one.tracker), sort_keys=True),
+            code_hash(one.tracker),
+            task_of(one.tracker),
+            weights_digest(one.tracker),
+        )
         for one in entries
     ]
 
@@ -140,7 +168,7 @@ def plans(
     seeds: Seeds,
     input: Input,
     target: str | None,
-    init: tuple[Box, int] | None,
+    init: tuple[Box, int] | str | None,
 ) -> list[Plan]:
     """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
@@ -155,27 +183,32 @@ def plans(
         names.add(each.name)
         if init is None and not each.source.has_truth:
             raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by init=BOX")
-        followed = _followed(each.source, seeds.scenes, each.target or target, init)
-        for seeded, row, tracker_seeds in _seeded(each, seeds):
+        tasks = list(dict.fromkeys(tracker.task for tracker in trackers))
+        single = "single" in tasks
+        followed = _followed(each.source, seeds.scenes, each.target or target, init) if single else None
+        for (seeded, row, tracker_seeds), task in itertools.product(_seeded(each, seeds), tasks):
             members = tuple(
                 Member(
                     tracker.entry.label,
                     tracker.entry.tracker,
                     Key(
                         source_hash=row.hash,
-                        target=followed,
-                        start=_start(init),
+                        target=followed if task == "single" else None,
+                        start=_start(init) if task == "single" else "none",
                         input=input,
                         scene_seed=seeded.seed,
                         tracker_seed=seed,
                         config=tracker.config,
                         code_hash=tracker.code_hash,
+                        task=task,
+                        weights=tracker.weights,
                     ),
                 )
                 for tracker in trackers
+                if tracker.task == task
                 for seed in tracker_seeds
             )
-            group = Group(seeded, row.name, row.scene_hash, row.severity, followed, init, input, members)
+            group = Group(seeded, row.name, row.scene_hash, row.severity, followed, init, input, task, members)
             found.append(Plan(row, group))
     return found
 
@@ -211,11 +244,15 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         yield seeded, row, list(seeds.of_tracker(seed))
 
 
-def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | None) -> str | None:
+def _followed(
+    source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | str | None
+) -> str | None:
     """Return the id of the tracked target; InputError where no track can start with any of the seeds.
 
     Runs with seeds by which the target is never visible fail later.
     """
+    if isinstance(init, str):
+        return None  # each run finds its own
     fault = InputError(f"{source.name}: nothing to run")
     for seed in seeds:
         seeded = source.with_seed(seed)
@@ -228,8 +265,8 @@ def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tu
     raise fault
 
 
-def _start(init: tuple[Box, int] | None) -> str:
-    if init is None:
-        return "visible"
+def _start(init: tuple[Box, int] | str | None) -> str:
+    if init is None or isinstance(init, str):
+        return init or "visible"
     box, frame = init
     return f"{box.cx!r},{box.cy!r},{box.w!r},{box.h!r}@{frame}"

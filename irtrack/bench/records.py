@@ -8,13 +8,14 @@ import math
 import struct
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
 
 from irsim.types import Input
-from irtrack.metrics import Score, Trace
+from irtrack.metrics import Score
+from irtrack.metrics.tasks import Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +25,15 @@ class Key:
     source_hash     of the Source, its scene seed applied
     target          id of the target followed; None where a box was given and there is no truth
     start           'visible' (first frame in which half the target is visible, box from truth), or
-                    'cx,cy,w,h@frame'
+                    'cx,cy,w,h@frame'; 'auto' or 'auto:DETECTOR' (`irtrack.replay.many.auto_start`); 'none' where the
+                    tracker starts by itself
     input           images that the tracker sees
+    task            'single', 'many' or 'detect' (`irtrack.metrics.tasks`)
     scene_seed      None for a recording
     tracker_seed    of the tracker's generators
     config          canonical JSON of the tracker's name and parameters
     code_hash       of the tracker's source code
+    weights         digest of the weight files that the tracker declares (`irtrack.registry.identity`); '' without any
     """
 
     source_hash: str
@@ -40,6 +44,8 @@ class Key:
     tracker_seed: int
     config: str
     code_hash: str
+    task: Task = "single"
+    weights: str = ""
 
     @property
     def digest(self) -> str:
@@ -96,6 +102,7 @@ class RunRecord:
     scene_hash, severity   see `SourceRow`
     status    'failed' where the tracker raised, hung or died; then `failure` is the error text and `score` is None
     outcome   digest of its track frame by frame, times aside (`irtrack.metrics.Trace.digest`)
+    score     of the task single;  figures  by name, of the other tasks
     """
 
     key: Key
@@ -107,6 +114,7 @@ class RunRecord:
     score: Score | None = None
     severity: int | None = None
     outcome: str | None = None
+    figures: Mapping[str, float | None] = field(default_factory=dict)
 
     @property
     def family(self) -> str:
@@ -116,7 +124,7 @@ class RunRecord:
     @property
     def lost_or_failed(self) -> bool:
         """True where the tracker lost the target or failed; False where it is unknown."""
-        return self.score is None or self.score.lost is True
+        return self.status == "failed" or (self.score is not None and self.score.lost is True)
 
     @property
     def config(self) -> dict[str, Any]:
@@ -151,13 +159,3 @@ def unpack(blob: bytes) -> dict[str, np.ndarray]:
         arrays[name] = np.frombuffer(data, dtype, math.prod(shape), at).reshape(shape)
         at += arrays[name].nbytes
     return arrays
-
-
-def packed_trace(trace: Trace) -> bytes:
-    """Return all arrays of a trace, packed."""
-    return pack({field.name: getattr(trace, field.name) for field in fields(trace)})
-
-
-def unpacked_trace(blob: bytes) -> Trace:
-    """Return the trace of `packed_trace`; ValueError or TypeError for other bytes."""
-    return Trace(**unpack(blob))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
@@ -15,25 +15,25 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+
 from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
-from irtrack.bench.records import Key, Run, RunRecord, SourceRow, packed_trace, unpacked_trace
+from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
 from irtrack.bench.summary import RANKED, ranked_texts, summary
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Score, Trace
+from irtrack.metrics import Score, Trace
 
 APPLICATION_ID = 0x69727472
 """'irtr' in the header of the file, which marks a results file."""
 
-SCHEMA_VERSION = 6
-"""Raised whenever a table below, `Score` or `Trace` changes."""
+SCHEMA_VERSION = 7
+"""Raised whenever a table below changes. Figures are rows of the table `scores`: a new one changes no table."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
 """Errors of SQLite where it cannot write: a full disk, a quota or a limit."""
 
 _KEY = [field.name for field in fields(Key)]
-_SQL_TYPES = {int: "INTEGER", bool: "INTEGER", float: "REAL"}
-_FIGURES = ", ".join(f"{name} {_SQL_TYPES[figure.kind]}" for name, figure in FIGURES.items())
 
 _SCHEMA = f"""
 BEGIN IMMEDIATE;
@@ -50,8 +50,13 @@ CREATE TABLE cells (
     digest TEXT PRIMARY KEY,
     source_hash TEXT NOT NULL, target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
     scene_seed INTEGER, tracker_seed INTEGER NOT NULL, config TEXT NOT NULL, code_hash TEXT NOT NULL,
-    status TEXT NOT NULL, failure TEXT, outcome TEXT, trace BLOB, {_FIGURES}
+    task TEXT NOT NULL, weights TEXT NOT NULL,
+    status TEXT NOT NULL, failure TEXT, outcome TEXT, trace BLOB
 );
+CREATE TABLE scores (
+    digest TEXT NOT NULL REFERENCES cells (digest), name TEXT NOT NULL, value REAL,
+    PRIMARY KEY (digest, name)
+) WITHOUT ROWID;
 -- Which cells a run wanted, of which source under which label, whether it had to compute them or found them here.
 CREATE TABLE wanted (
     run INTEGER NOT NULL REFERENCES runs (id), source TEXT NOT NULL, label TEXT NOT NULL, digest TEXT NOT NULL,
@@ -213,13 +218,17 @@ class Results:
             found = self._db.execute("SELECT 1 FROM cells WHERE digest = ? AND status = 'ok'", (key.digest,))
             return found.fetchone() is not None
 
-    def add(self, cell: RunRecord, trace: Trace | None) -> None:
-        """Store the finished run of a tracker; its source and the bench command are stored already."""
+    def add(self, cell: RunRecord, arrays: Mapping[str, np.ndarray] | None) -> None:
+        """Store the finished run of a tracker and its arrays; its source and the bench command are stored already."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
-        row |= {"trace": packed_trace(trace) if trace else None}
-        row |= cell.score.as_dict() if cell.score else {}
+        row |= {"trace": None if arrays is None else pack(arrays)}
         self._insert("cells", row, "REPLACE")
+        figures = cell.score.as_dict() if cell.score else cell.figures
+        rows = [(cell.key.digest, name, None if value is None else float(value)) for name, value in figures.items()]
+        with self._file_errors():
+            self._db.execute("DELETE FROM scores WHERE digest = ?", (cell.key.digest,))
+            self._db.executemany("INSERT INTO scores VALUES (?, ?, ?)", rows)
 
     def runs(self) -> list[Run]:
         """Return all calls of the bench, oldest first."""
@@ -241,16 +250,19 @@ class Results:
         Where a source or a tracker has changed under the same name, only its newest version is returned, the one that
         a call wanted last; `every=True` adds the older ones. With `run` only those that this call wanted.
         """
-        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity", *FIGURES]
+        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity"]
         sql = f"""
-            SELECT max(run), {", ".join(columns)} FROM wanted JOIN cells USING (digest)
+            SELECT max(run), digest, {", ".join(columns)} FROM wanted JOIN cells USING (digest)
             JOIN sources ON sources.name = wanted.source AND sources.hash = cells.source_hash
             WHERE :run IS NULL OR run = :run GROUP BY name, label, digest
             ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
         """
         with self._reading():
             rows = self._db.execute(sql, {"run": None if run is None else run.id}).fetchall()
-            dated = [(row[0], _cell(dict(zip(columns, row[1:], strict=True)))) for row in rows]
+            scores: dict[str, dict[str, float | None]] = {}
+            for digest, name, value in self._db.execute("SELECT digest, name, value FROM scores"):
+                scores.setdefault(digest, {})[name] = value
+            dated = [(row[0], _cell(dict(zip(columns, row[2:], strict=True)), scores.get(row[1], {}))) for row in rows]
         if every:
             return [cell for _, cell in dated]
         newest: dict[tuple[str, str], int] = {}
@@ -260,26 +272,35 @@ class Results:
         current = {_version(cell) for last, cell in dated if last == newest[cell.source, cell.label]}
         return [cell for _, cell in dated if _version(cell) in current]
 
-    def trace(self, key: Key) -> Trace | None:
-        """Return the trace of a run; None where it failed or is missing."""
+    def arrays(self, key: Key) -> dict[str, np.ndarray] | None:
+        """Return the arrays of a run: those of its trace, of its `TrackSet` or its `DetectionSet`; None where it failed
+        or is missing."""
         with self._reading():
             row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
-            return unpacked_trace(row[0]) if row and row[0] else None
+            return unpack(row[0]) if row and row[0] else None
+
+    def trace(self, key: Key) -> Trace | None:
+        """Return the trace of a run of one target; None where it failed or is missing."""
+        arrays = self.arrays(key)
+        with self._reading():
+            return None if arrays is None or key.task != "single" else Trace(**arrays)
 
 
 def _version(cell: RunRecord) -> tuple[str, ...]:
     key = cell.key
-    return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, key.input, key.config, key.code_hash)
+    rest = (key.input, key.config, key.code_hash, key.task, key.weights)
+    return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, *rest)
 
 
 def _source(size: tuple[int, int], row: dict[str, Any]) -> SourceRow:
     return SourceRow(size=size, **row | {"changes": tuple(json.loads(row["changes"]))})
 
 
-def _cell(row: dict[str, Any]) -> RunRecord:
-    score = Score.from_dict(row) if row["status"] == "ok" else None
+def _cell(row: dict[str, Any], scores: dict[str, float | None]) -> RunRecord:
     key = Key(**{name: row[name] for name in _KEY})
-    rest = (row["status"], row["failure"], score, row["severity"], row["outcome"])
+    single = key.task == "single"
+    score = Score.from_dict(scores) if row["status"] == "ok" and single else None
+    rest = (row["status"], row["failure"], score, row["severity"], row["outcome"], {} if single else scores)
     return RunRecord(key, row["label"], row["name"], row["scene_hash"], *rest)
 
 

@@ -10,6 +10,7 @@ from copy import copy
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import Any
 from weakref import WeakSet
 
 import cv2
@@ -23,6 +24,8 @@ from irtrack.bench.results import Results
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec
 from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole_number
 from irtrack.metrics import Reference, Trace
+from irtrack.metrics.tasks import task_scores
+from irtrack.replay.many import DetectorPlayer, ManyPlayer, auto_start
 from irtrack.replay.replay import Pair, Player, replay, show
 from irtrack.replay.start import find_start
 from irtrack.runner.pool import Pool
@@ -78,12 +81,17 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
     """
     source = copy(group.source)  # its caches go with it
     cache = cache or FrameCache()
+    heartbeat = heartbeat or Heartbeat()
     pairs = cache.pairs(source, group.input)
+    if group.task != "single":
+        return _run_from_frame_0(group, source, pairs, heartbeat)
     try:
-        start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
+        if isinstance(group.init, str):
+            start = auto_start(source, group.input, group.init.partition(":")[2] or "lcm")
+        else:
+            start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
-    heartbeat = heartbeat or Heartbeat()
     attempts = [
         _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, heartbeat)
         for number, member in enumerate(group.members)
@@ -102,10 +110,28 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
     ]
 
 
+def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, heartbeat: Heartbeat) -> list[Outcome]:
+    """Run detectors or trackers of many, which need no box."""
+    kind = DetectorPlayer if group.task == "detect" else ManyPlayer
+    players = [kind(member.tracker, seed=member.key.tracker_seed) for member in group.members]
+    attempts = [_Attempt(player, number, heartbeat) for number, player in enumerate(players)]
+    viewers = [attempt.see for attempt in attempts]
+    truths = replay(source, viewers, group.input, 0) if pairs is None else show(pairs, viewers)
+    outcomes = []
+    for member, attempt, player in zip(group.members, attempts, players, strict=True):
+        if attempt.failure is not None:
+            outcomes.append(group.failed(member, attempt.failure, attempt.at))
+        else:
+            found = player.result(source, group.input)
+            figures, arrays = task_scores(found, truths, source.rate_hz)
+            outcomes.append(group.scored(member, figures, found.arrays() | arrays))
+    return outcomes
+
+
 class _Attempt:
     """Player whose tracker may fail, after which it sees no more frames."""
 
-    def __init__(self, player: Player, number: int, heartbeat: Heartbeat) -> None:
+    def __init__(self, player: Any, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
         self.failure: str | None = None
         self.at: int | None = None
@@ -144,7 +170,7 @@ def run_bench(
     frame_limit_s: float | None = None,
     input: Input = "display",
     target: str | None = None,
-    init: tuple[Box, int] | None = None,
+    init: tuple[Box, int] | str | None = None,
     command: str | None = None,
     progress: Progress | None = None,
     seen: Callable[[RunRecord], None] | None = None,
@@ -162,7 +188,8 @@ def run_bench(
     time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
     frame_limit_s  in place of it, the longest time for each frame
     target    id of the target to track in every source; by default that of each source
-    init      (box, frame) to start from, for sources without truth
+    init      (box, frame) to start from, for sources without truth; or 'auto', 'auto:DETECTOR': each run starts at
+              the first confirmed track of `gnn` on a detector (`irtrack.replay.many.auto_start`)
     command   command line, for the report; None for Python code
     progress  called with (runs done, runs to do);  seen  called with the record of each run
 
@@ -186,8 +213,8 @@ def run_bench(
         with kept.sweep():
             for outcomes in _outcomes(groups, jobs, executor, limit):
                 with kept.transaction():
-                    for cell, trace in outcomes:
-                        kept.add(cell, trace)
+                    for cell, arrays in outcomes:
+                        kept.add(cell, arrays)
                 done += len(outcomes)
                 if seen is not None:
                     for cell, _ in outcomes:

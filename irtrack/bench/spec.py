@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import irsim
 from irsim.types import Source
 from irtrack.bench.records import family
 from irtrack.errors import InputError
-from irtrack.types import GivenTracker, Tracker
+from irtrack.types import GivenTracker
 
 _LABEL = re.compile(r"[\w.+-]{1,64}")
 
@@ -21,10 +21,10 @@ _PAIR = re.compile(r"\w+=")
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Tracker and its label in tables."""
+    """Tracker, tracker of many, or detector, and its label in tables."""
 
     label: str
-    tracker: Tracker
+    tracker: Any
 
 
 def parse_trackers(text: str) -> list[Entry]:
@@ -55,7 +55,18 @@ def parse_tracker_spec(text: str) -> Entry:
     return Entry(spec.label or text.strip(), make(spec.name, spec.parameters))
 
 
-def read_spec(text: str) -> Spec:
+def parse_detectors(text: str) -> list[Entry]:
+    """Return the entries of a list of detectors such as ``tophat,strict=mpcm:threshold=8,mine=pkg.mod:detect``."""
+    from irtrack.detectors import make_detector
+
+    found = []
+    for part in _split(text, ","):
+        spec = read_spec(part, "detector")
+        found.append(Entry(spec.label or part.strip(), make_detector(spec.name, spec.parameters)))
+    return found
+
+
+def read_spec(text: str, what: str = "tracker") -> Spec:
     """Return the parts of a spec. VALUE is read as YAML.
 
     A part that does not begin with ``KEY=`` belongs to the part before it: a VALUE (``path=a:b``), or the NAME
@@ -64,7 +75,7 @@ def read_spec(text: str) -> Spec:
     first, *rest = _split(text.strip(), ":")
     label, is_labelled, name = first.rpartition("=")
     if is_labelled and not _LABEL.fullmatch(label):
-        raise InputError(f"tracker '{text}': the label '{label}'; allowed: letters, digits and _ . + -")
+        raise InputError(f"{what} '{text}': the label '{label}'; allowed: letters, digits and _ . + -")
     pairs: list[str] = []
     for part in rest:
         if _PAIR.match(part):
@@ -74,16 +85,16 @@ def read_spec(text: str) -> Spec:
         else:
             name += f":{part}"
     if not name:
-        raise InputError(f"tracker '{text}': it has no name; allowed: [LABEL=]NAME[:KEY=VALUE...]")
+        raise InputError(f"{what} '{text}': it has no name; allowed: [LABEL=]NAME[:KEY=VALUE...]")
     parameters: dict[str, object] = {}
     for pair in pairs:
         key, _, value = pair.partition("=")
         if key in parameters:
-            raise InputError(f"tracker '{text}': the parameter '{key}' is given twice")
+            raise InputError(f"{what} '{text}': the parameter '{key}' is given twice")
         try:
             parameters[key] = irsim.scalar(value)
         except irsim.InputError as error:
-            raise InputError(f"tracker '{text}': {key}: {error}") from None
+            raise InputError(f"{what} '{text}': {key}: {error}") from None
     return Spec(label or None, name, parameters)
 
 

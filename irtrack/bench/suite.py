@@ -16,7 +16,7 @@ import irsim
 from irsim.config.base import Name, Part, Several, suggestion
 from irsim.config.quantities import Index, Positive
 from irsim.types import Input
-from irtrack.bench.spec import Entry, SourceEntry, SourceSpec, parse_tracker_spec, source_specs
+from irtrack.bench.spec import Entry, SourceEntry, SourceSpec, parse_detectors, parse_tracker_spec, source_specs
 from irtrack.errors import InputError
 
 Found = TypeVar("Found")
@@ -66,8 +66,10 @@ class SuiteFile(Part):
     """Purpose."""
     sources: Annotated[Several[SuiteSource], Field(min_length=1)]
     """Scenarios and recordings."""
-    trackers: Annotated[Several[SuiteTracker], Field(min_length=1)]
-    """Trackers, each of which runs on all sources."""
+    trackers: Several[SuiteTracker] = ()
+    """Trackers, of one target or of many, each of which runs on all sources."""
+    detectors: Several[SuiteTracker] = ()
+    """Detectors, each of which runs on all sources."""
     seeds: Annotated[int, Field(ge=1, le=100_000)] = 10
     """Number of scene seeds, from 0 on; each is the tracker's seed too."""
     tracker_seeds: Annotated[int, Field(ge=1, le=1000)] = 1
@@ -129,7 +131,9 @@ def load_suite(path: str | Path) -> Suite:
                 wrong.extend(written.line((key, index), each) for each in str(error).splitlines())
 
     opened = list(tried("sources", suite.sources, lambda source: list(source_specs(_entry(source, folder)))))
-    trackers = list(tried("trackers", suite.trackers, _tracker))
+    trackers = list(tried("trackers", suite.trackers, _tracker)) + list(tried("detectors", suite.detectors, _detector))
+    if not suite.trackers and not suite.detectors:
+        wrong.append(written.line(("trackers",), "is missing; allowed: a list of trackers, or of detectors"))
     if wrong:
         raise InputError("\n".join(wrong))
     sources = [each for several in opened for each in several]
@@ -150,6 +154,15 @@ def _tracker(tracker: SuiteTracker) -> Entry:
     if tracker.label is None and not tracker.parameters:
         return parse_tracker_spec(tracker.tracker)
     return Entry(tracker.label or tracker.tracker, make(tracker.tracker, tracker.parameters))
+
+
+def _detector(detector: SuiteTracker) -> Entry:
+    from irtrack.detectors import make_detector
+
+    if detector.label is None and not detector.parameters:
+        (found,) = parse_detectors(detector.tracker)
+        return found
+    return Entry(detector.label or detector.tracker, make_detector(detector.tracker, detector.parameters))
 
 
 STRESS_SUITE = "suites/stress-suite"

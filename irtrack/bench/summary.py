@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from irtrack.bench.records import RunRecord
-from irtrack.metrics import FIGURES, LEAST_SCENES, CentreFigures, Difference, Score, paired_difference, wilson
+from irtrack.metrics import LEAST_SCENES, CentreFigures, Difference, Score, paired_difference, wilson
+from irtrack.metrics.tasks import ALL_FIGURES
 
 Pair = tuple[RunRecord, RunRecord]
 
@@ -32,21 +33,21 @@ def difference(both: Sequence[Pair], figure: str) -> Difference | None:
     """Return second minus first of a figure over the pairs, its interval by scenes; None where no pair has it."""
     firsts, seconds = ([value(pair[side], figure) for pair in both] for side in (0, 1))
     scenes = [f"{a.source}/{a.key.source_hash}" for a, _ in both]
-    return paired_difference(seconds, firsts, scenes, most=FIGURES[figure].most)
+    return paired_difference(seconds, firsts, scenes, most=ALL_FIGURES[figure].most)
 
 
 def value(cell: RunRecord, figure: str) -> float:
     """Return a figure of a run, nan where it has none; a failed run counts as lost and has no other figure."""
-    if cell.score is None:
+    if cell.status == "failed":
         return 1.0 if figure == "lost" else math.nan
-    known = cell.score.figure(figure)
+    known = cell.figures.get(figure) if cell.score is None else cell.score.figure(figure)
     return math.nan if known is None else float(known)
 
 
 def _frames_key(cell: RunRecord) -> tuple[object, ...]:
     """Return the identity of the frames and tracker seed of a run."""
     key = cell.key
-    return cell.source, key.source_hash, key.target, key.start, key.input, key.tracker_seed
+    return cell.source, key.task, key.source_hash, key.target, key.start, key.input, key.tracker_seed
 
 
 def _repeat_key(cell: RunRecord) -> tuple[object, ...]:
@@ -54,7 +55,7 @@ def _repeat_key(cell: RunRecord) -> tuple[object, ...]:
     key = cell.key
     where = (cell.source, key.source_hash, key.target, key.start, key.input)
     told_by = key.tracker_seed if cell.outcome is None else cell.outcome
-    return cell.label, key.config, key.code_hash, *where, cell.status, told_by
+    return cell.label, key.task, key.config, key.code_hash, key.weights, *where, cell.status, told_by
 
 
 ALL_SOURCES = "all sources"
@@ -164,9 +165,14 @@ def ms(value: float | None) -> str:
 
 
 def summary(cells: Iterable[RunRecord], overall: bool = False) -> list[SummaryRow]:
-    """Return rows per source and label, ranked from 1 in each source; with `overall`, per label over all sources."""
+    """Return rows per source and label, ranked from 1 in each source; with `overall`, per label over all sources.
+
+    Runs of other tasks than single are left out (`irtrack.bench.task_summary`).
+    """
     groups: dict[str, dict[str, list[RunRecord]]] = {}
     for cell in cells:
+        if cell.key.task != "single":
+            continue
         source = ALL_SOURCES if overall else cell.source
         groups.setdefault(source, {}).setdefault(cell.label, []).append(cell)
     rows = []

@@ -9,7 +9,7 @@ import faulthandler
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -18,11 +18,13 @@ from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
+from irtrack.cli.many import check_options, show_many
 from irtrack.cli.options import (
     AsJson,
     FilledResults,
     InputName,
     argument,
+    auto_detector,
     command_line,
     input_name,
     option,
@@ -51,6 +53,7 @@ def main() -> None:
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
     """List the trackers: name, method, and publication."""
+    from irtrack.detectors import DETECTORS
     from irtrack.external import HINT, offered
     from irtrack.registry.table import describe
 
@@ -66,6 +69,9 @@ def list_trackers(as_json: AsJson = False) -> None:
     width = max(len(row.name) for row in rows)
     for row in rows:
         print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
+    print("detectors, for irtrack bench --detectors and for gnn:detector=NAME")
+    for name, kind in DETECTORS.items():
+        print(f"{name:{width}}  {(kind.__doc__ or '').partition(chr(10))[0]}\n{'':{width}}  {kind.source}")
     if not peers and not broken:
         print(HINT)
     print("or module:Class, your own tracker")
@@ -91,6 +97,10 @@ def run(
         str | None,
         option("X,Y,W,H[@FRAME]", "Start box: top-left pixel, width, height, as in label files; default frame: 0."),
     ] = None,
+    start_by: Annotated[
+        str | None,
+        option("auto[:DETECTOR]", "Start at the first confirmed track of gnn on a detector (lcm).", "--start"),
+    ] = None,
     input: InputName = "display",
     seed: Annotated[
         int | None, option("N", "Seed of scene and tracker; default: the scenario's own, or 0.", min=0)
@@ -104,15 +114,17 @@ def run(
     from irsim.recording.output import check_output
 
     check_output(output, Path(source), csv, endings=(".mcap",))
-    check_output(csv, Path(source), output, endings=(".csv",))
+    check_output(csv, Path(source), output, endings=(".csv", ".txt", ".parquet"))
     looked_at, start = input_name(input), None
     with crash_reporter(tracker, f"repeat it: {command_line()}") as reporter:
         from irsim import Rendering, Scenario, is_recording, open_source
+        from irtrack.bench.plan import task_of
         from irtrack.bench.spec import read_spec
         from irtrack.cli.options import split_settings, start_box
         from irtrack.metrics import Reference, Trace, score_trace
         from irtrack.registry.identity import source_file
         from irtrack.registry.table import find, make
+        from irtrack.replay.many import ManyPlayer, auto_start
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
 
@@ -135,17 +147,31 @@ def run(
             tracker_seed = seed if seed is not None else opened.seed or 0
         if sys.__stderr__ is not None and not faulthandler.is_enabled():
             faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker
-        player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
+        player: Any
+        if task_of(made) == "many":
+            check_options(spec.name, init, target, output)
+            player, first = ManyPlayer(cast(Any, made), tracker_seed, spec.label), 0
+        else:
+            check_output(csv, endings=(".csv",))
+            if start_by is None:
+                begin = find_start(opened, opened.truths(), target, start)
+            else:
+                begin = auto_start(opened, looked_at, auto_detector(start_by, init, target))
+            player = Player(made, begin, tracker_seed, spec.label)
+            first = player.start.frame
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
         reporter.note(where)
         see = reporter.watching(player.see)
         try:
             with terminal.progress_bar(tracker, ticking=False) as progress:
-                truths = replay(opened, [see], looked_at, player.start.frame, progress=progress)
+                truths = replay(opened, [see], looked_at, first, progress=progress)
         except TrackerError as error:
             print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
             raise typer.Exit(1) from None
+    if isinstance(player, ManyPlayer):
+        show_many(player.result(opened, looked_at), opened, truths, csv, as_json, lambda: repeat)
+        return
     track = player.track(opened, looked_at)
     trace = Trace.of(track, Reference.of(truths, track.target))
     result = score_trace(trace)

@@ -24,16 +24,17 @@ from irtrack.cli.options import (
     GrowingResults,
     Jobs,
     argument,
+    auto_detector,
     command_line,
     input_name,
     option,
     path_option,
 )
-from irtrack.cli.output import print_json, print_summary, warn_unused
+from irtrack.cli.output import print_json, print_summary, print_tasks, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
-    from irtrack.bench import RunRecord, Suite
+    from irtrack.bench import Entry, RunRecord, Suite
     from irtrack.bench.spec import SourceSpec
 
 
@@ -67,9 +68,11 @@ def read_words(words: Sequence[str]) -> SourceArguments:
     return SourceArguments(tuple(sources), tuple(changes))
 
 
-def suite_of(words: SourceArguments, trackers: str | None, severities: str | None) -> Suite:
+def suite_of(
+    words: SourceArguments, trackers: str | None, severities: str | None, detectors: str | None = None
+) -> Suite:
     """Return the suite to run, from a suite file or from sources and options."""
-    from irtrack.bench import Suite, is_suite, load_suite, parse_trackers
+    from irtrack.bench import Suite, is_suite, load_suite
 
     suites = [word for _, word in words.sources if is_suite(word)]
     if suites and len(words.sources) > 1:
@@ -80,12 +83,23 @@ def suite_of(words: SourceArguments, trackers: str | None, severities: str | Non
         if severities is not None:
             raise InputError(f"--severities {severities}: {suites[0]} has its own severities")
         suite = load_suite(suites[0])
-        return suite if trackers is None else replace(suite, trackers=parse_trackers(trackers))
+        if trackers is None and detectors is None:
+            return suite
+        return replace(suite, trackers=_entries(trackers, detectors))
     levels = _severities(severities)
     opened = [each for label, word in words.sources for each in _specs(label, word, words.changes, levels)]
-    if trackers is None:
-        raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
-    return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
+    if trackers is None and detectors is None:
+        raise InputError(
+            "--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman, or --detectors"
+        )
+    return Suite("", opened, _entries(trackers, detectors), 10, 1, "display", None)
+
+
+def _entries(trackers: str | None, detectors: str | None) -> list[Entry]:
+    from irtrack.bench.spec import parse_detectors, parse_trackers
+
+    found = parse_trackers(trackers) if trackers is not None else []
+    return found + (parse_detectors(detectors) if detectors is not None else [])
 
 
 def _specs(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[SourceSpec]:
@@ -125,6 +139,9 @@ def bench(
         ),
     ],
     trackers: Annotated[str | None, option(TRACKERS, TRACKERS_HELP)] = None,
+    detectors: Annotated[
+        str | None, option(TRACKERS, "Detectors by name, as trackers: tophat,mpcm:threshold=6; Pd and false alarms.")
+    ] = None,
     seeds: Annotated[
         int | None, option("N", "Seeds 0 to N-1, of scene and tracker; default: 10, or the suite's.", min=1)
     ] = None,
@@ -141,6 +158,10 @@ def bench(
     ] = None,
     results: GrowingResults = Path("irtrack.db"),
     target: Annotated[str | None, option("ID", "Target to follow in every source; default: each source's own.")] = None,
+    start: Annotated[
+        str | None,
+        option("auto[:DETECTOR]", "Start trackers of one target at the first confirmed track of gnn on a detector."),
+    ] = None,
     input: Annotated[
         str | None, option("display|counts", "Input of trackers; default: display, or the suite's.", "--input")
     ] = None,
@@ -151,8 +172,9 @@ def bench(
     words = read_words(sources)
     check_results(results, *(Path(source) for _, source in words.sources))
     from irtrack.bench import summary
+    from irtrack.bench.task_summary import task_summary
 
-    suite = suite_of(words, trackers, severities)
+    suite = suite_of(words, trackers, severities, detectors)
     warn_unused([source for _, source in words.sources], words.changes)
     given: dict[str, Any] = {
         "seeds": seeds,
@@ -164,12 +186,16 @@ def bench(
     if check:
         print(_plan(suite))
         return
-    cells = sweep(suite, results, jobs, scheduler, target)
-    rows = summary(cells)
+    if start is not None:
+        auto_detector(start, None, target)
+    cells = sweep(suite, results, jobs, scheduler, target, start)
+    rows, tasks = summary(cells), task_summary(cells)
     if as_json:
-        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
+        print_json({"results": str(results), "rows": [row.as_dict() for row in [*rows, *tasks]]})
     else:
-        print_summary(rows)
+        if rows:
+            print_summary(rows)
+        print_tasks(tasks)
         print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
     end_by_failures(cells)
 
@@ -182,7 +208,12 @@ def check_results(path: Path, *inputs: Path) -> None:
 
 
 def sweep(
-    suite: Suite, results: Path, jobs: int, scheduler: str | None = None, target: str | None = None
+    suite: Suite,
+    results: Path,
+    jobs: int,
+    scheduler: str | None = None,
+    target: str | None = None,
+    start: str | None = None,
 ) -> list[RunRecord]:
     """Run a suite with a progress line; return its own runs, not all of the file. Ctrl-C ends the command."""
     from irtrack.bench import cluster, run_bench
@@ -210,6 +241,7 @@ def sweep(
                 time_limit_s=suite.time_limit_s or apart,
                 input=suite.input,
                 target=target,
+                init=start,
                 command=command_line(),
                 progress=count,
                 seen=tally.see,

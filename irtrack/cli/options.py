@@ -73,6 +73,16 @@ def names(option: str, text: str | None) -> list[str] | None:
     return found
 
 
+def auto_detector(text: str, init: object, target: object) -> str:
+    """Return the detector of --start auto[:DETECTOR]; InputError for another text, or beside --init or --target."""
+    word, _, detector = text.partition(":")
+    if word != "auto":
+        raise InputError(f"--start {text}: allowed: auto, or auto:DETECTOR such as auto:dog")
+    if init is not None or target is not None:
+        raise InputError(f"--start {text}: finds its own target; allowed: no --init and no --target beside it")
+    return detector or "lcm"
+
+
 def start_box(text: str) -> tuple[Box, int]:
     """Parse 'X,Y,W,H[@FRAME]', a box as in label files; return (box, frame), frame 0 by default."""
     from irsim.types import Box

@@ -12,6 +12,7 @@ from irsim.errors import counted
 
 if TYPE_CHECKING:
     from irtrack.bench import SummaryRow
+    from irtrack.bench.task_summary import TaskRow
     from irtrack.metrics import Score
     from irtrack.types import Track
 
@@ -131,6 +132,47 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
     for standing, rule in RULES.items():
         if any(row.standing == standing for row in rows):
             print(f"{MARKS[standing]} {rule}")
+
+
+def print_tasks(rows: Sequence[TaskRow]) -> None:
+    """Print a table of trackers of many, and one of detectors: means over the runs, the first with its interval."""
+    from irtrack.bench.summary import MARKS
+    from irtrack.bench.task_summary import SHOWN
+    from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY
+
+    for task, shown in SHOWN.items():
+        own = [row for row in rows if row.task == task]
+        if not own:
+            continue
+        print_table(
+            ("source", "tracker" if task == "many" else "detector", "runs", shown[0], "95 %", *shown[1:]),
+            [
+                (
+                    row.source,
+                    f"{row.rank}{MARKS[row.standing] or '.'} {row.label}",
+                    f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
+                    *_mean_and_interval(row, shown[0]),
+                    *(number(None if (mean := row.means[name]) is None else mean[0], ".3g") for name in shown[1:]),
+                )
+                for row in own
+            ],
+            left=2,
+        )
+        ranked = ", ".join(RANKED_BY[task])
+        for mark, meaning in (("=", f"a tie with the row above by {ranked}"), ("?", "too few runs to tell")):
+            if any(MARKS[row.standing] == mark for row in own):
+                print(f"{mark} {meaning}")
+        units = ", ".join(f"{name} {ALL_FIGURES[name].unit}" for name in shown if ALL_FIGURES[name].unit)
+        matching = "; tracks match targets by the distance of centres" if task == "many" else ""
+        print(f"units: {units}{matching}")
+
+
+def _mean_and_interval(row: TaskRow, name: str) -> tuple[str, str]:
+    found = row.means[name]
+    if found is None:
+        return NOTHING, NOTHING
+    mean, low, high = found
+    return f"{mean:.3g}", f"{low:.3g}..{high:.3g}" if low > -float("inf") else NOTHING
 
 
 def _runs(row: SummaryRow) -> str:

@@ -24,7 +24,7 @@ from irtrack.detectors.morphology import MaxMean, MaxMedian, Threshold, TopHat
 from irtrack.detectors.onnx import Onnx
 from irtrack.detectors.plain import PlainDetector, is_plain
 from irtrack.detectors.svd import SVD
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError, error_line
 from irtrack.types import Detector
 
 __all__ = ["DETECTORS", "DetectorPart", "FilterDetector", "PlainDetector", "make_detector", "parse_detector"]
@@ -76,7 +76,7 @@ def make_detector(name: str | Callable[..., Any], parameters: Mapping[str, objec
             for part in attribute.split("."):
                 found = getattr(found, part)
     except (Exception, SystemExit) as error:  # a user's module may raise anything
-        raise InputError(f"cannot import detector '{name}': {told(error)}") from None
+        raise InputError(f"cannot import detector '{name}': {error_line(error)}") from None
     return _own(found, name, given)
 
 
@@ -122,5 +122,5 @@ def _own(found: Any, name: str, parameters: dict[str, object]) -> Detector:
             return plain
         return cast(Detector, found(**parameters) if isinstance(found, type) else found)
     except (Exception, SystemExit) as error:  # a user's class may raise anything
-        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else told(error)
+        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None

@@ -60,6 +60,7 @@ Score = Annotated[float, Field(ge=0, le=1e6)]
 class DetectorPart(Part):
     """Detector whose fields are its parameters; subclasses have `step` (see `irtrack.types.Detector`)."""
 
+    task: ClassVar[str] = "detect"
     source: ClassVar[str]
     """Authors and year of the method."""
 

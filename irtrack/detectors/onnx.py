@@ -12,7 +12,7 @@ from pydantic import Field
 from irsim.config.base import Several
 from irsim.types import Frame
 from irtrack.detectors.base import DetectorPart, Picture, checked_picture, maxima, measured, vertices
-from irtrack.errors import InputError, TrackerError, told
+from irtrack.errors import InputError, TrackerError, error_line
 from irtrack.types import Detections, fault_of_detections
 
 Pixels = Annotated[int, Field(ge=1, le=16_384)]
@@ -53,12 +53,17 @@ class Onnx(DetectorPart):
         try:
             output = np.asarray(session.run(None, {session.get_inputs()[0].name: values})[0], dtype=np.float32)
         except Exception as error:  # onnxruntime's exceptions share no base
-            raise TrackerError(f"{self.file}: {told(error)}") from None
+            raise TrackerError(f"{self.file}: {error_line(error)}") from None
         found = self._of_boxes(output) if self.output == "boxes" else self._of_heatmap(output, picture)
         fault = fault_of_detections(found)
         if fault:
             raise TrackerError(f"{self.file}: frame {frame.index}: {fault}")
         return None, found.take(np.argsort(-found.scores, kind="stable")[: self.most])
+
+    @property
+    def weights(self) -> tuple[str, ...]:
+        """Files whose content decides the detections, for the key of a run."""
+        return (self.file,)
 
     def session(self) -> Any:
         """Return onnxruntime's session of the file; InputError, one line, where it cannot be used."""
@@ -111,7 +116,7 @@ def _session(path: str, changed_ns: int) -> Any:
     try:
         return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # onnxruntime's exceptions share no base
-        raise InputError(f"{path}: is no ONNX file that onnxruntime reads: {told(error)}") from None
+        raise InputError(f"{path}: is no ONNX file that onnxruntime reads: {error_line(error)}") from None
 
 
 def _text(size: Any) -> str:

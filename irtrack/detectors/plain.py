@@ -26,28 +26,30 @@ ALLOWED = (
 class PlainDetector:
     """Function or class of a person's own as an `irtrack.types.Detector`; every run has an object of its own.
 
-    name        in messages;  parameters  keyword arguments
+    kind        the function, or the class;  name  in messages;  parameters  keyword arguments
     again       returns the function, or a new object with `detect`
 
     It is called with the image (rows, cols), a copy that may be written on; with the `Frame` (image, index, time, bits)
     where its first argument is annotated so. It returns a value of `ALLOWED`.
     """
 
+    kind: Any
     name: str
     parameters: Mapping[str, Any]
     again: Callable[[], Any] = field(repr=False)
     resumable: ClassVar[bool] = False
+    task: ClassVar[str] = "detect"
 
     @classmethod
     def of(cls, given: Any, parameters: Mapping[str, Any] | None = None) -> PlainDetector:
         """Return the adapter of a function, of a class and its arguments, or of an object, copied for each run."""
         values = dict(parameters or {})
         if isinstance(given, type):
-            return cls(_name(given), values, partial(given, **values))
+            return cls(given, _name(given), values, partial(given, **values))
         if hasattr(given, "detect"):
-            return cls(_name(type(given)), values, partial(copy.deepcopy, given))
+            return cls(type(given), _name(type(given)), values, partial(copy.deepcopy, given))
         function = partial(given, **values) if values else given
-        return cls(_name(given), values, lambda: function)
+        return cls(given, _name(given), values, partial(_returned, function))
 
     def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
         """Return the object in this run, and its answer as detections; TrackerError, one line, of any other answer."""
@@ -65,6 +67,10 @@ class PlainDetector:
         if isinstance(frame, np.ndarray):
             frame = Frame(frame, 0, 0.0, 8 * frame.itemsize)
         return self.step(None, frame)[1]
+
+
+def _returned(function: Any) -> Any:
+    return function
 
 
 def is_plain(given: object) -> bool:

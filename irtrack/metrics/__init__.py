@@ -11,9 +11,12 @@ from irtrack.metrics.centre_error import (
     precision_curve,
     rmse,
 )
+from irtrack.metrics.comparison import Comparison
+from irtrack.metrics.detection import DETECTION_FIGURES, DetectionFigures
 from irtrack.metrics.longterm import LongTerm, long_term
 from irtrack.metrics.lost import LOSS_RULE, loss, off_frames
-from irtrack.metrics.multi_target import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
+from irtrack.metrics.masks import MaskSums, mask_sums
+from irtrack.metrics.multiple import MANY_FIGURES, ManyFigures
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
 from irtrack.metrics.score import FIGURES, CentreFigures, Score, score, score_trace
 from irtrack.metrics.statistics import (
@@ -44,9 +47,11 @@ from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 
 __all__ = [
     "ATTRIBUTES",
+    "DETECTION_FIGURES",
     "FIGURES",
     "LEAST_SCENES",
     "LOSS_RULE",
+    "MANY_FIGURES",
     "PRECISION_NORM",
     "PRECISION_PX",
     "SUCCESS",
@@ -55,14 +60,14 @@ __all__ = [
     "AttributeRow",
     "Breaking",
     "CentreFigures",
-    "Clear",
+    "Comparison",
+    "DetectionFigures",
     "Difference",
-    "Gospa",
-    "Hota",
     "LongTerm",
+    "ManyFigures",
+    "MaskSums",
     "Reference",
     "Return",
-    "Scene",
     "Score",
     "Survival",
     "Trace",
@@ -71,18 +76,15 @@ __all__ = [
     "breaking_point",
     "by_attribute",
     "centre_errors",
-    "clear_mot",
     "expected_overlap",
     "false_lost",
     "false_tracking",
-    "gospa",
     "hidden_tracking",
-    "hota",
-    "idf1",
     "kaplan_meier",
     "long_term",
     "loss",
     "lost_late",
+    "mask_sums",
     "mean_abs",
     "mean_interval",
     "nees",

@@ -7,7 +7,7 @@ diagonal of the true box. Several on one target are one hit and no false alarm. 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from irsim.types import SHOWN, Floats, Truth
 from irtrack.metrics.comparison import Numbers
+from irtrack.metrics.figures import Figure
 from irtrack.metrics.masks import CENTROID_PX
 from irtrack.tracks import DetectionSet
 
@@ -107,16 +108,6 @@ class DetectionFigures:
         threshold = np.sort(self.false_score)[::-1][allowed]  # the first false alarm too many
         return _share(self.score > threshold)
 
-    def roc(self) -> tuple[Floats, Floats]:
-        """Return false alarms a frame (p,), rising, and the probability of detection at each (p,)."""
-        false = np.sort(self.false_score)[::-1]
-        rates = np.arange(len(false) + 1) / max(self.frames, 1)
-        order = np.sort(self.score)[::-1]
-        thresholds = np.append(false, -np.inf)
-        found = np.searchsorted(-order, -thresholds, side="left") / max(len(order), 1)
-        found[-1] = np.isfinite(order).mean() if len(order) else np.nan
-        return rates, found
-
     @cached_property
     def first_detection(self) -> float:
         """Mean frames from a target's first frame to its first detection; to the last frame where there is none."""
@@ -134,29 +125,29 @@ class DetectionFigures:
         return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
 
+def roc(target_score: Floats, false_score: Floats, frames: int) -> tuple[Floats, Floats]:
+    """Return false alarms a frame (p,), rising from 0, and the probability of detection at each (p,).
+
+    Scores as of `DetectionFigures`. The last point is the detector's own threshold.
+    """
+    false, hits = np.sort(false_score)[::-1], np.sort(target_score[np.isfinite(target_score)])[::-1]
+    above = np.searchsorted(-hits, -np.append(false, -np.inf), side="left")
+    return np.arange(len(false) + 1) / max(frames, 1), above / max(len(target_score), 1)
+
+
 def _share(flags: npt.NDArray[np.bool_]) -> float:
     return float(flags.mean()) if len(flags) else np.nan
 
 
-@dataclass(frozen=True)
-class DetectionFigure:
-    """Description of a figure: unit, whether less or more is better, upper bound."""
-
-    of: Callable[[DetectionFigures], float]
-    unit: str = ""
-    better: str | None = None
-    most: float = np.inf
-
-
-DETECTION_FIGURES: dict[str, DetectionFigure] = {
-    "pd": DetectionFigure(lambda figures: figures.pd, "", "more", 1.0),
-    "false_alarms": DetectionFigure(lambda figures: figures.false_alarms, "1/frame", "less"),
-    "false_alarms_s": DetectionFigure(lambda figures: figures.false_alarms_s, "1/s", "less"),
-    "pd_001": DetectionFigure(lambda figures: figures.pd_at(RATES[0]), "", "more", 1.0),
-    "pd_01": DetectionFigure(lambda figures: figures.pd_at(RATES[1]), "", "more", 1.0),
-    "pd_1": DetectionFigure(lambda figures: figures.pd_at(RATES[2]), "", "more", 1.0),
-    "pd_10": DetectionFigure(lambda figures: figures.pd_at(RATES[3]), "", "more", 1.0),
-    "first_detection": DetectionFigure(lambda figures: figures.first_detection, "frames", "less"),
-    "detection_rmse": DetectionFigure(lambda figures: figures.rmse, "px", "less"),
+DETECTION_FIGURES: dict[str, Figure] = {
+    "pd": Figure(lambda figures: figures.pd, "", "more", 1.0),
+    "false_alarms": Figure(lambda figures: figures.false_alarms, "1/frame", "less"),
+    "false_alarms_s": Figure(lambda figures: figures.false_alarms_s, "1/s", "less"),
+    "pd_001": Figure(lambda figures: figures.pd_at(RATES[0]), "", "more", 1.0),
+    "pd_01": Figure(lambda figures: figures.pd_at(RATES[1]), "", "more", 1.0),
+    "pd_1": Figure(lambda figures: figures.pd_at(RATES[2]), "", "more", 1.0),
+    "pd_10": Figure(lambda figures: figures.pd_at(RATES[3]), "", "more", 1.0),
+    "first_detection": Figure(lambda figures: figures.first_detection, "frames", "less"),
+    "detection_rmse": Figure(lambda figures: figures.rmse, "px", "less"),
 }
 """Figures of a detector by name; `pd_01`: at 0.1 false alarms a frame."""

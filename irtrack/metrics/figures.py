@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,13 +26,13 @@ from irtrack.metrics.trace import Trace
 class Figure:
     """Description of a figure.
 
-    of      function of a trace; None: one of `CentreFigures`
+    of      function of a trace, or of `ManyFigures` or `DetectionFigures`; None: one of `CentreFigures`
     better  direction in which it is better
     most    upper bound, where it lies between 0 and that
     kind    type of its values, each of which may be None
     """
 
-    of: Callable[[Trace], float | int | bool | None] | None
+    of: Callable[[Any], float | int | bool | None] | None
     unit: str = ""
     better: Literal["less", "more"] | None = None
     most: float = math.inf

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from irsim.types import Floats
 from irtrack.metrics.comparison import CUTOFF_PX, MATCH, ROUNDING, Comparison, Numbers, Pairs, assigned, best, rivalled
+from irtrack.metrics.figures import Figure
 
 HOTA_ALPHAS = np.arange(1, 20) / 20
 """Localisation thresholds of HOTA: 0.05 to 0.95 (Luiten et al., section 3.3)."""
@@ -65,7 +65,7 @@ class ManyFigures:
         return np.intersect1d(each.targets.frame, each.tracks.frame)
 
     @cached_property
-    def _present(self) -> npt.NDArray[np.bool_]:
+    def present(self) -> npt.NDArray[np.bool_]:
         """Frames (k, n) in which each target is to be found."""
         present = np.zeros((self.comparison.frames, len(self.comparison.names)), bool)
         present[self.comparison.targets.frame, self.comparison.targets.number] = True
@@ -216,7 +216,7 @@ class ManyFigures:
     @cached_property
     def start_delay(self) -> float:
         """Mean frames from a target's first frame to its first match; to the end where there is none."""
-        present, seen = self._present, self.matches != NOBODY
+        present, seen = self.present, self.matches != NOBODY
         some = present.any(axis=0)
         first = np.where(seen.any(axis=0), seen.argmax(axis=0), len(seen)) - present.argmax(axis=0)
         return _mean(first[some].astype(np.float64))
@@ -224,7 +224,7 @@ class ManyFigures:
     @property
     def found(self) -> float:
         """Share of the targets that are ever matched."""
-        some = self._present.any(axis=0)
+        some = self.present.any(axis=0)
         return _mean((self.matches != NOBODY).any(axis=0)[some].astype(np.float64))
 
     @cached_property
@@ -258,33 +258,23 @@ def _mean(values: Floats) -> float:
     return float(values.mean()) if len(values) else np.nan
 
 
-@dataclass(frozen=True)
-class ManyFigure:
-    """Description of a figure: unit, whether less or more is better, upper bound."""
-
-    of: Callable[[ManyFigures], float]
-    unit: str = ""
-    better: str | None = None
-    most: float = np.inf
-
-
-MANY_FIGURES: dict[str, ManyFigure] = {
-    "hota": ManyFigure(lambda figures: figures.hota, "", "more", 1.0),
-    "deta": ManyFigure(lambda figures: figures.deta, "", "more", 1.0),
-    "assa": ManyFigure(lambda figures: figures.assa, "", "more", 1.0),
-    "idf1": ManyFigure(lambda figures: figures.idf1, "", "more", 1.0),
-    "mota": ManyFigure(lambda figures: figures.mota, "", "more", 1.0),
-    "recall": ManyFigure(lambda figures: figures.recall, "", "more", 1.0),
-    "precision": ManyFigure(lambda figures: figures.precision, "", "more", 1.0),
-    "switches": ManyFigure(lambda figures: figures.switches, "", "less"),
-    "fragments": ManyFigure(lambda figures: figures.fragments, "", "less"),
-    "misses": ManyFigure(lambda figures: figures.misses, "", "less"),
-    "false": ManyFigure(lambda figures: figures.false, "", "less"),
-    "gospa": ManyFigure(lambda figures: figures.gospa, "px", "less"),
-    "ospa": ManyFigure(lambda figures: figures.ospa, "px", "less", CUTOFF_PX),
-    "found": ManyFigure(lambda figures: figures.found, "", "more", 1.0),
-    "start_delay": ManyFigure(lambda figures: figures.start_delay, "frames", "less"),
-    "false_tracks": ManyFigure(lambda figures: figures.false_tracks, "", "less"),
-    "false_tracks_min": ManyFigure(lambda figures: figures.false_tracks_min, "1/min", "less"),
+MANY_FIGURES: dict[str, Figure] = {
+    "hota": Figure(lambda figures: figures.hota, "", "more", 1.0),
+    "deta": Figure(lambda figures: figures.deta, "", "more", 1.0),
+    "assa": Figure(lambda figures: figures.assa, "", "more", 1.0),
+    "idf1": Figure(lambda figures: figures.idf1, "", "more", 1.0),
+    "mota": Figure(lambda figures: figures.mota, "", "more", 1.0),
+    "recall": Figure(lambda figures: figures.recall, "", "more", 1.0),
+    "precision": Figure(lambda figures: figures.precision, "", "more", 1.0),
+    "switches": Figure(lambda figures: figures.switches, "", "less"),
+    "fragments": Figure(lambda figures: figures.fragments, "", "less"),
+    "misses": Figure(lambda figures: figures.misses, "", "less"),
+    "false": Figure(lambda figures: figures.false, "", "less"),
+    "gospa": Figure(lambda figures: figures.gospa, "px", "less"),
+    "ospa": Figure(lambda figures: figures.ospa, "px", "less", CUTOFF_PX),
+    "found": Figure(lambda figures: figures.found, "", "more", 1.0),
+    "start_delay": Figure(lambda figures: figures.start_delay, "frames", "less"),
+    "false_tracks": Figure(lambda figures: figures.false_tracks, "", "less"),
+    "false_tracks_min": Figure(lambda figures: figures.false_tracks_min, "1/min", "less"),
 }
 """Figures of a tracker of many by name."""

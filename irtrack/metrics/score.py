@@ -135,7 +135,7 @@ class Score:
                 values[field.name] = CentreFigures(*(flat[each.name + suffix] for each in fields(CentreFigures)))
             else:
                 value = flat[field.name]
-                values[field.name] = bool(value) if FIGURES[field.name].kind is bool and value is not None else value
+                values[field.name] = None if value is None else FIGURES[field.name].kind(value)
         return cls(**values)
 
 

@@ -36,10 +36,10 @@ _KERNELS = "irtrack._native"
 
 def tracker_name(tracker: Tracker) -> str:
     """Return its name in the table, or module:Class."""
-    from irtrack.registry.table import NAMED
+    from irtrack.registry.table import ALL_KINDS
 
     kind = _kind(tracker)
-    return next((name for name, known in NAMED.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
+    return next((name for name, known in ALL_KINDS.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
 
 
 def tracker_config(tracker: Tracker) -> dict[str, Any]:
@@ -79,15 +79,19 @@ def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
 
 def _kind(tracker: Tracker) -> type[object]:
     """Return the tracker's class, without its adapter."""
-    from irtrack.trackers.adapters import Plain
+    return tracker.kind if isinstance(tracker, _adapters()) else type(tracker)
 
-    return tracker.kind if isinstance(tracker, Plain) else type(tracker)
+
+def _adapters() -> tuple[type[Any], ...]:
+    from irtrack.detectors.plain import PlainDetector
+    from irtrack.trackers.adapters import Plain
+    from irtrack.trackers.many_adapters import PlainMany
+
+    return Plain, PlainMany, PlainDetector
 
 
 def _fields(value: Any) -> dict[str, Any]:
-    from irtrack.trackers.adapters import Plain
-
-    if isinstance(value, Plain):
+    if isinstance(value, _adapters()):
         return dict(value.parameters)
     if isinstance(value, Part):
         return {field: getattr(value, field) for field in type(value).model_fields}
@@ -122,6 +126,26 @@ def _plain(value: Any, place: str) -> Any:
             "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ with its parameters"
         )
     return text
+
+
+def weights_digest(tracker: Any) -> str:
+    """Return a hex digest of what decides a run besides parameters and code; '' where there is nothing.
+
+    This is the content of the files that a tracker or detector declares (`weights`, an attribute or property: a path
+    or several), and for a tracker on a detector (`detector_used`) that detector's code and files. InputError where a
+    file is missing.
+    """
+    parts: list[str] = []
+    used = getattr(tracker, "detector_used", None)
+    if used is not None:
+        parts += [code_hash(used), weights_digest(used)]
+    kind = _kind(tracker)
+    declared = getattr(tracker if kind is type(tracker) else kind, "weights", ())
+    for path in (declared,) if isinstance(declared, str | Path) else declared:
+        if not Path(path).is_file():
+            raise InputError(f"{tracker_name(tracker)}: weights {path}: there is no such file; allowed: a file")
+        parts.append(hashlib.blake2b(Path(path).read_bytes(), digest_size=16).hexdigest())
+    return hashlib.blake2b("".join(parts).encode(), digest_size=16).hexdigest() if parts else ""
 
 
 def code_hash(tracker: Tracker) -> str:

@@ -21,6 +21,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
+from irtrack.detectors import DETECTORS
 from irtrack.errors import InputError, error_line
 from irtrack.external import HINT, PEERS, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
@@ -32,7 +33,10 @@ from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.kalman import EKF, Kalman
+from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
+from irtrack.trackers.mht import MHT
+from irtrack.trackers.multi_target import GNN, JPDA
 from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
@@ -57,13 +61,22 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "svd_pf": SVDPF,
 }
 
-NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **EXTERNAL}
-"""The table and the trackers that run as programs."""
+MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}
+"""Trackers of many targets, which start by themselves."""
+
+NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL}
+"""The tables and the trackers that run as programs."""
+
+ALL_KINDS: dict[str, type[Part]] = {**NAMED, **DETECTORS}
+"""Trackers and detectors by name."""
 
 ENTRY_POINTS = "irtrack.trackers"
 
-CONTRACTS = "a class with start(frame, box) and step(frame), or with init(frame, box, rng) and step(state, frame, rng)"
-"""The two forms of a tracker: a plain one, or one with its state outside (`irtrack.types.Tracker`)."""
+CONTRACTS = (
+    "a class with start(frame, box) and step(frame), or with init(frame, box, rng) and step(state, frame, rng); of "
+    "many targets: start(frame) and step(frame), or step(detections), or init(frame, rng) and step(state, frame, rng)"
+)
+"""The forms of a tracker: plain ones, or with their state outside (`irtrack.types.Tracker`)."""
 
 
 class Row(NamedTuple):
@@ -95,7 +108,7 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     except (Exception, SystemExit) as error:  # a user's class may raise anything
         plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
-    return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
+    return _adapted(cls, given) or cast(Tracker, made)
 
 
 def of(tracker: object) -> Tracker:
@@ -103,8 +116,17 @@ def of(tracker: object) -> Tracker:
     kind = tracker if isinstance(tracker, type) else type(tracker)
     _checked(f"{kind.__module__}:{kind.__qualname__}", kind)
     if isinstance(tracker, type):
-        return Plain.made(tracker, {}) if is_plain(tracker) else cast(Tracker, tracker())
-    return Plain.of(tracker) if is_plain(type(tracker)) else cast(Tracker, tracker)
+        return _adapted(tracker, {}) or cast(Tracker, tracker())
+    if is_plain_many(kind):
+        return cast(Tracker, PlainMany.of(tracker))
+    return Plain.of(tracker) if is_plain(kind) else cast(Tracker, tracker)
+
+
+def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Tracker | None:
+    """Return the adapter of a plain class; None of any other."""
+    if is_plain_many(kind):
+        return cast(Tracker, PlainMany.made(kind, parameters))
+    return Plain.made(kind, parameters) if is_plain(kind) else None
 
 
 def find(name: str) -> type[Any]:
@@ -145,7 +167,12 @@ def _command(name: str) -> dict[str, object]:
 
 def describe(peers: Sequence[str] = ()) -> list[Row]:
     """Return a row for every tracker that can be named, for `irtrack list`; of the peers, for those given."""
-    present = [*TRACKERS, *(name for name, cls in EXTERNAL.items() if issubclass(cls, Command)), *peers]
+    present = [
+        *TRACKERS,
+        *MULTI_TRACKERS,
+        *(name for name, cls in EXTERNAL.items() if issubclass(cls, Command)),
+        *peers,
+    ]
     rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
     for name, entry in _installed().items():
         try:
@@ -174,7 +201,7 @@ def _load(name: str, entry: EntryPoint) -> object:
 def _checked(name: str, found: object) -> type[Any]:
     if not isinstance(found, type):
         raise InputError(f"'{name}' is not a tracker; allowed: {CONTRACTS}")
-    if hasattr(found, "step") and (hasattr(found, "init") or hasattr(found, "start")):
+    if hasattr(found, "step") and (hasattr(found, "init") or hasattr(found, "start") or takes_detections(found)):
         return found
     has = " and ".join(part for part in ("init", "start", "step") if hasattr(found, part))
     lacks = "start" if has == "step" else "step" if has else "start and no step"

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import irsim
 from irsim.rng import stream
-from irsim.types import Frame, Input, Source
-from irtrack.errors import IrtrackError, TrackerError, told
+from irsim.types import Box, Frame, Input, Source, Truth
+from irtrack.detectors import make_detector, parse_detector
+from irtrack.errors import InputError, IrtrackError, TrackerError, error_line, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
+from irtrack.replay.replay import named, replay
+from irtrack.replay.start import Start
 from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, fault_of_tracks, stacked
-from irtrack.types import Detections, Detector, fault_of_detections
+from irtrack.types import LEAST_PX, Detections, Detector, fault_of_detections
 
 
 class Clock:
@@ -40,7 +46,7 @@ class Clock:
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
                 raise  # Ctrl-C; where that is ignored, the tracker raised it
-            raise TrackerError(f"{place}: {told(error)}") from error
+            raise TrackerError(f"{place}: {error_line(error)}") from error
         self.indices.append(frame.index)
         self.times.append(frame.time)
         self.step_ms.append(took * 1e3)
@@ -83,7 +89,12 @@ class ManyPlayer:
             raise TrackerError(f"{place}: {wrong}")
         self._tracks.append((frame.index, tracks))
 
-    def tracks(self, source: Source, input: Input) -> TrackSet:
+    @property
+    def last(self) -> TrackFrame | None:
+        """Tracks of the last frame."""
+        return self._tracks[-1][1] if self._tracks else None
+
+    def result(self, source: Source, input: Input) -> TrackSet:
         """Return the tracks so far."""
         return TrackSet(
             source=source.name,
@@ -101,8 +112,8 @@ class ManyPlayer:
 class DetectorPlayer:
     """One detector on a source, from frame 0 on."""
 
-    def __init__(self, detector: Detector, label: str | None = None) -> None:
-        self.detector = detector
+    def __init__(self, detector: Detector, seed: int = 0, label: str | None = None) -> None:
+        self.detector, self.seed = detector, seed
         self.name, self.config = tracker_name(detector), tracker_config(detector)
         self.label = label or self.name
         self.clock = Clock()
@@ -120,7 +131,7 @@ class DetectorPlayer:
             raise TrackerError(f"{place}: {wrong}")
         self._found.append((frame.index, found))
 
-    def detections(self, source: Source, input: Input) -> DetectionSet:
+    def result(self, source: Source, input: Input) -> DetectionSet:
         """Return the detections so far."""
         rows = [each for _, each in self._found]
         boxes = [np.concatenate([each.centers, each.sizes], axis=1) for each in rows]
@@ -142,3 +153,87 @@ class DetectorPlayer:
             score=np.concatenate([each.scores for each in rows]) if rows else np.zeros(0),
             classes=tuple(c for each in rows for c in (each.classes or (None,) * len(each))) if classified else None,
         )
+
+
+def run_many(
+    tracker: str | MultiTracker | Any,
+    source: str | Path | irsim.Scenario | Source,
+    *,
+    parameters: Mapping[str, object] | None = None,
+    input: Input = "display",
+    seed: int = 0,
+    label: str | None = None,
+    frames: int | None = None,
+) -> TrackSet:
+    """Run one tracker of many targets over one source, from frame 0 on; nobody gives it a box.
+
+    tracker, source, parameters, input, seed   as of `irtrack.run`;  frames  at most so many
+
+    TrackerError for an error of the tracker, InputError for wrong input or a tracker of one target.
+    """
+    chosen: Any = named(tracker, parameters or {})
+    if getattr(chosen, "task", "single") != "many":
+        raise InputError(
+            f"{tracker_name(chosen)}: follows one target from a box; allowed: irtrack.run, or gnn, jpda, mht"
+        )
+    opened = irsim.open_source(source)
+    player = ManyPlayer(chosen, whole_number("seed", seed), label)
+    replay(opened, [player.see], input, 0, None if frames is None else whole_number("frames", frames, 1))
+    return player.result(opened, input)
+
+
+def run_detector(
+    detector: str | Detector | Any,
+    source: str | Path | irsim.Scenario | Source,
+    *,
+    input: Input = "display",
+    label: str | None = None,
+    frames: int | None = None,
+) -> DetectionSet:
+    """Run one detector over one source, from frame 0 on.
+
+    detector   a spec such as 'tophat:threshold=6', 'module:function', a function, a class or a `Detector`
+    """
+    if isinstance(detector, str):
+        chosen: Any = parse_detector(detector)
+    else:
+        chosen = detector if hasattr(detector, "step") and not isinstance(detector, type) else make_detector(detector)
+    opened = irsim.open_source(source)
+    player = DetectorPlayer(chosen, label=label)
+    replay(opened, [player.see], input, 0, None if frames is None else whole_number("frames", frames, 1))
+    return player.result(opened, input)
+
+
+AUTO_FRAMES = 100
+"""Frames within which an automatic start must find a target."""
+
+
+def auto_start(source: Source, input: Input, detector: str = "lcm") -> Start:
+    """Return the first confirmed track of `gnn` on a detector, as the start of a tracker of one target.
+
+    Its target is the one of the ground truth that the track matches there (`irtrack.metrics.comparison`); None where
+    it matches none: a false start. InputError where no track is confirmed in the first `AUTO_FRAMES` frames.
+    """
+    player = ManyPlayer(named("gnn", {"detector": detector}))
+    for frame, truth in source.pairs(0, min(AUTO_FRAMES, len(source)), input=input):
+        player.see(frame)
+        tracks = player.last
+        if tracks is not None and tracks.confirmed.any():
+            row = int(np.flatnonzero(tracks.confirmed)[np.argmax(tracks.scores[tracks.confirmed])])
+            box = Box(*tracks.centers[row].tolist(), *tracks.sizes[row].tolist()).at_least(LEAST_PX)
+            return Start(None if truth is None else _target_at(truth, box), frame.index, box)
+    frames = min(AUTO_FRAMES, len(source))
+    raise InputError(
+        f"{source.name}: {detector} gives no confirmed track in {frames} frames; allowed: another detector, or a box"
+    )
+
+
+def _target_at(truth: Truth, box: Box) -> str | None:
+    """Return the id of the nearest target whose centre is within the bound of "off" from a box; None without one."""
+    near = {
+        each.id: apart
+        for each in truth.targets
+        if (apart := math.hypot(each.center[0] - box.cx, each.center[1] - box.cy))
+        <= max(LEAST_PX, math.hypot(each.box.w, each.box.h))
+    }
+    return min(near, key=lambda id: near[id]) if near else None

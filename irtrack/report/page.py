@@ -20,6 +20,7 @@ from irtrack.report.frames import gallery
 from irtrack.report.plots import styles
 from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Budget, chapters
+from irtrack.report.task_sections import task_sections
 
 SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """Script of the page; it plays the replays."""
@@ -29,6 +30,8 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     """Return the report as HTML text."""
     # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))
+    tasks = task_sections(results, cells, by_label)
+    cells = [cell for cell in cells if cell.key.task == "single"]
     severities = severity_figures(cells)
     found = chapters(measured(results, cells), severities, by_label, Budget())
     overall = summary(cells, overall=True)
@@ -38,10 +41,11 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         "page.html.j2",
         results=results.path.name,
         overall=overall,
-        lead=lead(overall),
+        lead=lead(overall) if overall else "",
         styles=by_label,
         loss_tables=loss_tables(severities),
         chapters=found,
+        task_sections=tasks,
         has_replay=any(chapter.section.pictures.replay for chapter in found),
         failures=failures(cells),
         losses=losses,

@@ -82,7 +82,7 @@ class PlainMany:
     kind: type
     parameters: Mapping[str, Any]
     again: Callable[[], Any] = field(repr=False)
-    detector: str = "tophat"
+    detector: str = "lcm"
     resumable: ClassVar[bool] = False
     task: ClassVar[str] = "many"
 
@@ -100,11 +100,13 @@ class PlainMany:
         """Return the adapter of an object, which is copied for each run."""
         return cls(type(tracker), dict(getattr(tracker, "__dict__", {})), partial(copy.deepcopy, tracker))
 
-    def _made_detector(self) -> Detector | None:
+    @property
+    def detector_used(self) -> Detector | None:
+        """Detector of a tracker that takes detections."""
         return parse_detector(self.detector) if takes_detections(self.kind) else None
 
     def init(self, frame: Frame, rng: np.random.Generator) -> PlainManyState:
-        tracker, detector = self.again(), self._made_detector()
+        tracker, detector = self.again(), self.detector_used
         if detector is not None:
             memory, found = detector.step(None, frame)
             tracker.step(found)
@@ -113,7 +115,7 @@ class PlainMany:
         return PlainManyState(tracker, None)
 
     def step(self, state: PlainManyState, frame: Frame, rng: np.random.Generator) -> tuple[PlainManyState, TrackFrame]:
-        detector, memory = self._made_detector(), None
+        detector, memory = self.detector_used, None
         if detector is not None:
             memory, found = detector.step(state.memory, frame)
             answer = state.tracker.step(found)

@@ -84,6 +84,8 @@ class MHT(MultiTargetTracker):
 
     source: ClassVar[str] = "Reid 1979; Cox, Hingorani 1996"
 
+    most_detections: Annotated[int, Field(ge=1, le=10_000)] = 60
+    """Largest number of detections of a frame that are used, those of the highest scores."""
     scans: Annotated[int, Field(ge=1, le=20)] = 3
     """Frames after which a decision is final: N of N-scan."""
     hypotheses: Annotated[int, Field(ge=1, le=1000)] = 20
@@ -140,12 +142,17 @@ class MHT(MultiTargetTracker):
         for hypothesis in hypotheses:
             rows = hypothesis.rows
             base = hypothesis.weight + float(change[rows].sum()) + count * fresh
-            cost = np.full((len(rows), count + len(rows)), np.inf)
-            cost[:, :count] = -gain[rows]
-            np.fill_diagonal(cost[:, count:], 0.0)
+            gated = np.isfinite(gain[rows])
+            near, columns = np.flatnonzero(gated.any(axis=1)), np.flatnonzero(gated.any(axis=0))
+            cost = np.full((len(near), len(columns) + len(near)), np.inf)
+            cost[:, : len(columns)] = -gain[np.ix_(rows[near], columns)]
+            np.fill_diagonal(cost[:, len(columns) :], 0.0)
+            choices = np.append(columns, np.full(len(near), MISSED))
             for each in k_best(cost, self.hypotheses, base - best + MARGIN):
                 best = max(best, base - each.cost)
-                found.append((base - each.cost, rows, np.where(each.columns < count, each.columns, MISSED)))
+                taken = np.full(len(rows), MISSED)
+                taken[near] = choices[each.columns]
+                found.append((base - each.cost, rows, taken))
         found.sort(key=lambda each: -each[0])
         return [each for each in found[: self.hypotheses] if each[0] > best - MARGIN]
 

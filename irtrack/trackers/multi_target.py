@@ -117,7 +117,7 @@ class MultiTargetTracker(TrackerPart):
 
     task: ClassVar[str] = "many"
 
-    detector: str = "tophat"
+    detector: str = "lcm"
     """Detector, as `irtrack bench --detectors` takes it: NAME or NAME:KEY=VALUE."""
     motion: Literal["cv", "imm"] = "cv"
     """cv: constant velocity. imm: constant velocity, constant acceleration, and turns to both sides, mixed."""
@@ -137,6 +137,10 @@ class MultiTargetTracker(TrackerPart):
     """False and new detections per px^2 and frame: 2.3 in a frame of 320 x 240 px."""
     gate: Annotated[float, Field(gt=0, le=1000)] = 13.8
     """Squared Mahalanobis distance within which a detection may be a track's: chi-square of 99.9 %."""
+    most_detections: Annotated[int, Field(ge=1, le=10_000)] = 200
+    """Largest number of detections of a frame that are used, those of the highest scores."""
+    merge_px: Annotated[float, Field(ge=0, le=1000)] = 4.0
+    """Detections within so many px of a stronger one are taken for the same thing and left out."""
     amplitude: bool = True
     """Whether scores count in the association: those of a target are near its level."""
     confirm_hits: Annotated[int, Field(ge=1, le=60)] = 4
@@ -146,7 +150,8 @@ class MultiTargetTracker(TrackerPart):
     """Standard deviation of a predicted centre, px, from which on a track is deleted."""
 
     @cached_property
-    def _detector(self) -> Detector:
+    def detector_used(self) -> Detector:
+        """Detector of the frames, as the parameter `detector` names it."""
         return parse_detector(self.detector)
 
     @cached_property
@@ -165,13 +170,13 @@ class MultiTargetTracker(TrackerPart):
 
     def init(self, frame: Frame, rng: np.random.Generator) -> Any:
         """Return the state after the first frame, each of whose detections starts a track."""
-        memory, found = self._detector.step(None, frame)
-        return self.begin(found, (frame.image.shape[1], frame.image.shape[0]), memory)
+        memory, found = self.detector_used.step(None, frame)
+        return self.begin(self.strongest(found), (frame.image.shape[1], frame.image.shape[0]), memory)
 
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, TrackFrame]:
         """Return the state and the tracks after the next frame."""
-        memory, found = self._detector.step(state.memory, frame)
-        after = replace(self.advance(state, found), memory=memory)
+        memory, found = self.detector_used.step(state.memory, frame)
+        after = replace(self.advance(state, self.strongest(found)), memory=memory)
         return after, after.tracks.frame()
 
     @abstractmethod
@@ -181,6 +186,17 @@ class MultiTargetTracker(TrackerPart):
     @abstractmethod
     def advance(self, state: Any, found: Detections) -> Any:
         """Return the state after the detections of the next frame."""
+
+    def strongest(self, found: Detections) -> Detections:
+        """Return the `most_detections` detections of the highest scores, without those near a stronger one."""
+        order = np.argsort(-found.scores, kind="stable")[: self.most_detections]
+        apart = found.centers[order, None] - found.centers[None, order]
+        near = np.triu((apart**2).sum(axis=-1) < self.merge_px**2, 1)
+        kept = np.ones(len(order), bool)
+        for row in np.flatnonzero(near.any(axis=1)).tolist():
+            if kept[row]:
+                kept &= ~near[row]
+        return found.take(np.sort(order[kept]))
 
     def log_ratios(self, tracks: TrackTable, found: Detections, clutter_score: float) -> Floats:
         """Return the log-likelihood ratios (n, m) of `irtrack.filters.data_association`."""

@@ -1,4 +1,4 @@
-"""Random cases for oracles: sequences of targets and tracks, masks, filters, likelihood ratios. They need numpy alone."""
+"""Random cases for oracles: sequences of targets and tracks, masks, filters, likelihood ratios; by numpy alone."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Values of other implementations on the cases of `oracle_cases`, as JSON: run by .venv-oracles (`make oracles`).
 
-    .venv-oracles/bin/python tests/support/oracle_values.py COUNT > VALUES.json
+.venv-oracles/bin/python tests/support/oracle_values.py COUNT > VALUES.json
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def of_stonesoup(seed: int) -> dict[str, Any]:
     from stonesoup.dataassociator.probability import JPDA
     from stonesoup.hypothesiser.probability import PDAHypothesiser
     from stonesoup.models.measurement.linear import LinearGaussian
-    from stonesoup.models.transition.linear import RandomWalk, CombinedLinearGaussianTransitionModel
+    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, RandomWalk
     from stonesoup.predictor.kalman import KalmanPredictor
     from stonesoup.types.detection import Detection
     from stonesoup.types.state import GaussianState
