@@ -21,8 +21,8 @@ from irsim.scenario.visibility import sampled_frames
 
 _MAX_LAYERS = 3.0
 """Objects of clutter over each point: exp(-3), 5 % of the ground remains visible."""
-_MANY = 150_000
-"""Objects of clutter that take some 10 s to draw."""
+_MANY = 500_000
+"""Objects of clutter that take some 30 s to draw."""
 _FAR = 0.5
 """Displacement, as a fraction of a layer's range, from which its texture is distorted: 1.15 times too wide
 (1 / cos 30 degrees) for a sideways motion, 2 times too coarse towards it."""

@@ -18,7 +18,7 @@ import pytest
 from irtrack import Results
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", ["2"])
 def test_tracker_output_goes_to_standard_error(made: Path, jobs: str) -> None:
     for words in (
         ("run", "mine:Careless", "clip.mcap", "what=good"),
@@ -111,7 +111,7 @@ def cells_in(results: Path) -> int:
         return 0
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", ["2"])
 def test_ctrl_c_has_status_130_and_keeps_the_file(made: Path, tmp_path: Path, jobs: str) -> None:
     results = tmp_path / "long.db"
     words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))

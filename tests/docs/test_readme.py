@@ -23,6 +23,8 @@ import irtrack
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BY_DAY = {"README.md", "CONTRIBUTING.md", "scenarios.md"}
+"""Documents whose commands `make test` runs; `make validate` runs those of all."""
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 
 
@@ -47,7 +49,10 @@ def commands() -> Iterator[str]:
         yield path
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "document",
+    [pytest.param(path, id=path.name, marks=() if path.name in BY_DAY else pytest.mark.slow) for path in DOCUMENTS],
+)
 def test_commands_and_code_of_documents_run(document: Path, tmp_path: Path, commands: str, footage: Path) -> None:
     """All blocks of a document run in order, in one folder, without a warning. The README needs no other files."""
     if document.name != "README.md":

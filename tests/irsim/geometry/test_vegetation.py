@@ -106,14 +106,3 @@ def test_wood_grows_within_the_crown() -> None:
         tip = points[[1, 2]].mean(axis=0)
         assert np.hypot(2 * tip[0] / WIDE["broadleaf"], 2 * tip[1] / HIGH + 1) < 0.8 + 1e-9
         assert points[[1, 2], 1].mean() < points[[0, 3], 1].mean()  # upwards
-
-
-def test_unresolved_trees_are_not_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A thousand kilometres away half a metre is a thousandth of a pixel."""
-    drawn = []
-    monkeypatch.setattr(Trees, "_tree", lambda *arguments: drawn.append(arguments))
-    geometry = Geometry((64, 48), 5e-4)
-    sheet = PanoramaGrid.of(geometry)
-    context = SceneContext(1, geometry, 30.0, "mwir", 0.6)
-    Trees(range_m=1e6, spacing_m=0.5, undergrowth=0).paint(sheet, 10.0, 290.0, context)
-    assert len(sheet.columns) < len(drawn) <= 4 * len(sheet.columns)

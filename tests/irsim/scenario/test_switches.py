@@ -95,7 +95,7 @@ def test_every_kind_is_there() -> None:
     assert {"optics", "smear", "lag", "falloff", "bloom", "correction", "atmosphere", "turbulence"} <= set(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES[::3])
+@pytest.mark.parametrize("name", NAMES[::6])
 def test_switched_off_is_the_scene_without_it(name: str) -> None:
     off = Rendering(Scenario.model_validate({**everything(), "without": [name]}))
     less = Rendering(Scenario.model_validate(lacking(everything(), name)))
@@ -167,7 +167,7 @@ CARRIED = [
 
 @pytest.mark.parametrize(
     ("scene", "name"),
-    [pytest.param(*each, id=f"{each[0]['background']['kind']}-{each[1]}") for each in [*LYING[::4], *CARRIED[::3]]],
+    [pytest.param(*each, id=f"{each[0]['background']['kind']}-{each[1]}") for each in [*LYING[::6], *CARRIED[::4]]],
 )
 def test_background_parts_and_motions_switch_off(scene: dict[str, Any], name: str) -> None:
     off, less = (
