@@ -72,7 +72,7 @@ def joint_probabilities(L: Floats, events: int = EVENTS) -> Floats:
 
 def clusters(gated: npt.NDArray[np.bool_]) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]]:
     """Yield (rows, columns) of each group of two tracks or more that share detections, directly or by others."""
-    left: npt.NDArray[np.bool_] = gated[:, gated.sum(axis=0) > 1].any(axis=1)
+    left = np.asarray(gated[:, gated.sum(axis=0) > 1].any(axis=1), dtype=bool)
     while left.any():
         rows = np.zeros(len(gated), bool)
         rows[np.argmax(left)] = True

@@ -23,7 +23,11 @@ import numpy as np
 import irsim._native
 from irsim.config.base import Part
 from irtrack.errors import InputError, IrtrackError
-from irtrack.types import Tracker
+from irtrack.tracks import MultiTracker
+from irtrack.types import Detector, Tracker
+
+Runnable = Tracker | MultiTracker | Detector
+"""What a bench runs: a tracker of one target, of many, or a detector."""
 
 _AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 """Parts of a repr that do not identify a value: an address, which differs from run to run, or numpy's ellipsis."""
@@ -34,7 +38,7 @@ _KERNELS = "irtrack._native"
 """Package of the C kernels, of which the source counts, compiled or not."""
 
 
-def tracker_name(tracker: Tracker) -> str:
+def tracker_name(tracker: Runnable) -> str:
     """Return its name in the table, or module:Class."""
     from irtrack.registry.table import ALL_KINDS
 
@@ -42,7 +46,7 @@ def tracker_name(tracker: Tracker) -> str:
     return next((name for name, known in ALL_KINDS.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
 
 
-def tracker_config(tracker: Tracker) -> dict[str, Any]:
+def tracker_config(tracker: Runnable) -> dict[str, Any]:
     """Return {"tracker": name, "parameters": {...}} as JSON holds it.
 
     Parameters are a Part's or a dataclass' fields, else the object's attributes. An array is its dtype, shape and a
@@ -77,7 +81,7 @@ def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
 
 
-def _kind(tracker: Tracker) -> type[object]:
+def _kind(tracker: Runnable) -> type[object]:
     """Return the tracker's class, without its adapter."""
     return tracker.kind if isinstance(tracker, _adapters()) else type(tracker)
 
@@ -148,7 +152,7 @@ def weights_digest(tracker: Any) -> str:
     return hashlib.blake2b("".join(parts).encode(), digest_size=16).hexdigest() if parts else ""
 
 
-def code_hash(tracker: Tracker) -> str:
+def code_hash(tracker: Runnable) -> str:
     """Return a hex digest of the tracker's source code.
 
     It covers the file of its class and all modules imported by it, directly or not, that are irtrack's, of the same

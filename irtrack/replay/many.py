@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class Clock:
         self.cpu_ms.append(took_cpu * 1e3)
         return answer
 
-    def columns(self) -> dict[str, np.ndarray]:
+    def columns(self) -> dict[str, Any]:
         """Return frames, times, step_ms and cpu_ms as arrays (k,)."""
         return {
             "frames": np.array(self.indices, dtype=np.int64),
@@ -171,7 +171,7 @@ def run_many(
 
     TrackerError for an error of the tracker, InputError for wrong input or a tracker of one target.
     """
-    chosen: Any = named(tracker, parameters or {})
+    chosen: Any = named(cast(Any, tracker), parameters or {})
     if getattr(chosen, "task", "single") != "many":
         raise InputError(
             f"{tracker_name(chosen)}: follows one target from a box; allowed: irtrack.run, or gnn, jpda, mht"
@@ -197,7 +197,8 @@ def run_detector(
     if isinstance(detector, str):
         chosen: Any = parse_detector(detector)
     else:
-        chosen = detector if hasattr(detector, "step") and not isinstance(detector, type) else make_detector(detector)
+        is_detector = hasattr(detector, "step") and not isinstance(detector, type)
+        chosen = detector if is_detector else make_detector(cast(Any, detector))
     opened = irsim.open_source(source)
     player = DetectorPlayer(chosen, label=label)
     replay(opened, [player.see], input, 0, None if frames is None else whole_number("frames", frames, 1))
@@ -214,7 +215,7 @@ def auto_start(source: Source, input: Input, detector: str = "lcm") -> Start:
     Its target is the one of the ground truth that the track matches there (`irtrack.metrics.comparison`); None where
     it matches none: a false start. InputError where no track is confirmed in the first `AUTO_FRAMES` frames.
     """
-    player = ManyPlayer(named("gnn", {"detector": detector}))
+    player = ManyPlayer(cast(Any, named("gnn", {"detector": detector})))
     for frame, truth in source.pairs(0, min(AUTO_FRAMES, len(source)), input=input):
         player.see(frame)
         tracks = player.last

@@ -16,7 +16,7 @@ import pytest
 from bench_fakes import Strip, Walker
 
 from irtrack.bench import Entry, Key, Results, RunRecord, run_bench
-from irtrack.bench.records import pack, packed_trace
+from irtrack.bench.records import pack
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score
@@ -99,11 +99,11 @@ def test_damaged_track_is_an_input_error(tmp_path: Path) -> None:
     path = tmp_path / "r.db"
     with run_bench([Strip()], [Entry("w", Walker())], results=path) as results:
         (cell,) = results.cells()
-        trace = results.trace(cell.key)
-    assert trace is not None
-    blob = packed_trace(trace)
+        arrays = results.arrays(cell.key)
+    assert arrays is not None
+    blob = pack(arrays)
     flipped = blob[:-1] + bytes([blob[-1] ^ 1])
-    misnamed = pack({"centres": trace.centers})
+    misnamed = pack({"centres": arrays["centers"]})
     for changed, said in [(flipped, "ValueError"), (blob[:-1], "ValueError"), (misnamed, "TypeError")]:
         with sqlite3.connect(path) as client:
             client.execute("UPDATE cells SET trace = ?", (changed,))

@@ -80,7 +80,7 @@ def tracks(frames: int, *lanes: tuple[int, float, range]) -> TrackSet:
 
 def figures(truth: list[Truth], found: TrackSet, matching: Matching = "distance") -> dict[str, float]:
     each = ManyFigures(Comparison.of(truth, found, matching), 30.0)
-    return {name: float(figure.of(each)) for name, figure in MANY_FIGURES.items() if figure.of is not None}
+    return {name: float(figure.of(each) or 0) for name, figure in MANY_FIGURES.items() if figure.of is not None}
 
 
 @pytest.mark.parametrize("matching", ["distance", "iou"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from irtrack.replay.many import run_many
 from irtrack.trackers.mht import MHT
 from irtrack.trackers.multi_target import GNN, MultiTargetTracker
 from irtrack.tracks import fault_of_tracks
+from irtrack.types import Detections
 
 KINDS = [f"{name}-{motion}" for name in MULTI_TRACKERS for motion in ("cv", "imm")]
 STRAIGHT = np.stack([[(20 + 2 * k, 40.0 + 30 * i) for i in range(5)] for k in range(40)])
@@ -25,9 +27,7 @@ STRAIGHT = np.stack([[(20 + 2 * k, 40.0 + 30 * i) for i in range(5)] for k in ra
 
 def tracker(kind: str) -> MultiTargetTracker:
     name, motion = kind.split("-")
-    made = make(name, {"motion": motion})
-    assert isinstance(made, MultiTargetTracker)
-    return made
+    return cast(MultiTargetTracker, make(name, {"motion": motion}))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -78,7 +78,8 @@ def test_order_of_detections_does_not_matter(kind: str) -> None:
     turned = [each.take(np.arange(len(each))[::-1]) for each in plots]
     one, other = (tracked(tracker(kind), each)[-1] for each in (plots, turned))
     places = [frame.centers[frame.confirmed] for frame in (one, other)]
-    np.testing.assert_allclose(*(each[np.lexsort(each.T)] for each in places), atol=1e-9)
+    first, second = (each[np.lexsort(each.T)] for each in places)
+    np.testing.assert_allclose(first, second, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -111,7 +112,7 @@ def crossing(noise_seed: int) -> list[list[tuple[float, float]]]:
 
 def test_only_deferred_decisions_are_right_at_this_crossing() -> None:
     """The tree of `mht` keeps both readings for three frames; with no deferral, and in `gnn`, identities are lost."""
-    keys = {"amplitude": False, "measurement_sd": 0.6, "acceleration": 0.1}
+    keys: dict[str, Any] = {"amplitude": False, "measurement_sd": 0.6, "acceleration": 0.1}
     kept = {"mht": 0, "gnn": 0}
     for seed in range(20):
         plots = [detections(each) for each in crossing(seed)]
@@ -162,12 +163,12 @@ def test_wrong_use_is_one_line() -> None:
 class Nearest:
     """A person's tracker of many: ids by the order of scores."""
 
-    def step(self, detections: object) -> list[tuple[int, tuple[float, float, float, float], float]]:
-        return [(k, (*each.box.pixels[:2], 5.0, 5.0), each.score) for k, each in enumerate(detections)][:3]  # type: ignore[call-overload]
+    def step(self, detections: Detections) -> list[tuple[int, tuple[float, float, float, float], float]]:
+        return [(k, (each.box.cx, each.box.cy, 5.0, 5.0), each.score) for k, each in enumerate(detections)][:3]
 
 
 class Twice(Nearest):
-    def step(self, detections: object) -> list[tuple[int, tuple[float, float, float, float], float]]:
+    def step(self, detections: Detections) -> list[tuple[int, tuple[float, float, float, float], float]]:
         return [(1, (5.0, 5.0, 5.0, 5.0), 1.0)] * 2
 
 
