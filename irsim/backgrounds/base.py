@@ -73,8 +73,8 @@ class SemiTransparentLayer(Layer, Protocol):
     ) -> list[Floats]:
         """Set `light` to under * transmittance + emission and return the transmittance in the slices `behind`.
 
-        under: radiance behind the layer, (rows, cols) as `light`, which it may be. The transmittance in a slice is
-        (rows, columns), or (n, rows, columns) at n instants of an exposure.
+        under: radiance behind the layer, (rows, cols) as `light`; both may be one array. The transmittance in a slice
+        is (rows, columns), or (n, rows, columns) at n instants of an exposure.
         """
         ...
 

@@ -152,8 +152,7 @@ class _CroppedMask:
 
 
 def crop(layer: Layer, view_direction: ViewDirection, region: Slices) -> Layer | None:
-    """Return a layer cropped to a region (rows, columns) of one frame; None for a layer with an unknown `blend` of its
-    own.
+    """Return a layer cropped to a region (rows, columns) of one frame; None if it has its own, unknown `blend`.
 
     On float64 light its result is that of the full frame to the last bit.
     """

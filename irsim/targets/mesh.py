@@ -142,8 +142,8 @@ class MeshShape(Shape):
 
 
 def _mean_radiance(pixels: Floats, depth: Floats, faces: Ints, radiances: Floats, grid: Grid) -> Floats:
-    """Return the mean radiance (rows, columns) of the visible faces in each cell, or in neighbouring cells without
-    any."""
+    """Return the mean radiance (rows, columns) of the faces seen in each cell; a cell without faces takes its
+    neighbours'."""
     rows, columns = grid.cells
     window = np.array([grid.columns, grid.rows])
     corners = pixels[faces].reshape(-1, 2) - grid.corner

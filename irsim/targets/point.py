@@ -55,11 +55,12 @@ class Point(Shape):
     emissivity: Fraction = 0.95
     """Emissivity."""
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point minus that of its background, K; replaces `temperature_k`. `without` does not
-    affect the result."""
+    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. The radiance is set with
+    nothing switched off, so --without does not change it."""
     scr: Number | None = None
     """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. Negative:
-    darker than the background, to the limit that `area_m2` allows. `without` does not affect the result."""
+    darker than the background, to the limit that `area_m2` allows. The radiance is set with nothing switched off, so
+    --without does not change it."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
