@@ -28,7 +28,7 @@ _PUBLIC = {
     "DetectionSet": "irtrack.tracks",
     "TrackFrame": "irtrack.tracks",
     "TrackSet": "irtrack.tracks",
-    "write_track_set": "irtrack.replay.track_files",
+    "write_track_set": "irtrack.bench.track_files",
     "run_anchors": "irtrack.metrics.vot",
     "Reference": "irtrack.metrics",
     "Score": "irtrack.metrics",

@@ -133,7 +133,7 @@ def load_suite(path: str | Path) -> Suite:
     opened = list(tried("sources", suite.sources, lambda source: list(source_specs(_entry(source, folder)))))
     trackers = list(tried("trackers", suite.trackers, _tracker)) + list(tried("detectors", suite.detectors, _detector))
     if not suite.trackers and not suite.detectors:
-        wrong.append(written.line(("trackers",), "is missing; allowed: a list of trackers, or of detectors"))
+        wrong.append(written.line(("trackers",), "it is missing; allowed: a list of trackers, or of detectors"))
     if wrong:
         raise InputError("\n".join(wrong))
     sources = [each for several in opened for each in several]

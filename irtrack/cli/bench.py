@@ -191,7 +191,8 @@ def bench(
     cells = sweep(suite, results, jobs, scheduler, target, start)
     rows, tasks = summary(cells), task_summary(cells)
     if as_json:
-        print_json({"results": str(results), "rows": [*(row.as_dict() for row in rows), *(row.as_dict() for row in tasks)]})
+        every = [*(row.as_dict() for row in rows), *(row.as_dict() for row in tasks)]
+        print_json({"results": str(results), "rows": every})
     else:
         if rows:
             print_summary(rows)

@@ -28,8 +28,8 @@ def show_many(
     tracks: TrackSet, source: Source, truths: list[Truth], csv: Path | None, as_json: bool, repeat: Callable[[], str]
 ) -> None:
     """Print the figures of tracks of many targets, and write them to a file where one is given."""
+    from irtrack.bench.track_files import rows, write_track_set
     from irtrack.metrics.tasks import FIGURES_OF, task_scores
-    from irtrack.replay.track_files import rows, write_track_set
 
     figures = task_scores(tracks, truths, source.rate_hz)[0] if source.has_truth else {}
     if csv is not None:

@@ -9,10 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.backgrounds.panorama import PanoramaGrid
-from irsim.backgrounds.trees import Trees
-from irsim.geometry.context import SceneContext
-from irsim.geometry.projection import Geometry
 from irsim.geometry.vegetation import Crown, Foliage, broadleaf, bush, conifer, wood
 from irsim.rng import stream
 from irsim.types import Floats

@@ -43,8 +43,9 @@ def test_results_file_round_trip(tmp_path: Path) -> None:
     assert trace.truth_sizes[0].tolist() == [4.0, 3.0]
     assert trace.step_ms.shape == trace.accuracy.shape == trace.visible.shape == (20,)
     # a plain SQLite client reads the figures by their names
-    row = sqlite3.connect(tmp_path / "r.db").execute("SELECT frames, error, lost, success_auc FROM cells").fetchone()
-    assert row == (19, 0.0, 0, cell.score.success_auc)
+    figures = dict(sqlite3.connect(tmp_path / "r.db").execute("SELECT name, value FROM scores").fetchall())
+    assert [figures[name] for name in ("frames", "error", "lost")] == [19, 0, 0]
+    assert figures["success_auc"] == cell.score.success_auc
 
 
 def test_key_digest_covers_every_field() -> None:
@@ -52,7 +53,7 @@ def test_key_digest_covers_every_field() -> None:
     others = [
         replace(key, source_hash="g"), replace(key, target=None), replace(key, start="1,2,3,4@0"),
         replace(key, input="counts"), replace(key, scene_seed=None), replace(key, tracker_seed=1),
-        replace(key, config="[]"), replace(key, code_hash="d"),
+        replace(key, config="[]"), replace(key, code_hash="d"), replace(key, task="many"), replace(key, weights="w"),
     ]  # fmt: skip
     assert len({one.digest for one in [key, *others]}) == len(astuple(key)) + 1
     assert replace(key, target="a").digest == key.digest
