@@ -26,10 +26,11 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class DigestRecord(Part):
-    """MCAP metadata record: a text for each field and a digest of all texts, as metadata records have no CRC."""
+    """MCAP metadata record with a text for each field and, as MCAP gives these records no CRC, a digest of all
+    texts."""
 
     def to_record(self) -> dict[str, str]:
-        """Return the texts of the record by key; a field that is None has no key."""
+        """Return the texts of the record by key. Fields that are None are left out."""
         values = self.model_dump(mode="json", exclude_none=True)
         as_text = self._kept_as_text()
         texts = {key: value if key in as_text else json.dumps(value) for key, value in values.items()}
@@ -37,7 +38,8 @@ class DigestRecord(Part):
 
     @classmethod
     def from_record(cls, record: Mapping[str, str]) -> Self:
-        """Return the value of a record; InputError, without the name of the file, where it is damaged."""
+        """Return the object stored in a record. Raises InputError, without the name of the file, for a damaged
+        record."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
             raise InputError("damaged: its metadata does not match its digest")
@@ -57,7 +59,7 @@ class DigestRecord(Part):
 
     @classmethod
     def _kept_as_text(cls) -> set[str]:
-        """Return the names of fields of text; all others are stored as JSON."""
+        """Return the names of fields that are texts; all other fields are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
 
 

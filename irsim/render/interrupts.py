@@ -1,6 +1,6 @@
-"""Start and end of worker processes: Ctrl-C, scripts without a `__main__` guard, the end of the parent.
+"""Start and end of worker processes: Ctrl-C, scripts without a `__main__` guard, and the end of the parent process.
 
-A terminal sends Ctrl-C to workers too; only the parent reports it.
+A terminal sends Ctrl-C to workers as well. Only the parent process reports it.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from typing import Any
 from irsim.errors import InputError
 
 _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals that end a program and let it clean up."""
+"""Signals that ask a program to end, and let it clean up."""
 
 _hinting = threading.Lock()
-"""Lock of the thread that prints the hint on the guard, held to the end of the process."""
+"""Lock acquired by the first thread that prints the hint on the guard, and never released."""
 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Defer Ctrl-C to the end of the block; in processes started there, until they run `process`'s function or call
-    `ignore_interrupts`. Before that, it would end them with a traceback. InputError where no process can be started.
-    """
+    """Defer Ctrl-C to the end of the block. Processes started in the block defer it until they run the function of
+    `process` or call `ignore_interrupts`, as it would end them with a traceback before. InputError where no process can
+    be started."""
     _expect_main()
     if sys.platform == "win32":
         with _guard_hint():
@@ -48,7 +48,7 @@ def interrupts_held() -> Iterator[None]:
 
 
 def _expect_main() -> None:
-    """Raise InputError where workers cannot import the main program, such as one read from a pipe."""
+    """Raise InputError where workers cannot import the main program, such as a program read from a pipe."""
     main = sys.modules["__main__"]
     path = getattr(main, "__file__", None)
     if getattr(main, "__spec__", None) is None and path is not None and not os.path.exists(path):
@@ -58,7 +58,7 @@ def _expect_main() -> None:
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker with a one-line hint if it imports a script without the guard, instead of a page from each."""
+    """End a worker that imports a script without the guard by a hint of one line, not by a long traceback."""
     try:
         yield
     except RuntimeError as error:
@@ -100,10 +100,11 @@ def _deferred() -> Iterator[None]:
 def process(
     context: BaseContext, function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()
 ) -> BaseProcess:
-    """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent.
+    """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent
+    process.
 
     `inherited` are arguments that can be passed only at the start of a process, such as shared memory. Ctrl-C ends the
-    process at once and silently, also while it still imports the function's module.
+    process at once and silently, even while it imports the function's module.
     """
     pickled = pickle.dumps((function, arguments))
     made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]  # typeshed has it in the kinds of context only
