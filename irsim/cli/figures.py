@@ -57,8 +57,7 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
 
     Each frame has its number and time, the boxes of its targets, and an enlarged part around the followed target with a
     grey scale of its own. Where all frames together use less than half of the grey levels, these are stretched from
-    black to white, and the title gives them. Raises InputError where the file cannot be written, or is read by the
-    source.
+    black to white, and the title gives them. InputError where the file cannot be written, or is read by the source.
     """
     from matplotlib.figure import Figure
 
@@ -178,8 +177,7 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
 def name_position(
     box: Box, extent: tuple[float, float], size: tuple[int, int], names: Sequence[Box] = ()
 ) -> tuple[float, float]:
-    """Return the lower left corner, px, of a name with size `extent` (width, height) in a picture of `size` (columns,
-    rows).
+    """Return the lower left corner, px, of a name with size `extent` (width, height) in a picture of `size`.
 
     The name is above its box, or below or inside it where there is no room above. It moves below or beside the box
     where it overlaps less of other `names` there. It is inside the picture as long as any of the box is.
@@ -224,8 +222,7 @@ def _text_size(name: str) -> tuple[float, float]:
 
 
 def zoom_corner(box: Box, occupied: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
-    """Return the lower left corner, in fractions of the axes, of the enlarged part in a picture of `size` (columns,
-    rows).
+    """Return the lower left corner, in fractions of the axes, of the enlarged part in a picture of `size`, px.
 
     It is in the picture's corner that hides the fewest `occupied` boxes and `box` itself, or in the farthest from `box`
     of several such corners.
@@ -250,8 +247,7 @@ def zoom_corner(box: Box, occupied: Sequence[Box], size: tuple[int, int]) -> tup
 
 
 def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
-    """Return the side, px, of the part around a box to enlarge in a picture of `size`; None where it could not be
-    enlarged."""
+    """Return the side, px, of the part around a box to enlarge; None where it could not be enlarged."""
     columns, rows = size
     side = max(ZOOM_PX, 2 * round(max(box.w, box.h)))
     return side if side < min(ZOOM_FRACTION * rows, columns) else None

@@ -157,8 +157,7 @@ def _named(source: str) -> Iterator[None]:
 
 
 def _write_fit(found: Fit, output: Path | None, as_json: bool) -> None:
-    """Write the fitted scenario to a file and its figures to the screen, or without a file the scenario to the
-    screen."""
+    """Write the fitted scenario to a file and its figures to the screen, or else the scenario to the screen."""
     from irsim.calibration.fit import sealed
     from irsim.recording.output import atomic_text
 

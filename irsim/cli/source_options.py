@@ -61,8 +61,7 @@ def from_option(option: str, parameter: str) -> Iterator[None]:
 
 
 def part_names(without: str | None) -> list[str]:
-    """Return the names in a text such as 'near, far'. Raises InputError for an empty name, as of an unset shell
-    variable."""
+    """Return the names in a text such as 'near, far'. InputError for an empty name, as of an unset shell variable."""
     names = [] if without is None else [name.strip() for name in without.split(",")]
     if not all(names):
         raise InputError(f"--without {without!r}: a name is empty; allowed: names separated by commas")

@@ -266,8 +266,7 @@ def _lines(label: str, total: int | None) -> Progress:
 
 @contextmanager
 def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress]:
-    """Show a progress bar on standard error with rate and remaining time, or lines (`_lines`) if that is not a
-    terminal.
+    """Show a progress bar on standard error with rate and remaining time; if that is not a terminal, lines.
 
     ticking   True: a thread draws the bar ten times a second; False: the bar is drawn only when it moves, so that it
               does not overwrite a debugger's prompt

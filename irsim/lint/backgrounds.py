@@ -44,8 +44,8 @@ def sky_inverted(scenario: Scenario) -> Iterator[Notice]:
 def clouds_colder_than_sky(scenario: Scenario) -> Iterator[Notice]:
     """Warn of clouds colder than the clear sky low in the picture, where it is warmest.
 
-    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. A clear sky behind it emits
-    from the air there and above, which is no warmer.
+    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. The clear sky behind it
+    emits from air at that height and above, which is no warmer.
     """
     background, context = scenario.background, scenario.context
     bottom, top = elevation_range(context)

@@ -21,15 +21,14 @@ from irsim.types import Floats
 _BEADS_PX = 1.2
 """Distance, px, from which two blurred points are resolved, for the usual blur sigma of 0.6 px."""
 _MAX_NETD_MK = 1000.0
-"""Round limit by the authors: commercial cameras have 20 to 100 mK."""
+"""Largest plausible NETD, mK. The authors chose this round limit: commercial cameras have 20 to 100 mK."""
 _LEAST_NOISE = 0.3
 """Least plausible noise sigma, counts. Rounding turns a sigma of 0.2 into one of 0.11 to 0.50, as the pixel's mean lies
 near a whole count or between two; a sigma of 0.3 becomes 0.31 to 0.50."""
 _NO_NOISE = 1e-3
 """Largest noise sigma, counts, that `irsim fit` finds for a camera without noise."""
 _APERTURE_RATIO = 1.25
-"""Ratio of two aperture diameters up to which they count as equal. Image motion by turbulence follows their power
--1/6."""
+"""Ratio of two aperture diameters up to which they count as equal. Turbulent motion follows their power -1/6."""
 
 
 def netd_implausible(scenario: Scenario) -> Iterator[Notice]:

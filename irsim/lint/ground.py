@@ -19,7 +19,7 @@ from irsim.scenario.visibility import MAX_FRAMES, sampled_frames
 from irsim.types import Floats
 
 _SLIDE_PX = 1.0
-"""Largest displacement, px, of an object relative to the ground beneath it that is not visible."""
+"""Displacement, px, of an object relative to the ground beneath it up to which it is not visible."""
 _MOVED_M = 1.0
 """Displacement of the camera, m, from which the ground must move in the picture even without objects on it."""
 _DEPTH_M = 1.0
@@ -182,8 +182,7 @@ def target_above_ground(scenario: Scenario) -> Iterator[Notice]:
 
 
 def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets whose center the curvature of the earth would hide, if the background gives the camera's
-    height."""
+    """Warn of targets whose center the curvature of the earth would hide, if the camera's height is known."""
     level, down = scenario.background.surface_m, scenario.context.geometry.down
     if level is None:
         return

@@ -1,5 +1,4 @@
-"""Warnings about occluders that hide no target, and about placed ones that hide too long, too much, or other
-targets."""
+"""Warnings about occluders that hide no target, and placed ones that hide too long, too much, or other targets."""
 
 from __future__ import annotations
 
@@ -63,7 +62,8 @@ def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _joint_excess(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
-    """Warn of occluders that, together with others of the same target, exceed the required fraction by MAX_EXCESS.
+    """Warn of occluders that, together with other occluders of their target, exceed the required fraction by
+    MAX_EXCESS.
 
     Only frames in which an occluder must hide the target count. Of several occluders with a common frame, the one with
     the largest required fraction is reported, and each pair once.
@@ -101,8 +101,7 @@ def _requires(occlusion: Occlusion, frame: int) -> bool:
 
 
 class _Run(NamedTuple):
-    """Run of frames in which an occluder hides up to the fraction `most` of target `name`, without being required
-    to."""
+    """Run of frames in which an occluder hides up to the fraction `most` of target `name` without need."""
 
     name: str
     first: int
@@ -137,8 +136,7 @@ def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iter
 
 
 def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wanted: bool) -> str:
-    """Return the proposed change; for a target that no occluder is placed to hide (`wanted` False), also the key that
-    silences the warning."""
+    """Return the proposed change; for a target not `wanted` to be hidden, also the key that silences the warning."""
     own, (first, last) = target_and_frames(occlusion.occluder)
     beyond = math.ceil(max(_ranges_m(visibility, run.name, range(run.first, run.last + 1))))
     remedy = "other frames"
@@ -151,8 +149,7 @@ def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wante
 
 
 def _ranges_m(visibility: TargetVisibility, name: str, frames: range) -> list[float]:
-    """Return the distances of a target from the camera's first position, m, in those of `frames` in which it is
-    drawn."""
+    """Return the distances of a target from the camera's first position, m, in those `frames` in which it is drawn."""
     drawn = ((frame, visibility.sprite(name, frame)) for frame in frames)
     return [visibility.range_from_origin_m(name, frame, sprite) for frame, sprite in drawn if sprite is not None]
 

@@ -84,7 +84,7 @@ def lint(scenario: Scenario, done: Callable[[], None] | None = None) -> Iterator
 
 
 def ineffective(scenario: Scenario) -> Iterator[Notice]:
-    """Yield the warnings of keys that have no effect because of other keys."""
+    """Yield warnings about keys that have no effect because of other keys."""
     yield from _enabled(scenario, INEFFECTIVE)
 
 

@@ -59,8 +59,7 @@ def target_to_follow(scenario: Scenario) -> tuple[int, Target] | None:
 
 
 def world_directions(scenario: Scenario, pixels: Floats) -> tuple[Floats, Floats]:
-    """Return the sampled frames (n,), and the directions (right, down, ahead) of pixels (..., 2) in them, (n, ...,
-    3)."""
+    """Return the sampled frames (n,), and directions (right, down, ahead) of pixels (..., 2) in them, (n, ..., 3)."""
     context, frames = scenario.context, sampled_frames(scenario.frames)
     camera = CameraTrajectory.of(scenario.motions, frames, context)
     rotations = context.geometry.world_rotation(camera.turns)

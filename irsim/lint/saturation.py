@@ -78,7 +78,7 @@ def _remedy(camera: Camera, least: float, most: float, above: bool) -> str:
 
 
 def agc_range_unused(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a fixed grey scale with an end outside the counts, or one that turns the background all black or
+    """Warn of a fixed grey scale with an end outside the counts, or one that makes all the background black or
     white."""
     camera = scenario.camera
     ends, full = camera.agc.fixed_range(camera.bits), 2**camera.bits - 1

@@ -18,7 +18,7 @@ from irsim.targets.target import Target
 from irsim.types import Floats
 
 _STILL = 0.05
-"""Largest apparent rotation over all frames that counts as standstill, as a fraction of the rotational symmetry."""
+"""Largest apparent rotation in all frames that counts as standstill, in units of the angle of rotational symmetry."""
 _MOST = 0.5
 """Fraction of frames outside the picture, or more than half hidden, from which a target is reported."""
 _RENDERED_FRAMES = 24

@@ -140,7 +140,7 @@ def _merged(found: Sequence[Iterable[Finding]]) -> Iterator[Finding]:
 
 
 def _severities_text(severities: Sequence[int]) -> str:
-    """Return 'at severity 2', 'at severities 2, 3 and 5', 'at severities 1 to 4'."""
+    """Return severities as text: 'at severity 2', 'at severities 2, 3 and 5', 'at severities 1 to 4'."""
     *others, last = map(str, severities)
     if len(others) > 1 and severities[-1] - severities[0] == len(others):
         return f"at severities {others[0]} to {last}"

@@ -1,4 +1,4 @@
-"""Grey images of other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
+"""Grey images made by other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its file and page or frame for messages, and whether it had
-    colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and whether it had colours."""
 
     image: Image
     place: str
@@ -80,8 +79,7 @@ def open_pictures(path: Path) -> Pictures:
 
 
 def _folder_files(path: Path) -> list[Path]:
-    """Return the picture files of a folder in natural order. Raises InputError for two formats, of which one may be
-    masks."""
+    """Return the picture files of a folder in natural order. InputError for two formats, as one may be masks."""
     found = [[file for file in path.iterdir() if file.suffix.lower() in kind] for kind in ((".png",), TIFF_SUFFIXES)]
     if all(found):
         raise InputError(f"{path}: holds .png and .tif; allowed: pictures of one kind in a folder")
@@ -146,8 +144,7 @@ def _read_video(path: Path) -> Iterator[Picture]:
 
 
 def read_stack(file: Path) -> Image:
-    """Return frames (T, rows, columns), uint8 or uint16 in the byte order of the file. Raises InputError for other
-    files.
+    """Return frames (T, rows, columns), uint8 or uint16 in the byte order of the file. InputError for other files.
 
     A .npy file is memory-mapped. A .npz file contains one array, which is read completely.
     """
@@ -212,8 +209,8 @@ def _read_png(file: Path) -> Any:
 
 
 def _is_whole_png(data: bytes) -> bool:
-    """Return True where all PNG chunks up to the last match their CRCs (PNG specification, 5.3). Decoders do not check
-    this alike."""
+    """Return True where all PNG chunks up to the last match their CRCs (PNG specification, 5.3). Decoders do not all
+    check this."""
     if not data.startswith(_PNG_MAGIC):
         return False
     position = len(_PNG_MAGIC)

@@ -53,17 +53,17 @@ def import_frames(
 
     source       folder of PNG or TIFF (8 or 16 bit, in natural order of names), TIFF of several pages, numpy array of
                  frames x rows x columns (.npy, .npz), video, or damaged recording
-    truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and other truth are None
-    rate_hz      default: the video's own, 30 for pictures
+    truth        CSV of boxes, see `labels.read_labels`; other truth, such as velocity and visibility, is None
+    rate_hz      frame rate, Hz; default: the video's own, 30 for pictures
     agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
     bits         bit depth of counts in 16-bit pictures; default: 16
-    accuracy_px  error of the truth's centres; default: DEFAULT_ACCURACY_PX
+    accuracy_px  error of the truth's centres, px; default: DEFAULT_ACCURACY_PX
     follow       id of the target to track, in the CSV or in the recording; default: the first
-    compression  of the chunks; default: none
+    compression  compression of the recording's chunks; default: none
     progress     called with the number of frames done
 
     Colours are converted to grey. Intact frames of a damaged recording are copied (`recording.recover`), with no option
-    but `progress`. InputError, one line with its place, for wrong input; no file is written then.
+    but `progress`. Wrong input raises InputError, one line with its position; no file is written then.
     """
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))

@@ -49,8 +49,7 @@ class Labels:
         return Truth(index, time, tuple(targets))
 
     def outside_note(self, size: tuple[int, int]) -> tuple[str, ...]:
-        """Return a note with the number of boxes wholly outside a picture of `size` (columns, rows); () if there are
-        none."""
+        """Return a note with the number of boxes wholly outside a picture of `size` (columns, rows), or ()."""
         columns, rows = size
         boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
         # Pixel i reaches from i - 1/2 to i + 1/2.
@@ -65,7 +64,7 @@ class Labels:
         return (f"boxes outside the picture of {columns}x{rows} px: {first}",)
 
     def gap_note(self, frames: int) -> tuple[str, ...]:
-        """Return a note of frames without rows, as labels of only every tenth frame would make targets mostly absent.
+        """Return a note of frames for which the file has no rows, as targets count as absent in them.
 
         It names targets without rows between their first and last row, else a file whose rows end before the last
         frame. Without either, it is ().

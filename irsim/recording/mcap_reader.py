@@ -1,5 +1,4 @@
-"""Reader of MCAP files (mcap.dev/spec): it reads the summary once, then any chunk by its offset, and checks every
-CRC."""
+"""Reader of MCAP files (mcap.dev/spec): the summary once, then any chunk by its offset, with every CRC checked."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ MESSAGE = struct.Struct("<HIQQ")
 """Channel, sequence, log time and publish time, which precede a message's data."""
 
 CHUNK_HEAD = struct.Struct("<QQQII")
-"""Start time, end time, uncompressed size, CRC of the uncompressed records, and length of the compression's name, which
-follows."""
+"""Start time, end time, uncompressed size, CRC of the uncompressed records, length of the compression's name."""
 
 CRC = struct.Struct("<I")
 """CRC-32, the last field of several records."""
@@ -62,7 +60,7 @@ class DamageError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class NamedFile:
-    """File that makes the errors about its damage.
+    """Path of a file, with methods that make the errors about damage to it.
 
     remedy   advice at the end of each error, or ''
     """
@@ -207,8 +205,7 @@ class McapFile(NamedFile):
         return found
 
     def attachment(self, name: str) -> bytes | None:
-        """Return the bytes of an attachment; None where there is none of this name. Raises DamageError for a wrong
-        CRC."""
+        """Return the bytes of an attachment; None where there is none of this name. DamageError for a wrong CRC."""
         for entry in self.attachment_index:
             if entry.name == name:
                 with self.open() as file:

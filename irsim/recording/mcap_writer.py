@@ -107,8 +107,7 @@ class McapWriter:
     def _write_chunk(
         self, pieces: list[bytes], size: int, times: tuple[int, int], indexes: dict[int, MessageIndex]
     ) -> ChunkIndex:
-        """Write a chunk of `size` bytes and the index of its messages; return the entry of the chunk in the file's
-        index."""
+        """Write a chunk of `size` bytes and the index of its messages; return the chunk's entry in the file's index."""
         crc = 0
         for piece in pieces:
             crc = crc32(piece, crc)

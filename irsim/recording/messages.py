@@ -60,8 +60,7 @@ _LIMITS = re.compile(r"(\d+(?:\.\d+)?) to (\d+(?:\.\d+)?) um")
 
 
 def band_text(band: Band) -> str:
-    """Return the text of a band: 'lwir', or '3.4 to 4.9 um' with every digit, so that `parse_band` returns the same
-    band."""
+    """Return the text of a band: 'lwir', or '3.4 to 4.9 um' with every digit, for `parse_band` to read."""
     return band if isinstance(band, str) else "{} to {} um".format(*band)
 
 

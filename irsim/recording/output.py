@@ -121,8 +121,7 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
 
 
 def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
-    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG. Raises InputError as
-    `atomic_file`."""
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG. InputError as `atomic_file`."""
     written, data = cv2.imencode(".png", picture)
     assert written
     with atomic_file(path) as file:
@@ -155,8 +154,7 @@ def _is_alive(process: int) -> bool:
 
 
 def _lock(file: BinaryIO) -> bool:
-    """Lock a file until it is closed; return False where another process, here or on another machine, holds the
-    lock."""
+    """Lock a file until it is closed; return False where another process, also on another machine, holds it."""
     if sys.platform != "win32":
         import fcntl
 

@@ -147,11 +147,9 @@ class Recording(Source):
         }
 
     def indexed_times(self) -> Iterator[tuple[int, float]]:
-        """Yield (frame index, time in s) of the first and last frame of each chunk of images, from the file's index
-        alone.
+        """Yield (frame index, time in s) of the first and last frame of each chunk of images, from the file's index.
 
-        Chunks with several topics, which other programs write, are left out, as their times are not those of images
-        only.
+        Chunks with several topics, which other programs write, are left out, as their times are not those of images.
         """
         topic_index, begin = self._topic_index(IMAGE), 0
         for chunk, end in zip(topic_index.chunks, topic_index.ends.tolist(), strict=True):

@@ -29,8 +29,7 @@ _WHITE_IS_ZERO = 0
 _OTHER_FORMATS = {2: "signed whole numbers", 3: "floating-point numbers", 5: "complex numbers", 6: "complex numbers"}
 """Names of SampleFormats other than unsigned. An undefined format (4) is read as unsigned (TIFF 6.0, section 19)."""
 _GROUP_BYTES = 1 << 26
-"""Bytes of pages that are decoded in one call (at least one page). Each call of OpenCV skips through all pages
-before."""
+"""Bytes of pages that are decoded in one call (at least one page). Each call skips through all earlier pages."""
 
 
 def page_sizes(file: Path) -> tuple[int, ...]:

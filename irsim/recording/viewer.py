@@ -69,8 +69,7 @@ def add_box(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, lo
 
 
 def annotate_truth(truth: Truth, log_time: int) -> bytes:
-    """Return the bytes of foxglove.ImageAnnotations: a box for each target, in another colour where it is mostly
-    hidden."""
+    """Return the bytes of foxglove.ImageAnnotations: a box for each target, in another colour if mostly hidden."""
     annotations = ImageAnnotations()
     for target in truth.targets:
         label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
@@ -79,8 +78,7 @@ def annotate_truth(truth: Truth, log_time: int) -> bytes:
 
 
 def display_range(image: Image, bits: int) -> tuple[int, int]:
-    """Return the counts drawn black and white: the middle 99 % of a frame's counts, plus half of that interval on each
-    side."""
+    """Return the counts drawn black and white: the middle 99 % of a frame's counts, plus half of it on each side."""
     low, high = np.percentile(image, (0.5, 99.5))
     margin = max((high - low) / 2, 1.0)
     return max(int(low - margin), 0), min(int(high + margin), 2**bits - 1)

@@ -66,8 +66,7 @@ class DrawnTarget:
 
     @property
     def visible(self) -> float:
-        """Return the fraction 0..1 of the target's area that is in the frame and not occluded, mean over the
-        exposure."""
+        """Return the fraction 0..1 of the target's area that is in the frame and not occluded, over the exposure."""
         if self.unoccluded is self.shown or self.within is None:
             return self.inside
         return _share(self.unoccluded, self.piece.sprite)
@@ -78,8 +77,7 @@ class DrawnTarget:
         return self.unoccluded if self.unoccluded.ndim == 2 else np.asarray(self.unoccluded.mean(axis=0))
 
     def occlude(self, name: str, where: Slices, transmittance: Floats) -> None:
-        """Multiply the visible part, in the pixels `where` of the patch, by the transmittance (0..1) of a nearer
-        object.
+        """Multiply the pixels `where` of the visible patch by the transmittance (0..1) of a nearer object.
 
         The object is named an occluder if the part that it would hide alone is large enough, even if another object
         hides the same part.
@@ -148,8 +146,7 @@ def compose(
 
 
 def uncovered(pieces: Iterable[NamedSprite], light: Floats) -> Floats:
-    """Return the fraction of each pixel's light that comes from the background with sprites drawn over it, shaped like
-    `light`."""
+    """Return the background's fraction of each pixel's light with sprites drawn over it, shaped like `light`."""
     share = np.ones_like(light)
     for sprite in (piece.sprite for piece in pieces):
         met = sprite.within(share.shape)
@@ -229,7 +226,7 @@ def _draw(
 def draw_over(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
     """Draw a sprite over the light (rows, cols), in place: L <- L (1 - alpha) + emission.
 
-    Return the sums within the picture of its alpha, of its emission, and of the light that it replaces.
+    Return the sums, within the picture, of the sprite's alpha, of its emission, and of the light that it replaces.
     """
     if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.alpha.size:
         own = np.ascontiguousarray(sprite.alpha, np.float64)

@@ -37,15 +37,14 @@ from the mean of the ring and the target's box."""
 
 
 def no_noise(level: float, box: Box) -> float:
-    """Return 0: no noise."""
+    """Return 0, for pictures that already contain all noise."""
     return 0.0
 
 
 def scr(picture: Floats, box: Box, noise: NoiseRadiance = no_noise) -> float:
     """Return the signal-to-clutter ratio of a box in a picture (rows, cols), positive where the box is brighter.
 
-    The ratio is nan where the box or its ring lies outside the picture, and infinite where the ring is uniform and
-    there is no noise.
+    It is nan where the box or its ring lies outside the picture, infinite where the ring is uniform without noise.
     """
     signal, level, spread = _clutter(picture, box)
     if math.isnan(level):
@@ -82,8 +81,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Pixels along one axis: those of the box and the covered fraction of each, those of the ring, and those of the
-    guard within the ring."""
+    """Pixels along one axis: those of the box, their covered fractions, those of the ring, and of its guard."""
 
     held: slice
     shares: Floats

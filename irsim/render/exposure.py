@@ -44,8 +44,7 @@ class Instant:
 
     @classmethod
     def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
-        """Return the trajectories of the camera, with image motion by turbulence, and of the targets that are switched
-        on."""
+        """Return the trajectories of the camera, tilted by turbulence, and of the targets that are switched on."""
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         frames = np.arange(float(count)) + offset
         tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
@@ -55,8 +54,7 @@ class Instant:
         return cls(context, camera, tuple(TargetTrajectory.of(target, camera, context, offset) for target in targets))
 
     def view_direction(self, index: int) -> ViewDirection:
-        """Return the view direction of a frame. Its key is the view direction of the first frame of the frame's
-        block."""
+        """Return the view direction of a frame. Its key is that of the first frame of the frame's block."""
         return self._view_direction(index, 0, self._key(index // BLOCK * BLOCK))
 
     @cached_property
@@ -114,8 +112,7 @@ def _shifted(view: View, shift: tuple[float, float]) -> View:
 
 
 def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprite:
-    """Return a sprite attenuated by the atmosphere, with path radiance, and with scintillation if `name` is a target's
-    id.
+    """Return a sprite attenuated by the atmosphere, with path radiance; for a target `name` also with scintillation.
 
     Scintillation scales a target's contrast, so that a target as bright as its background stays invisible.
     """
@@ -145,8 +142,7 @@ def _elevation_rad(sprite: Sprite, pose: CameraPose) -> float:
 
 
 class _Run(NamedTuple):
-    """Run of frames requested in order. Sprites of frames begin .. end-1 are drawn, and `kept` has the latest of
-    them."""
+    """Run of frames requested in order. Sprites of frames begin .. end-1 are drawn; `kept` has the latest."""
 
     begin: int
     end: int
@@ -154,11 +150,9 @@ class _Run(NamedTuple):
 
 
 class Prefetch:
-    """Sprites of `count` frames. Where frames are requested in order, those of several frames are drawn ahead by
-    `draw`.
+    """Sprites of `count` frames. Where frames are requested in order, `draw` draws several ahead.
 
-    As many frames are drawn together as were requested in order before, up to `PREFETCHED`, so that short runs waste
-    few.
+    As many frames are drawn together as were requested in order before, up to `PREFETCHED`: short runs waste few.
     """
 
     def __init__(self, draw: Callable[[int], Iterable[NamedSprite]], count: int) -> None:
@@ -167,7 +161,7 @@ class Prefetch:
         self._run = _Run(0, 0, {})
 
     def pieces(self, index: int) -> Sequence[NamedSprite]:
-        """Return the sprites of a frame; do not change them."""
+        """Return the sprites of a frame, which the caller must not change."""
         run = self._run  # read once: another thread may replace it
         if index in run.kept:
             return run.kept[index]

@@ -133,8 +133,7 @@ class Renderer:
         return compose(self.layers_at(index), pieces, view_direction, self.context.band, noise)
 
     def noise(self, index: int) -> NoiseRadiance:
-        """Return the camera's noise in a frame, as radiance. A recorded background already contains noise: it gets
-        none."""
+        """Return the camera's noise in a frame, as radiance. A recorded background has its own: it gets none."""
         return (
             no_noise if self.scenario.background.has_noise else self.sensor.noise_equivalent(self.sensor.shown(index))
         )

@@ -100,8 +100,7 @@ def _deferred() -> Iterator[None]:
 def process(
     context: BaseContext, function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()
 ) -> BaseProcess:
-    """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent
-    process.
+    """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent.
 
     `inherited` are arguments that can be passed only at the start of a process, such as shared memory. Ctrl-C ends the
     process at once and silently, even while it imports the function's module.

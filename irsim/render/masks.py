@@ -25,8 +25,7 @@ Shares = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Coverage of a frame's pixels, (rows, columns), by one target before blur by the optics (of a point target: after
-    it).
+    """Coverage of a frame's pixels, (rows, columns), by one target before (a point: after) blur by the optics.
 
     With motion blur, coverage is the mean over the exposure.
 
@@ -43,8 +42,7 @@ class Mask:
 
 
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
-    """Yield, for each frame start .. stop-1 that arrives (as in `irsim.frames`), the masks of all existing targets by
-    id."""
+    """Yield the masks of all existing targets, by id, for each arriving frame start .. stop-1, as in `irsim.frames`."""
     return _masks(expect_scenario("masks", scenario), start, stop)
 
 

@@ -23,7 +23,7 @@ from irsim.types import Floats, Slices
 Exact = npt.NDArray[np.float64]
 
 Region = tuple[int, int, int, int]
-"""First column, first row, columns, rows."""
+"""Region of a picture: first column, first row, number of columns, number of rows."""
 
 BLOCK_PX = 16
 """Side, px, of the blocks to which the region changed by a target is rounded. Small shifts change the same blocks,

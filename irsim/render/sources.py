@@ -24,8 +24,7 @@ def open_source(
     seed: int | None = None,
     without: Sequence[str] = (),
 ) -> Source:
-    """Return a Source from a scenario's file or name, a recording's file, a Scenario, or a Source, which is returned as
-    is.
+    """Return a Source from a scenario's file or name, a recording's file, a Scenario, or a Source (returned as is).
 
     `overrides` ("camera.netd_mk=80"), `seed` and `without` (more parts to switch off) are allowed for scenarios only.
     InputError where a recording has one of them, and for any other argument.
@@ -115,8 +114,7 @@ def open_rendering(
 
 
 def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
-    """Raise InputError if times of a recording's frames differ from those of its scenario, as after a loss of
-    frames."""
+    """Raise InputError if a recording's frame times differ from its scenario's, as after a loss of frames."""
     if _misplaced(recording, rendering) is None:
         return
     found = _misplaced(recording, Rendering(_scenario(path, recording, ())))
@@ -129,8 +127,7 @@ def _check_places(path: str | PathLike[str], recording: Recording, rendering: Re
 
 
 def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
-    """Return the first frame of a recording with another time than the rendering: (frame, its time, expected time),
-    s."""
+    """Return the first frame of a recording with an unexpected time: (frame, its time, expected time), s."""
     arrivals = rendering.arrivals[recording.header.first_frame :]
     for index, time in recording.indexed_times():
         expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time

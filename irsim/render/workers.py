@@ -50,8 +50,7 @@ EXIT_S = 10.0
 def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[tuple[Frame, Truth], None, None]:
     """Yield (frame, truth) of the frames with the numbers `wanted`, in order, rendered by `jobs` worker processes.
 
-    An error in a worker is raised in place of the frame that the worker could not render. IrsimError where a worker
-    dies.
+    An error in a worker is raised in place of the frame that failed. IrsimError where a worker dies.
     """
     block = block_frames(jobs, scenario.camera.size, len(wanted))
     blocks = [wanted[begin : begin + block] for begin in range(0, len(wanted), block)]
@@ -70,7 +69,7 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
 
 
 def block_frames(jobs: int, size: tuple[int, int], count: int) -> int:
-    """Return the number of frames in a block for `jobs` workers, pictures of `size` (columns, rows) px and `count`
+    """Return the number of frames in a block for `jobs` workers, pictures of `size` (columns, rows) px, `count`
     frames."""
     most = min(
         MEMORY // (jobs * QUEUED * size[0] * size[1] * np.dtype(np.uint16).itemsize), count // (jobs * BLOCKS_EACH)
@@ -131,8 +130,7 @@ def _pictures(memory: Array[c_uint16], scenario: Scenario) -> list[Counts]:
 
 
 def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> None:
-    """Render blocks in a worker process: send the truths of their frames, and write the pictures to `memory` in
-    turn."""
+    """Render blocks in a worker process: send the truths of their frames, write the pictures to `memory`."""
     cv2.setNumThreads(1)
     slots, truths = cycle(_pictures(memory, scenario)), list[Truth]()
     with suppress(EOFError, OSError):  # the parent has closed its end

@@ -68,8 +68,7 @@ def rendering_code() -> str:
 
 
 def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
-    """Yield the classes of the user's own kinds in a tree of parts, with those base classes that are kinds of the
-    user."""
+    """Yield the classes of the user's own kinds in a tree of parts, and their base classes that are the user's."""
     if isinstance(value, Kind):
         yield from (
             each for each in type(value).__mro__ if issubclass(each, Kind) and each.__module__.split(".")[0] != "irsim"

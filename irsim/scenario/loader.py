@@ -99,8 +99,7 @@ class LoadedPart(Generic[AnyPart]):
     document: Document
 
     def line(self, at: KeyPath, problem: str) -> str:
-        """Return 'file:line:column: key: problem' for a fault found after loading, at a key path such as ("trackers",
-        0)."""
+        """Return 'file:line:column: key: problem' for a fault found later at a key path such as ("trackers", 0)."""
         name = path_text(at, Slot.of(type(self.part)), self.document.value)
         return error_line(self.document, at, name, problem)
 
@@ -132,8 +131,7 @@ def read_document(path: str | PathLike[str], root: type[Part], default_folder: s
 
 
 def apply_overrides(document: Document, overrides: Iterable[str]) -> tuple[Document, list[KeyPath]]:
-    """Return a scenario's document with overrides applied, and their key paths. Raises InputError with all their
-    faults."""
+    """Return a scenario's document with overrides applied, and their key paths. InputError with all their faults."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")

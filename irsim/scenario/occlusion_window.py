@@ -52,7 +52,7 @@ def no_frame(frame: float, frames: int) -> str:
 
 
 def target_and_frames(occluder: Occluder) -> tuple[str, tuple[int, int]]:
-    """Return the id of the target to hide, and the first and last frame; ValueError for an occluder that hides none."""
+    """Return the id of the target to hide, and the first and last frame; ValueError if it is not placed to hide one."""
     return required(occluder.hides), required(occluder.frames)
 
 
@@ -158,8 +158,7 @@ class Occlusion:
         return self.recurs() is not None or self.too_long() is not None
 
     def recurs(self) -> str | None:
-        """Return the error of an occluder that hides its target again, well before or after the required frames, or
-        None."""
+        """Return the error of an occluder that hides its target again, well outside the required frames, or None."""
         name, (first, last) = target_and_frames(self.occluder)
         slack = self._slack_frames()
         for frame in [*range(first - slack - 1, -1, -1), *range(last + slack + 1, self.visibility.scenario.frames)]:
@@ -172,7 +171,7 @@ class Occlusion:
         return None
 
     def too_long(self) -> str | None:
-        """Return the warning of an occlusion longer than MAX_LENGTH_RATIO allows, or None."""
+        """Return the text of the warning about an occlusion longer than MAX_LENGTH_RATIO allows, or None."""
         name, (first, last) = target_and_frames(self.occluder)
         held = np.flatnonzero(self.fractions >= self.enough)
         wanted, speed = last - first + 1, target_speed_px(self.visibility, self.occluder)
@@ -186,7 +185,8 @@ class Occlusion:
         )
 
     def too_much(self) -> str | None:
-        """Return the warning of an occluded fraction that exceeds the required one by MAX_EXCESS, or None."""
+        """Return the text of the warning about an occluded fraction more than MAX_EXCESS above the required one, or
+        None."""
         name, (first, last) = target_and_frames(self.occluder)
         fraction, fractions = self.occluder.fraction, self.fractions[first : last + 1]
         over = first + np.flatnonzero(fractions > fraction + MAX_EXCESS)

@@ -150,8 +150,7 @@ def _placing(visibility: TargetVisibility, occluder: Occluder, window: Box, part
 
 
 def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing) -> tuple[Occluder, Floats]:
-    """Return the smallest (or, as smoke, thinnest) sufficient occluder, and its occluded fraction in each required
-    frame."""
+    """Return the smallest (smoke: thinnest) sufficient occluder, and the fraction it hides in each required frame."""
     name, (first, last) = target_and_frames(occluder)
 
     def fractions(screen: Occluder, frames: list[int]) -> Floats:

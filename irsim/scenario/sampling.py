@@ -37,8 +37,7 @@ class Knob:
 
     @property
     def severities(self) -> range:
-        """Severities of the key: 0 is the benign value, and negative ones lie on the other side of it than positive
-        ones."""
+        """Severities of the key: 0 is the benign value, and negative ones lie on its other side."""
         return self.variation.severities(self.benign)
 
 
@@ -65,8 +64,7 @@ class Variations:
         return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
     def at_severities(self, severities: Sequence[int]) -> Point:
-        """Return the point at one severity for each knob. Raises InputError for severities that the knobs do not
-        have."""
+        """Return the point at one severity for each knob. InputError for other severities."""
         point = {}
         for knob, severity in zip(self.knobs, self._coordinates("severities", severities), strict=True):
             allowed = knob.severities
@@ -102,8 +100,7 @@ class Variations:
         return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
 
     def _coordinates(self, name: str, given: Any) -> list[Any]:
-        """Return `given` as a list with one value for each knob. Errors call it `name`. Raises InputError for anything
-        else."""
+        """Return `given` as a list with one value for each knob. Errors call it `name`."""
         wanted = f"{len(self.knobs)}, for {', '.join(knob.key for knob in self.knobs) or 'nothing'}"
         if not isinstance(given, Iterable) or isinstance(given, str | Mapping):
             raise InputError(f"{name} {given!r}: allowed: a list of {wanted}")
@@ -114,7 +111,7 @@ class Variations:
 
 
 def variations(scenario: Scenario) -> Variations:
-    """Return the space that a scenario's `vary` spans around it."""
+    """Return the space of scenes that a scenario's `vary` spans."""
     expect_scenario("variations", scenario)
     bases = values_of(scenario, scenario.vary)
     knobs = [

@@ -12,12 +12,12 @@ from irsim.config.yaml_text import Document, dotted
 from irsim.errors import InputError
 
 _NOT_VARIABLE = {"about", "seed", "expect", "severities", "vary"}
-"""Keys that cannot be made harder or varied, and so are not allowed under `severities` and `vary`."""
+"""Keys that make no scene harder, and so are not allowed under `severities` and `vary`."""
 _VARIABLE = "keys that change the picture, such as camera.netd_mk"
 
 
 def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:
-    """Return the document with the values of its severity copied to their keys.
+    """Return the document with the values that `severities` lists for its severity copied to their keys.
 
     given   key paths set by the user: such a key, or one within it, keeps its value and is removed from the tables
             `severities` and `vary`
@@ -68,7 +68,7 @@ def _path(document: Document, name: str, key: str, root: type[Part]) -> KeyPath:
 
 
 def _place(document: Document, name: str, key: str) -> str:
-    """Return 'file:line:column: vary.camera.netd'."""
+    """Return the position of a table's key as text: 'file:line:column: vary.camera.netd'."""
     entry = dotted((name, key))
     place = place_of(document, (name, key), at_key=True)
     return place if place == f"override {entry}" else f"{place}: {entry}"

@@ -69,8 +69,7 @@ class Span(Variation):
         return {("kind",): self.quantile(_BETWEEN), ("low",): low, ("high",): high}
 
     def between(self, start: float, end: float, share: float) -> float:
-        """Return the value at fraction `share` of the way from `start` to `end`. Severities are equal steps of
-        `share`."""
+        """Return the value at fraction `share` of the way from `start` to `end`. Severities are equal steps."""
         return start + (end - start) * share
 
     def severities(self, benign: Any) -> range:

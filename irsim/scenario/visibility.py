@@ -31,8 +31,7 @@ FEWER_FRAMES = 200
 _CACHED_SPRITES = 256
 """Number of cached sprites for each sample time of an exposure other than the frame's own time."""
 _CACHED_FRAME_SPRITES = 16_384
-"""Number of cached sprites at the frames' own times: MAX_FRAMES of five targets. All sprites of 10^6 frames would take
-some 15 GB."""
+"""Number of cached sprites at the frames' own times: MAX_FRAMES of five targets. 10^6 frames would take 15 GB."""
 
 
 def sampled_frames(frames: int, most: int = FEWER_FRAMES) -> Floats:
@@ -114,14 +113,13 @@ class TargetVisibility:
         return any(self.occluded([occluder], name, frame) > 0 for frame in range(0, self.scenario.frames, step))
 
     def in_first_view(self, pixels: Floats, range_m: float, frame: int) -> Floats:
-        """Return pixels (n, 2) of a frame as pixels of the camera at rest, for points at distance `range_m` from its
-        origin."""
+        """Return pixels (n, 2) of a frame as pixels of the camera at rest, for points `range_m` from its origin."""
         pose = self.pose(frame)
         rays = pose.lens.directions(pixels) @ pose.rotation
         return pose.context.geometry.project(pose.place + rays * _ray_length(rays, pose.place, range_m))
 
     def line_of_sight_px(self, name: str, range_m: float) -> Floats:
-        """Return where the line of sight to target `name` reaches distance `range_m`, (frames, 2) px of the camera at
+        """Return where the line of sight to a target reaches distance `range_m`, (frames, 2) px of the camera at
         rest."""
         places = self.camera.places
         rays = self.trajectories[name].positions - places
@@ -134,8 +132,8 @@ class TargetVisibility:
 
     @cached_property
     def _extents(self) -> dict[int, tuple[Occluder, Box | None]]:
-        """Boxes around occluders, by `id` of the occluder, which need not be hashable. Keeping the occluder keeps its
-        `id` unique."""
+        """Boxes around occluders, by `id` of the occluder, which may be unhashable. Its reference keeps the `id`
+        unique."""
         return {}
 
     def _fraction(self, name: str, frame: int, area: Callable[[TargetVisibility, Sprite], float]) -> float:
@@ -164,8 +162,7 @@ class TargetVisibility:
     def _overlap(
         self, occluder: Occluder, name: str, frame: int, sprite: Sprite
     ) -> tuple[tuple[slice, slice], Floats] | None:
-        """Return the region of the sprite that an occluder covers, and the covered fraction 0..1 of each pixel
-        there."""
+        """Return the region of the sprite that an occluder covers, and the covered fraction 0..1 of its pixels."""
         if self.range_from_origin_m(name, frame, sprite) <= occluder.range_m:
             return None
         extent = self._extent(occluder)
@@ -196,8 +193,8 @@ class TargetVisibility:
 
 
 def _ray_length(rays: Floats, places: Floats, range_m: float) -> Floats:
-    """Return the distance, m, (n, 1), along unit rays (n, 3) from places (n, 3) or (3,) to the sphere of radius
-    `range_m` around the camera's first position; nan where a ray misses it."""
+    """Return the distance, m, (n, 1), along unit `rays` (n, 3) from `places` (n, 3) or (3,) to the sphere of radius
+    `range_m` around the camera's first position; nan where a ray misses the sphere."""
     along = np.sum(rays * places, axis=-1, keepdims=True)
     square = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
     return np.asarray(np.sqrt(np.where(square > 0, square, np.nan)) - along)
