@@ -94,7 +94,7 @@ def run(app: typer.Typer, name: str) -> None:
     try:
         status = _call(app, name, signals)
         if sys.stdout is not None:
-            sys.stdout.flush()  # here, where its errors are reported
+            sys.stdout.flush()  # flushed here, where errors of writing are reported
         sys.exit(status)
     except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
         print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)

@@ -69,7 +69,7 @@ def target_through_camera(scenario: Scenario) -> Iterator[Notice]:
         relative, frames = path.relative, path.frames
         steps = np.diff(relative, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
-        share = -np.sum(relative[:-1] * steps, axis=1) / lengths  # of each step, where it comes nearest
+        share = -np.sum(relative[:-1] * steps, axis=1) / lengths  # fraction of each step at which the target is nearest
         nearest = np.linalg.norm(relative[:-1] + share[:, None] * steps, axis=1)
         through = (share >= 0) & (share < 1) & (nearest < _NEAR_M) & (np.diff(frames) <= longest)
         if through.any():

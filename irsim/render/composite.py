@@ -106,7 +106,7 @@ def _share(cover: Floats, sprite: Sprite) -> float:
 
 def _total(cover: Floats) -> float:
     """Return the area of a coverage map (h, w), px2, or its mean over the instants of (n, h, w)."""
-    total = float(np.add.reduce(cover, axis=None))  # in half the time of the method
+    total = float(np.add.reduce(cover, axis=None))  # takes half the time of `cover.sum()`
     return total if cover.ndim == 2 else total / len(cover)
 
 

@@ -69,7 +69,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
     count = outer.size - guard.size
     if not weight > 0 or count == 0:
         return math.nan, math.nan, math.nan
-    reference = outer[0, 0]  # squares of differences from it lose no digits
+    reference = outer[0, 0]  # squares of small differences from it keep their digits
     outer -= reference
     guard[:] = 0.0
     level = outer.sum() / count

@@ -107,7 +107,7 @@ def open_rendering(
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
     start, stop = before + frames[0], before + frames[1]
-    while len(rendering) < stop:  # lost frames are added
+    while len(rendering) < stop:  # some of the added frames may be lost
         own += stop - len(rendering)
         rendering = Rendering(scenario(own), name)
     return rendering, start, stop
