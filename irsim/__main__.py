@@ -6,7 +6,7 @@ from irsim.errors import run_command
 
 
 def main() -> None:
-    """Run the command."""
+    """Run the command `irsim`."""
     run_command("irsim", "irsim.cli.app")
 
 

@@ -1,4 +1,4 @@
-"""Exceptions of irsim, checks of arguments, texts of messages, and the start of commands. All imports are fast."""
+"""Exceptions of irsim, checks of arguments, texts of messages, and the start of commands. All its imports are fast."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class IrsimError(Exception):
 class InputError(IrsimError):
     """Wrong input: a scenario, a recording, an argument or an option (exit status 2).
 
-    The text has one line for each fault, each with its place.
+    The text has one line for each fault, with its position.
     """
 
 
 class Notice(NamedTuple):
-    """Finding about a legal scenario: its key path and a message."""
+    """Warning about a valid scenario: the key path of its cause and a message."""
 
     at: tuple[str | int, ...]
     message: str

@@ -1,8 +1,9 @@
 """Addressed random streams: a stream is named by a seed and an address instead of being drawn from global state.
 
 ``stream(seed, "clouds", 3)`` is the same stream in any process and in any order of calls; another address gives
-independent numbers. Unit normals are looked up in a table by raw 16-bit words, which are the same in all versions of
-numpy. The normal distribution is defined here too, as importing scipy takes longer than rendering a frame.
+independent numbers. Standard normal deviates (random numbers of mean 0 and variance 1) are looked up in a table by raw
+16-bit words, which are the same in all versions of numpy. The normal distribution is defined here too, as importing
+scipy takes longer than rendering a frame.
 """
 
 from __future__ import annotations
@@ -25,35 +26,37 @@ Entry = TypeVar("Entry", np.uint8, np.float32)
 Tables = tuple[npt.NDArray[np.int16], Floats, int]
 
 CELLS = 65_536
-"""Cells of equal probability in the table of normals: one for each 16-bit word."""
+"""Number of cells of equal probability in the table of normal deviates: one for each 16-bit word."""
 
 REFINED = 16
-"""Cells at each end that are drawn from the true tail: the outermost one alone spans 4.17 sigma to infinity."""
+"""Number of cells at each end with the exact tail in place of a mean: the outermost spans 4.17 sigma to infinity."""
 
 UNIT_BITS = 13
-"""Means of cells are integers of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
+"""Means of cells are multiples of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
 
 PIECES = 32
-"""Polynomial pieces of the means of cells: two for each doubling of a cell's number, by the last bits of a float's
-exponent and the first of its mantissa. Half of them hold no cell."""
+"""Number of polynomial pieces that give the means of cells: two for each doubling of the cell's number. The last bits
+of the exponent of this number, as a float, and the first of its mantissa select the piece; half of the pieces hold no
+cell."""
 
 _POWERS = 5
 """Coefficients of each piece, from the constant on: the remaining error is 4e-6 sigma."""
 
 _BELOW_PIECE = 22
-"""Bits of a float32 below those that select the piece."""
+"""Number of bits of a float32 below the bits that select the polynomial piece."""
 
 DEPTH_BITS = 8
 """The tail table has 2^DEPTH_BITS steps for each halving of the probability."""
 
 _BELOW_STEP = 52 - DEPTH_BITS
-"""Bits of a float64 below those that select the step."""
+"""Number of bits of a float64 below the bits that select the step of the tail table."""
 
 _DEEPEST = 2.0**-82
-"""First probability of the tail table: less than the lowest cell and 64 more bits can give."""
+"""First probability of the tail table, below any that the lowest cell and 64 more bits can give."""
 
 _CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
-"""OpenCV 4 has 8-bit tables only; numpy takes about twice the time of OpenCV 5 (it widens the indices)."""
+"""True if OpenCV looks up 16-bit words. OpenCV 4 has 8-bit tables only; numpy, which widens the words, takes about
+twice the time of OpenCV 5."""
 
 # Rational approximation of Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988) 477-484, for |p - 1/2| <=
 # 0.425: (numerator, denominator) of each power, highest first. `statistics.NormalDist` has the same for the tails.
@@ -83,18 +86,17 @@ def stream(seed: int, *address: Address) -> np.random.Generator:
 
 
 def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64]:
-    """Draw (count,) uniform numbers, 0 <= u < 1: the first ones of `stream(seed, *address).random`."""
+    """Draw (count,) uniform numbers, 0 <= u < 1: the first numbers of `stream(seed, *address).random`."""
     return stream(seed, *address).random(count)
 
 
 def normals(
     shape: tuple[int, ...], seed: int, *address: Address, out: npt.NDArray[np.float32] | None = None
 ) -> npt.NDArray[np.float32]:
-    """Draw independent unit normals of an address: `shape` float32, mean 0, variance 1, true tails.
+    """Draw independent standard normal deviates of an address, float32 of `shape`, with exact tails.
 
-    Each is the inverse of the normal distribution at a 16-bit word, by table; words of the table's outer cells are
-    refined by another 64-bit word, which reaches 10 sigma. `out` is a C-contiguous float32 array of that shape to fill
-    and return.
+    A table gives each deviate as the normal quantile of a 16-bit word. Words of the table's outer cells are refined by
+    another 64-bit word, which reaches 10 sigma. `out` is a C-contiguous float32 array of `shape` to fill and return.
     """
     source, count = bit_generator(seed, *address), math.prod(shape)
     words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
@@ -107,7 +109,7 @@ def normals(
 
 
 def kernel_arguments(seed: int, *address: Address) -> tuple[bytes, *Tables]:
-    """Return the arguments from which compiled kernels draw the normals of an address."""
+    """Return the arguments from which compiled kernels draw the normal deviates of an address."""
     return _digest(seed, *address), *_tables()
 
 
@@ -122,7 +124,7 @@ def lookup(
 
 
 def normal_quantile(p: float | Floats) -> Floats:
-    """Return the quantile of the unit normal at probability p (any shape, 0 < p < 1), float64.
+    """Return the quantile of the standard normal distribution at probability p (any shape, 0 < p < 1), float64.
 
     Relative error about 1e-15 (Wichura, AS 241, 1988).
     """
@@ -138,7 +140,8 @@ def normal_quantile(p: float | Floats) -> Floats:
 
 
 def deep_quantile(p: Floats) -> Floats:
-    """Return the quantile for 2^-82 <= p <= REFINED / CELLS (any shape) by table, with an error below 6e-7.
+    """Return the standard normal quantile for 2^-82 <= p <= REFINED / CELLS (any shape) by table, with an error below
+    6e-7.
 
     The table has equal steps within each halving of p, as floats do: the bits of p select the step. A logarithm, whose
     last digit depends on the platform, is not needed.
@@ -152,10 +155,10 @@ def deep_quantile(p: Floats) -> Floats:
 
 @cache
 def cell_means() -> Floats:
-    """Return the approximate mean of a unit normal within each cell, in rising order, (CELLS,) float32, read-only.
+    """Return the approximate mean of a standard normal deviate within each cell, rising, (CELLS,) float32, read-only.
 
-    The error is below 7e-5. Means are integers of a unit of 1.2e-4, so that the table stays in the processor's nearest
-    cache, and follow the polynomials of `_cell_pieces`, so that kernels can compute them where a table is slow to read.
+    The error is below 7e-5. Means are multiples of 1.2e-4, so that the table stays in the processor's nearest cache,
+    and follow the polynomials of `_cell_pieces`, so that kernels can compute them where a table is slow to read.
     """
     cells = np.arange(REFINED, CELLS // 2).astype(np.float32).view(np.int32)
     pieces = _cell_pieces()[:, (cells >> _BELOW_PIECE) % PIECES]
@@ -176,8 +179,8 @@ def _digest(seed: int, *address: Address) -> bytes:
 
 
 def _tail_normals(words: npt.NDArray[np.uint16], fractions: npt.NDArray[np.uint64]) -> Floats:
-    """Return normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
-    `fractions` give the place of each within its cell."""
+    """Return normal deviates of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower
+    end; `fractions` give the position of each within its cell."""
     upper = words < REFINED
     from_end = np.where(upper, (REFINED - 1) - words, words - REFINED)
     within = (fractions.astype(np.float64) + 0.5) * 2.0**-64
@@ -204,9 +207,9 @@ def _cell_words() -> npt.NDArray[np.int16]:
 def _cell_pieces() -> Floats:
     """Return polynomials of the means of cells, (_POWERS, PIECES) float32, read-only.
 
-    The mean within cell m from the lower end on, REFINED <= m < CELLS / 2, is the sum of piece[power] x^power,
-    x = m / 2^floor(log2 m), by Horner's rule with fused multiply-add. As means vary less than the normals they replace,
-    they are scaled to a variance of 1 together with the true tails; within 3e-7 of it after rounding.
+    The mean within cell m from the lower end on, REFINED <= m < CELLS / 2, is the sum of piece[power] x^power, x = m /
+    2^floor(log2 m), by Horner's rule with fused multiply-add. As means vary less than the deviates that they replace,
+    they are scaled so that together with the exact tails the variance is 1, within 3e-7 after rounding.
     """
     pieces = np.zeros((_POWERS, PIECES))
     nodes = np.cos(np.pi * (np.arange(_POWERS) + 0.5) / _POWERS)  # Chebyshev's: the error is nearly even
@@ -233,7 +236,7 @@ def _deep_table() -> Floats:
 
 
 def _density(x: float | Floats) -> Floats:
-    """Return the density of the unit normal at x (any shape)."""
+    """Return the density of the standard normal distribution at x (any shape)."""
     return np.asarray(np.exp(-np.square(x) / 2) / math.sqrt(2 * math.pi))
 
 

@@ -1,4 +1,4 @@
-"""Values that pass between rooms: Box, Frame, TargetTruth, Truth, and the Source protocol.
+"""Values that pass between packages: Box, Frame, TargetTruth, Truth, and the Source protocol.
 
 Conventions, everywhere in irsim and irtrack
     x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
@@ -30,7 +30,7 @@ Held = TypeVar("Held")
 Values = TypeVar("Values", bound=npt.NDArray[Any])
 
 Input = Literal["display", "counts"]
-"""Picture of a frame: 8 bits after AGC, or the detector's counts."""
+"""Image of a frame: 'display', the 8-bit picture after AGC, or 'counts', those of the detector."""
 
 BandName = Literal["mwir", "lwir"]
 
@@ -41,7 +41,7 @@ Curve = tuple[float, float, float]
 """(linear, root, zero): the noiseless count of in-band radiance L, W/m2/sr, is linear L + root sqrt(L) + zero."""
 
 BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
-"""Classes of real backgrounds with known statistics (`irsim realism`)."""
+"""Classes of real backgrounds with measured statistics (`irsim realism`)."""
 
 SHOWN = 0.5
 """Least visible fraction of a target that does not count as hidden."""
@@ -143,9 +143,9 @@ class Box:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure.
+    """One picture: `image`, (rows, cols) uint8 or uint16, its true depth `bits`, and its `time`, s, mid-exposure.
 
-    index counts frames that arrive, without gaps. A dropped frame leaves a gap in time; a doubled one has the time of
+    `index` counts frames that arrive, without gaps. A dropped frame leaves a gap in time; a doubled one has the time of
     the frame before it.
     """
 
@@ -161,7 +161,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class TargetTruth:
-    """Ground truth of one target in one frame; None where it is not known.
+    """Ground truth of one target in one frame; a value is None where it is not known.
 
     id, cls       its name, and its class: the kind of a rendered body, a label's class
     center        (x, y) px: area centroid of the whole target, occluded or not
@@ -180,7 +180,7 @@ class TargetTruth:
     occluders     names of occluders that each cover at least a hundredth of its area, occluded themselves or not
     crossing      True where another target's box intersects this one's
     in_view       True where its centre is inside the frame
-    contrast_k    apparent temperature of the target's mean less that of its background, K
+    contrast_k    apparent temperature of the target's mean radiance less that of its background, K
     scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
                   noiseless light of target and background, with the camera's noise counted as clutter
                   (formula: docs/moments.md); None where no part of the target is in the frame, and where its
@@ -206,7 +206,7 @@ class TargetTruth:
 
     @property
     def hidden(self) -> bool:
-        """True where less than `SHOWN` of it is visible; False where that is not known."""
+        """True where less than `SHOWN` of the target is visible; False where the visible fraction is not known."""
         return self.visible is not None and self.visible < SHOWN
 
 
@@ -222,7 +222,7 @@ class Truth:
         return f"Truth({self.index} at {self.time:.6g} s: {', '.join(map(_summary, self.targets)) or 'no target'})"
 
     def target(self, id: str) -> TargetTruth | None:
-        """Return the target of that id; None where it does not exist."""
+        """Return the target with this id; None where it does not exist."""
         return next((target for target in self.targets if target.id == id), None)
 
 
@@ -248,7 +248,7 @@ class CameraFacts:
     ifov_rad   angle of a pixel, rad
     band       its name, or its limits, um
     range_k    blackbody temperatures of count 0 and of full scale, K; counts between are linear in radiance
-    curve      radiance to counts if range_k does not define it, as for a camera that counts photons
+    curve      (linear, root, zero) of counts that are not linear in radiance, as in a camera that counts photons
     """
 
     ifov_rad: float | None = None
@@ -268,10 +268,10 @@ class Source(Protocol):
     seed           of the rendered scene; None where no seed changes the frames
     scenario_text  the scenario that was rendered, as YAML; None where there was none
     file           the file that holds the frames; None without one
-    agc            its mapping of counts to a picture; None where it has none
+    agc            mapping of its counts to 8-bit pictures; None where it has none
     camera         known facts of the camera
 
-    A class that derives from Source needs only the members without a value here.
+    A class that derives from Source must define only the members without a default here.
     """
 
     @property
@@ -326,7 +326,7 @@ class Source(Protocol):
         ...
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        """Yield the truths of the same frames; nothing where has_truth is False."""
+        """Yield the truths of frames start .. stop-1 in order; nothing where has_truth is False."""
         ...
 
     def truth(self, index: int) -> Truth | None:
@@ -339,7 +339,7 @@ class Source(Protocol):
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth | None]]:
-        """Yield frames start .. stop-1, each with its truth, in one pass; by `jobs` processes where the source can."""
+        """Yield frames start .. stop-1, each with its truth, in one pass; by `jobs` processes if the source can."""
         frames = self.frames(input, start, stop)
         if self.has_truth:
             yield from zip(frames, self.truths(start, stop), strict=True)

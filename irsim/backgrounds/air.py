@@ -1,4 +1,4 @@
-"""Air in front of ground and clouds: tables of transmittance and path radiance by angle."""
+"""Air in front of ground and clouds: tables of its transmittance and path radiance by the angle of the ray."""
 
 from __future__ import annotations
 
@@ -20,31 +20,33 @@ from irsim.physics.atmosphere import EARTH_KM
 from irsim.types import Floats, Slices
 
 TABLE_STEPS = 4096
-"""Table steps from the horizontal to the nadir, and to the zenith. Linear steps are 0.38 mrad. The table of the ground
-is quadratic, as range grows fastest near the horizontal: 0.006 mrad a step at 0.1 mrad below it."""
+"""Steps of a table from the horizontal to the nadir, and to the zenith. Even steps are 0.38 mrad. Those of
+`GroundAirTable` grow with the angle, as the distance of the ground changes fastest near the horizontal: they are 0.006
+mrad at 0.1 mrad below it."""
 
 CHECK_EVERY = 16
 """Stride, in rows and columns, of the pixels at which the smoothness of the air is checked."""
 
 TOLERANCE = 2e-4
-"""Largest allowed error at those pixels, as a share of the greatest transmittance or path radiance: 0.01 K for a body
-of 300 K in LWIR."""
+"""Largest allowed error of interpolated air at these pixels, as a share of the greatest transmittance or path radiance:
+0.01 K for a body of 300 K in LWIR."""
 
 FARTHEST_M = 100_000.0
-"""Least range to which ground is drawn, m: the limit of plausible ranges (`irsim.config.quantities`), at which air is
-almost opaque (transmittance 0.01 in LWIR, US standard, 23 km). It is the range of the horizon from 780 m up."""
+"""Least distance to which ground is drawn, m: the limit of plausible ranges (`irsim.config.quantities`), at which air
+is almost opaque (transmittance 0.01 in LWIR, US standard, 23 km). From a height of 780 m the horizon is as far."""
 
 
 def horizon_m(height_m: float) -> float:
-    """Return the range, m, of the round Earth's horizon from a height, m: the length of a tangent."""
+    """Return the distance, m, of the round Earth's horizon from a height, m: the length of a tangent."""
     return math.sqrt(height_m * (2e3 * EARTH_KM + height_m))
 
 
 def ground_path(height_m: float, depression_rad: Floats) -> tuple[Floats, Floats]:
-    """Return range, m, and elevation, rad, of rays to a plane `height_m` below, for angles below the horizontal.
+    """Return length, m, and elevation, rad, of rays to a plane `height_m` below, by their angle below the horizontal.
 
-    Drawn ground and paths with `ground_m` lie on the same plane, so both have the same air. Rays near and above the
-    horizontal get the path to the farthest ground: an infinite plane would leave the atmosphere of the round Earth.
+    Ground is drawn on this plane and targets with `ground_m` move on it, so the air before both is equal. Rays near and
+    above the horizontal get the path to the farthest ground, as an infinite plane would leave the atmosphere of the
+    round Earth.
     """
     farthest = max(horizon_m(height_m), FARTHEST_M)
     down = np.clip(depression_rad, math.asin(height_m / farthest), np.pi / 2)
@@ -53,13 +55,13 @@ def ground_path(height_m: float, depression_rad: Floats) -> tuple[Floats, Floats
 
 @dataclass(frozen=True, eq=False)
 class AirTable(ABC):
-    """Transmittance and path radiance, (n, 1, 2) float32, by angle below the horizontal."""
+    """Table of transmittance and path radiance, (n, 1, 2) float32, by angle below the horizontal."""
 
     table: Floats
 
     @classmethod
     def of(cls, context: SceneContext, range_m: float | Floats, elevation_rad: Floats) -> Self:
-        """Return the table of a scene's air on paths (n,)."""
+        """Return the table of a scene's air on paths of given lengths and elevations (n,)."""
         path = context.air.path(context.band, range_m, elevation_rad)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
@@ -77,7 +79,7 @@ class AirTable(ABC):
 
 
 class GroundAirTable(AirTable):
-    """Air down to the ground, from the horizontal to the nadir in quadratic steps."""
+    """Table of the air down to the ground, from the horizontal to the nadir, in steps that grow with the angle."""
 
     @classmethod
     def to(cls, context: SceneContext, height_m: float) -> GroundAirTable:
@@ -90,11 +92,11 @@ class GroundAirTable(AirTable):
 
 
 class RangeAirTable(AirTable):
-    """Air to one range, from the zenith to the nadir in even steps."""
+    """Table of the air up to one distance, from the zenith to the nadir, in even steps."""
 
     @classmethod
     def to(cls, context: SceneContext, range_m: float) -> RangeAirTable:
-        """Return the table for a range, m."""
+        """Return the table for a distance, m."""
         return cls.of(context, range_m, -np.linspace(-np.pi / 2, np.pi / 2, 2 * TABLE_STEPS - 1))
 
     def rows(self, depression_rad: Floats) -> Floats:
@@ -103,7 +105,7 @@ class RangeAirTable(AirTable):
 
 @dataclass(frozen=True, eq=False)
 class AttenuatedLayer(LayerWrapper):
-    """Layer attenuated by air."""
+    """Layer attenuated by the air before it."""
 
     table: AirTable
 
@@ -114,22 +116,23 @@ class AttenuatedLayer(LayerWrapper):
 
 @dataclass(frozen=True, eq=False)
 class AttenuatedClouds(AttenuatedLayer):
-    """Evolving cloud attenuated by air, blended in one step."""
+    """Evolving cloud attenuated by the air before it, blended in one step."""
 
     layer: EvolvingCloud
 
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer`."""
+        """Blend as `SemiTransparentLayer.blend`."""
         return self.layer.blend(under, light, view_direction, behind, _air_before(self.table, view_direction.chart))
 
 
 @lru_cache(maxsize=4)
 def _air_before(table: AirTable, chart: Chart) -> AirBefore:
-    """Return `AirTable.at` the pixels of a chart, cached for all layers on one ground and for a camera at rest.
+    """Return `AirTable.at` for the pixels of a chart, cached for all layers on one ground and for a camera at rest.
 
-    Smooth air is interpolated from the chart's nodes, in a third of the time.
+    Where transmittance and path radiance are smooth, they are interpolated from the chart's nodes in a third of the
+    time.
     """
     down = -chart.elevation_rad(chart.v)
     at_nodes, exact = table.at(down), table.at(chart.at_pixels(down, CHECK_EVERY))
@@ -154,7 +157,7 @@ def attenuated_ground(layers: Sequence[Layer], context: SceneContext, height_m: 
 
 
 def attenuated_shells(layers: Sequence[Layer], context: SceneContext) -> Sequence[Layer]:
-    """Return layers around the camera, each attenuated by the air to its range; unchanged in clear air."""
+    """Return layers around the camera, each attenuated by the air up to its range; unchanged in clear air."""
     if context.air.is_clear:
         return layers
     tables = [(layer, RangeAirTable.to(context, layer.range_m)) for layer in layers]

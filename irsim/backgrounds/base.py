@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from irsim.backgrounds.panorama import ParallaxSurface
 
 Names = Iterator[tuple[str, tuple[str | int, ...]]]
-"""Names of a background's parts, each with its place in the background."""
+"""Names of a background's parts, each with its path of keys in the YAML."""
 
 Surfaces = Iterator[tuple[str, tuple[str, int], "ParallaxSurface"]]
-"""Names of parts, their places in the background, and the surfaces on which they are painted."""
+"""Names of parts, their paths of keys in the YAML, and the surfaces on which they are painted."""
 
 Place = tuple[float, float, float]
-"""Right, below and ahead of the camera's first place, m; axes are level, ahead is the azimuth of the first pointing."""
+"""Camera position right, below and ahead of the first one, m; ahead is level, along the azimuth of the first
+pointing."""
 
 FARTHEST = float(np.inf)
 """Range of layers behind every target, m."""
@@ -35,10 +36,10 @@ FARTHEST = float(np.inf)
 
 @dataclass(frozen=True, eq=False)
 class ViewDirection:
-    """View of one frame: time in s, chart of the pixels' directions, place of the camera.
+    """View of one frame: time, s, chart of the pixels' directions, and position of the camera.
 
-    key: the view of a nearby frame, with a margin around its chart. A picture sampled for the key is shifted for this
-    frame (`irsim.backgrounds.texture`).
+    `key` is the view of the key frame: a nearby frame, with a margin around its chart, whose sampled picture is shifted
+    for this frame (`irsim.backgrounds.texture`).
     """
 
     time: float
@@ -48,7 +49,7 @@ class ViewDirection:
 
 
 class Layer(Protocol):
-    """Full-frame layer at a range: L <- L * transmittance + emission."""
+    """Layer over the whole frame, at a range, that turns a radiance L behind it into L * transmittance + emission."""
 
     @property
     def name(self) -> str: ...
@@ -57,23 +58,23 @@ class Layer(Protocol):
     def range_m(self) -> float: ...
 
     def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
-        """Return (transmittance, None if opaque; emission in W/m2/sr), each (rows, cols) float32.
+        """Return transmittance (None if opaque) and emission, W/m2/sr, (rows, cols) float32 each.
 
-        Read only: a layer may cache them.
+        The arrays are read only, as a layer may cache them.
         """
         ...
 
 
 class SemiTransparentLayer(Layer, Protocol):
-    """Layer that blends itself over the image, faster than by its transmittance and emission."""
+    """Layer with its own `blend`, which is faster than blending by its transmittance and emission."""
 
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Set light <- under * transmittance + emission and return the transmittance of patches.
+        """Set `light` to under * transmittance + emission and return the transmittance in the slices `behind`.
 
-        under: (rows, cols) of the same type; it may be the light itself. A patch is (rows, columns), or
-        (n, rows, columns) at the instants of an exposure.
+        under: radiance behind the layer, (rows, cols) as `light`; both may be one array. The transmittance in a slice
+        is (rows, columns), or (n, rows, columns) at n instants of an exposure.
         """
         ...
 
@@ -87,25 +88,27 @@ class ClearLayer(Layer, Protocol):
 
 
 class RecordedLayer(Layer, Protocol):
-    """Frames of a recording: objects are inserted into their counts."""
+    """Layer of recorded frames, into whose counts objects are inserted."""
 
     def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
-        """Return the counts of frame `index`, (rows, cols), with objects drawn on its light, before rounding and
-        clipping; float64 if the light is.
+        """Return the counts of frame `index` with objects, (rows, cols), before rounding and clipping; float64 if
+        `light` is.
 
-        light: the light with the objects. uncovered: share 0..1 of each pixel's light that no object covers.
+        light: radiance of the frame with the objects drawn on it, W/m2/sr. uncovered: share 0..1 of each pixel that no
+        object covers.
         """
         ...
 
 
 GroundRadiance = Callable[[ViewDirection], Floats]
-"""Radiance, W/m2/sr, (n,), of the pixels of a view that contain only ground or sea; read only."""
+"""Function that returns the radiance, W/m2/sr, (n,), of the pixels of a view that contain only ground or sea; read
+only."""
 
 
 def blend_over(
     under: Floats, light: Floats, transmittance: Floats, emission: Floats, behind: Sequence[Slices]
 ) -> list[Floats]:
-    """Set light <- under * transmittance + emission and return the transmittance of patches, (rows, columns) each."""
+    """Set `light` to under * transmittance + emission and return the transmittance in the slices `behind`."""
     np.multiply(under, transmittance, out=light)
     light += emission
     return [transmittance[patch] for patch in behind]
@@ -128,13 +131,13 @@ def apply_air(transmittance: Floats | None, emission: Floats, air: AirBefore) ->
 
 
 def is_semi_transparent(layer: Layer) -> TypeGuard[SemiTransparentLayer]:
-    """Return True if a layer blends itself; isinstance on a protocol would take 20 us."""
+    """Return True if a layer has a `blend` of its own. A test by isinstance would take 20 us."""
     return hasattr(layer, "blend")
 
 
 @dataclass(frozen=True, eq=False)
 class LayerWrapper:
-    """Base of layers that modify the light of another one, with its name and range."""
+    """Base of layers that modify the light of another layer, whose name and range they keep."""
 
     layer: Layer
 
@@ -153,11 +156,11 @@ class Background(Kind):
     has_noise: ClassVar[bool] = False
     """True if its light contains camera noise; its first layer is then a `RecordedLayer`."""
     mapped: ClassVar[bool] = True
-    """True if it is painted over directions, so that a rotation of the camera shifts it."""
+    """True if it is painted on a map of directions, so that a rotation of the camera shifts it."""
     endless: ClassVar[bool] = False
     """True if ground fills the image in every direction. It passes below a moving camera if `surface_m` is given."""
     surface: ClassVar[str] = "ground"
-    """Noun for the lower part in messages."""
+    """Word for the lower part of the background in messages."""
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -169,17 +172,17 @@ class Background(Kind):
         """Return the layers, the farthest first; only the first is opaque."""
 
     def names(self) -> Names:
-        """Yield name and place of each layer that can be switched off; the opaque one cannot."""
+        """Yield name and path of keys of each layer that --without can switch off: of all but the opaque one."""
         yield from ()
 
     def parallax_surfaces(self) -> Surfaces:
-        """Yield name, place and surface of each part painted around the camera's first place."""
+        """Yield name, path of keys and surface of each part painted around the first camera position."""
         yield from ()
 
     @property
     def surface_m(self) -> float | None:
-        """Depth of its level ground or sea, which extends to the horizon, below the first place of the camera, m; None
-        without one."""
+        """Depth of level ground or sea below the first camera position, m; None without level ground or sea up to the
+        horizon."""
         return None
 
     @property
@@ -188,7 +191,7 @@ class Background(Kind):
         return None
 
     def altitude_m(self, given: float) -> float:
-        """Return the height of the first camera place above the sea, m: `given`, or the height above the ground if
+        """Return the height of the first camera position above the sea, m: `given`, or the height above the ground if
         larger."""
         return max(given, self.surface_m or 0.0)
 
@@ -208,7 +211,7 @@ class Background(Kind):
 
     @property
     def bare(self) -> Background:
-        """The background without objects and ground cover; its `ground_radiance` is the same."""
+        """The background without objects and ground cover, which has an equal `ground_radiance`."""
         return self
 
     def ground_radiance(self, context: SceneContext) -> GroundRadiance | None:
@@ -216,10 +219,10 @@ class Background(Kind):
         return None
 
     def ambient(self, context: SceneContext) -> float:
-        """Return the radiance, W/m2/sr, that a grey body reflects if the atmosphere does not set it.
+        """Return the radiance of the surroundings, W/m2/sr, that bodies reflect unless the atmosphere sets it.
 
-        It is half the mean of the clear sky (`hemisphere`) and half the ground, as bright as the horizon. Without a
-        sky it is a black body at the standard air temperature.
+        It is the mean of the radiances of the clear sky (`hemisphere`) and the ground, which by default is as bright as
+        the sky at the horizon. Without a sky it is the radiance of a black body at the standard air temperature.
         """
         sky = self.clear(context)
         if sky is None:
@@ -231,9 +234,9 @@ class Background(Kind):
         return float(sky.radiance(np.zeros(1))[0])
 
     def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
-        """Return the camera that made the counts: that of the scenario, or that of the recording."""
+        """Return the camera whose counts the frames contain: the scenario's camera, or that of a recording."""
         return camera
 
     def camera_fault(self, size: tuple[int, int], bits: int) -> str | None:
-        """Return the reason why a camera of that size (columns, rows) and bit depth does not fit; None if it fits."""
+        """Return the reason why a camera of a size (columns, rows) and bit depth does not fit; None if it fits."""
         return None

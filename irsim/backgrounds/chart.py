@@ -1,8 +1,8 @@
 """Chart of one frame: map coordinates of the direction of each pixel.
 
-Backgrounds are painted on a map of the world in px of one IFOV: u grows with azimuth to the right, v with elevation
-downwards, (0, 0) is the first pointing. Azimuth is scaled by the cosine of the first elevation, so the map is conformal
-around the first pointing.
+Backgrounds are painted on a map of directions in px of one IFOV: u grows to the right with azimuth, v downwards as
+elevation falls, and (0, 0) is the first pointing. Azimuth is scaled by the cosine of the elevation of the first
+pointing, so the map is conformal around it.
 """
 
 from __future__ import annotations
@@ -17,37 +17,38 @@ from irsim.geometry.projection import Geometry, blocked_matmul
 from irsim.types import Floats
 
 NODES = 12
-"""Nodes per axis. A polynomial through 12 x 12 Chebyshev points follows the map from pixel to (u, v) within 0.05 px
-for fields of up to 60 degrees that stay 15 degrees from the zenith and the nadir, where the map is singular, and within
-0.001 px for fields under 20 degrees (tests/irsim/backgrounds/test_chart_and_sky.py)."""
+"""Number of nodes per axis. A polynomial through 12 x 12 Chebyshev points follows the map from pixel to (u, v) within
+0.05 px for fields of view of up to 60 degrees that stay 15 degrees from the zenith and the nadir, where the map is
+singular, and within 0.001 px for those under 20 degrees (tests/irsim/backgrounds/test_chart_and_sky.py)."""
 
 WIDEST_DEG = 60.0
-"""Widest field for that accuracy, degrees."""
+"""Widest field of view for an accuracy of 0.05 px, degrees."""
 
 STEEPEST_DEG = 75.0
-"""Greatest elevation, up or down, of any part of the field for that accuracy, degrees."""
+"""Greatest elevation, up or down, of any part of the field of view for an accuracy of 0.05 px, degrees."""
 
 PLACES = -np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))
 """(NODES,) Chebyshev nodes, rising; -1 and 1 are the centres of the outermost pixels of the chart."""
 
 
 def _chebyshev(places: Floats) -> Floats:
-    """Return the Chebyshev polynomials T_n(x) = cos(n arccos x), (..., NODES), at places (...) in -1..1."""
+    """Return the Chebyshev polynomials T_n(x) = cos(n arccos x), (..., NODES), at points (...) in -1..1."""
     return np.asarray(np.cos(np.arccos(places)[..., None] * np.arange(NODES)))
 
 
 _COEFFICIENTS = (np.append(1.0, np.full(NODES - 1, 2.0)) / NODES * _chebyshev(PLACES)).T
-"""(NODES, NODES) weights of the Chebyshev polynomials from values at the nodes, over which they are orthogonal."""
+"""(NODES, NODES) matrix from values at the nodes to coefficients of the Chebyshev polynomials, orthogonal over the
+nodes."""
 
 
 def _lagrange(places: Floats) -> Floats:
-    """Return the Lagrange basis of the nodes, (..., NODES), at places (...) in -1..1."""
+    """Return the Lagrange basis of the nodes, (..., NODES), at points (...) in -1..1."""
     return np.asarray(_chebyshev(places) @ _COEFFICIENTS)
 
 
 @lru_cache(maxsize=16)
 def _basis(length: int, margin: int) -> Floats:
-    """Return the Lagrange basis at every pixel, (length + 2 margin, NODES) float32. Read only."""
+    """Return the Lagrange basis at every pixel of an axis, (length + 2 margin, NODES) float32; read only."""
     basis = _lagrange(np.linspace(-1.0, 1.0, length + 2 * margin)).astype(np.float32)
     basis.flags.writeable = False
     return basis
@@ -55,7 +56,8 @@ def _basis(length: int, margin: int) -> Floats:
 
 @lru_cache(maxsize=16)
 def _rays(lens: Geometry, margin: int) -> Floats:
-    """Return unit vectors of the nodes in the camera frame, (NODES, NODES, 3), rows first. Read only."""
+    """Return the directions of the nodes, unit vectors in the camera frame, (NODES, NODES, 3), rows first; read
+    only."""
     columns, rows = ((length - 1) / 2 + ((length - 1) / 2 + margin) * PLACES for length in lens.size)
     rays = lens.directions(np.stack(np.meshgrid(columns, rows), axis=-1))
     rays.flags.writeable = False
@@ -76,19 +78,19 @@ class Chart:
 
     @property
     def u(self) -> Floats:
-        """(NODES, NODES) px, rows first."""
+        """Map coordinate u of the nodes, (NODES, NODES) px, rows first."""
         return np.asarray(self.uv[0])
 
     @property
     def v(self) -> Floats:
-        """(NODES, NODES) px, rows first."""
+        """Map coordinate v of the nodes, (NODES, NODES) px, rows first."""
         return np.asarray(self.uv[1])
 
     @classmethod
     def at(cls, geometry: Geometry, world_rotation: Floats, margin: int = 0, lens: Geometry | None = None) -> Chart:
         """Return the chart of a camera with the rotation (3, 3) from world to camera vectors.
 
-        lens: its geometry if zoomed; the map's px stay those of `geometry`.
+        lens: geometry of the zoomed camera; a px of the map is an IFOV of `geometry` in any case.
         """
         seen = _rays(lens or geometry, margin) @ world_rotation
         east, down, ahead = seen[..., 0], seen[..., 1], seen[..., 2]
@@ -117,7 +119,8 @@ class Chart:
 
     @cached_property
     def rays(self) -> Floats:
-        """(3, NODES, NODES): unit vectors of the nodes, right, down and level ahead of the first azimuth."""
+        """Directions of the nodes, (3, NODES, NODES): right, down and ahead, level along the azimuth of the first
+        pointing."""
         geometry = self.geometry
         azimuth, elevation = self.u * geometry.ifov_rad / np.cos(geometry.elevation_rad), self.elevation_rad(self.v)
         level = np.cos(elevation)
@@ -133,7 +136,7 @@ class Chart:
 
 
 def unwrapped(azimuth: Floats) -> Floats:
-    """Return azimuths at the nodes, (NODES, NODES) rad, without whole turns between neighbours."""
+    """Return azimuths at the nodes, (NODES, NODES) rad, without jumps of a whole turn between neighbours."""
     if azimuth.max() - azimuth.min() <= np.pi:
         return azimuth
     return np.asarray(np.unwrap(np.unwrap(azimuth, axis=1), axis=0))

@@ -1,4 +1,4 @@
-"""Evolving cloud layer: states at discrete times, mixed and shifted in between."""
+"""Layer of an evolving cloud: states at discrete times, mixed for the times in between and shifted with the wind."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from irsim.backgrounds.texture import repeated_px
 from irsim.types import Floats, Slices
 
 NARROW = 0.02
-"""Greatest (tan of the angle to the axis)^2 of a corner for which a turn is a shift of the image within 2 %. Evolving
-layers of such fields are shifted as a whole; wider fields are sampled pixel by pixel, at ten times the cost."""
+"""Greatest squared tangent of the angle from the optical axis to a corner for which a rotation of the camera is a shift
+of the image within 2 %. In such narrow fields of view, evolving layers are shifted as a whole; in wider ones they are
+sampled pixel by pixel, at ten times the cost."""
 
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is neglected."""
 
 WHOLE = 32768
-"""Sum of the integer weights of words: sums of words times integers are exact and fast."""
+"""Sum of the integer weights of the words of `CloudState`: sums of words times integers are exact and fast."""
 
 Shift = float | Floats
 """Displacement along an axis, px: uniform, or (NODES, NODES) at the nodes of a chart."""
@@ -33,10 +34,10 @@ Shift = float | Floats
 Weights = tuple[int, int, int, int]
 
 StateAt = Callable[[float], CloudState]
-"""Time in periods -> a layer's state at that time."""
+"""Function from a time, in periods, to a layer's state at this time."""
 
 StateMixer = Callable[[CloudState, CloudState, float], tuple[Floats, Floats]]
-"""Two states and the share of the second -> transmittance and emission."""
+"""Function from two states and the share, 0..1, of the second to the transmittance and emission of their mixture."""
 
 
 class EvolvingCloud:
@@ -72,7 +73,7 @@ class EvolvingCloud:
         behind: Sequence[Slices],
         air: AirBefore | None = None,
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer`. air: the air before it, as in `apply_air`."""
+        """Blend as `SemiTransparentLayer.blend`. air: the air before the cloud, as in `apply_air`."""
         outside = is_outside(view_direction, self._surface)
         first = _first_pixel(view_direction.chart, *self._shift(view_direction)) if COMPILED and not outside else None
         if first is None or light.dtype != np.float32:
@@ -101,7 +102,7 @@ class EvolvingCloud:
         return right + across, down + along
 
     def _around(self, time: float) -> tuple[CloudState, CloudState, float]:
-        """Return the states before and after a time, and the share of the second."""
+        """Return the states before and after a time, and the share, 0..1, of the later one in their mixture."""
         steps = time / self._period_s * STEPS
         first = math.floor(steps)
         known = self._states  # read once: another thread may replace it
@@ -116,7 +117,7 @@ def _is_narrow(chart: Chart) -> bool:
 
 
 def _first_pixel(chart: Chart, right: Shift, down: Shift) -> tuple[float, float] | None:
-    """Return the place (u, v) of the frame's first pixel in a layer displaced by (right, down) px; None if the layer
+    """Return the position (u, v) of the frame's first pixel in a layer displaced by (right, down) px; None if the layer
     cannot be shifted as a whole."""
     if isinstance(right, np.ndarray) or isinstance(down, np.ndarray) or not _is_narrow(chart):
         return None
@@ -128,7 +129,7 @@ def _first_pixel(chart: Chart, right: Shift, down: Shift) -> tuple[float, float]
 
 
 def integer_weights(late: float, right: float) -> Weights:
-    """Return the weights, of WHOLE, of a word and its right neighbour in the early state, then in the late state.
+    """Return the weights, of sum WHOLE, of a word and its right neighbour in the early state, then in the late state.
 
     late, right: shares 0..1 of the late state and of the right neighbour.
     """
@@ -166,10 +167,10 @@ def _mixer(chart: Chart, right: Shift, down: Shift) -> StateMixer:
 def _windows(
     early: CloudState, late: CloudState, share: float, first: tuple[float, float], size: tuple[int, int]
 ) -> tuple[Weights, float, tuple[Words, Words], tuple[Words, Words]]:
-    """Return the weights of words, the fraction of a row below the first, and windows of both states.
+    """Return the weights of words, the shift down in fractions of a row, and windows of both states.
 
-    The windows, of transmittance and of emission, are a row and a column larger than the frame of a size (columns,
-    rows) that begins at `first`.
+    The windows, of transmittance and of emission, begin at the position `first` and are a row and a column larger than
+    the frame, whose `size` is (columns, rows).
     """
     u, v = (place % early.side for place in first)
     window = int(u), int(v), size[0] + 1, size[1] + 1
@@ -178,7 +179,7 @@ def _windows(
 
 
 def _weighted(state: Words, shares: tuple[int, int], down: float, unit: float) -> Floats:
-    """Return a state's contribution, bilinear between pixels, `down` px below its first row."""
+    """Return a state's share of the mixture, interpolated bilinearly `down` px below the first row of its window."""
     kernel = np.outer((1 - down, down), shares) * (unit / WHOLE)
     return np.asarray(cv2.filter2D(units_of(state), cv2.CV_32F, kernel, anchor=(0, 0)), np.float32)[:-1, :-1]
 
@@ -203,7 +204,7 @@ def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> StateMixer:
 
 @lru_cache(maxsize=4)
 def _centre(chart: Chart) -> tuple[float, float, float, float]:
-    """Return (u, v) at the frame's centre, and (du, dv) per step right there: (forward, side).
+    """Return (u, v) at the frame's centre, and their changes (forward, side) there for one pixel to the right.
 
     A camera rolled clockwise by r, with IFOVs s times the map's, has forward = s cos r and side = s sin r.
     """

@@ -1,4 +1,4 @@
-"""States of an evolving cloud: random fields that change smoothly in time, and tiles that are painted on demand."""
+"""States of an evolving cloud: random fields that change smoothly in time, and tiles of cloud painted on demand."""
 
 from __future__ import annotations
 
@@ -26,25 +26,26 @@ TILE = 128
 """Side of a painted tile, px: its working set stays in the processor's cache."""
 
 WINDOW_MARGIN = 16
-"""Margin of the cached window around a frame, px: it holds the next frames too."""
+"""Margin of the cached window around a frame, px, so that it serves the next frames too."""
 
 GREATEST = 65535
-"""Units of the greatest 16-bit word, 32767; the least word, -32768, is 0 units."""
+"""Value of the greatest 16-bit word, 32767, in units of `CloudState`; the least word, -32768, stands for 0."""
 
 DARKEST = 1e-30
 """Radiance below which a layer emits nothing, W/m2/sr."""
 
 DerivedField = Callable[[Floats], Floats]
-"""Linear function of the first of two fields, (side, side, 2) float32."""
+"""Linear function of the first field of a pair, (side, side, 2) float32."""
 
 PaintTile = Callable[[slice, slice], tuple[Floats, Floats]]
-"""Rows and columns, within the period -> transmittance and emission there, float32."""
+"""Function from slices of rows and columns, within the period, to transmittance and emission there, float32."""
 
 Words = npt.NDArray[np.int16]
 
 
 def weights(place: float) -> list[tuple[int, float]]:
-    """Return (number, share) of each independent field that an evolving field contains at `place` periods.
+    """Return (number, share) of the independent fields whose weighted sum is an evolving field at the time `place`,
+    periods.
 
     The shares are a raised cosine over four fields, cos^2(pi/4 (place - j)) / sqrt(3/2). Their squares add up to one at
     any time (cos^4 at steps of pi/4 sums to 3/2), so the variance is constant; the shares are smooth in time.
@@ -55,7 +56,7 @@ def weights(place: float) -> list[tuple[int, float]]:
 
 
 def first_of(pair: Floats, coarse: int) -> Floats:
-    """Return the first of two interleaved fields, reduced by `coarse`, float32."""
+    """Return the first of two interleaved fields, reduced in size by the factor `coarse`, float32."""
     return np.ascontiguousarray(shrunk(pair, coarse)[..., 0])
 
 
@@ -68,7 +69,7 @@ class _FieldPair:
         self.derived = None if derived is None else derived(values)
 
     def products(self, other: _FieldPair) -> Floats:
-        """Return the sums over all pixels of the products with another pair, (2,)."""
+        """Return, for each field, the sum over all pixels of its product with that of another pair, (2,)."""
         strips = (slice(row, row + STRIP) for row in range(0, len(self.values), STRIP))
         products = (cv2.multiply(self.values[strip], other.values[strip]) for strip in strips)
         return np.asarray(np.sum([cv2.sumElems(product)[:2] for product in products], axis=0))
@@ -84,7 +85,7 @@ class Mixture:
     """Factors that give each sum a variance of 1."""
 
     def over(self, rows: slice, columns: slice) -> tuple[Floats, Floats]:
-        """Return a part of both fields, float32, also past the edges."""
+        """Return a part of both fields, float32; past their edges they repeat."""
         if COMPILED:
             side, shape = len(self.pairs[0].values), (rows.stop - rows.start, columns.stop - columns.start)
             found = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -165,11 +166,11 @@ class EvolvingFields:
 class CloudState:
     """Transmittance and emission of a cloud at one time, periodic in (side, side), a multiple of TILE.
 
-    They are stored as 16-bit words, as a frame reads many of them: (word + 32768) units, with an error of half a unit
-    at most. A unit is 1/65535 of the transmittance 1, or of the greatest emission, W/m2/sr: an eighth of a count if the
-    cloud spans the range of a 14-bit camera.
+    They are stored as 16-bit words, which a frame reads faster than floats: a word w stands for w + 32768 units, with
+    an error of half a unit at most. A unit is 1/65535 of the transmittance 1, or of the greatest emission, W/m2/sr: an
+    eighth of a count if the cloud spans the range of a 14-bit camera.
 
-    Tiles are painted on first use. The last window is stored contiguously: it is read in half the time.
+    Tiles are painted on first use. The last window is stored contiguously, so that it is read in half the time.
     """
 
     def __init__(self, side: int, brightest: float, paint: PaintTile) -> None:
@@ -182,7 +183,7 @@ class CloudState:
         """First column and row of the last window, and its words."""
 
     def window(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
-        """Return windows (height, width) of transmittance and emission from a column and a row on, periodic. Read
+        """Return windows (height, width) of transmittance and emission from a column and a row on, periodic; read
         only."""
         first, top, passed, emitted = self._last  # read once: another thread may replace it
         rows, columns = passed.shape
@@ -195,7 +196,7 @@ class CloudState:
         return passed[here], emitted[here]
 
     def _assembled(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
-        """Return a contiguous window of tiles."""
+        """Return a window of transmittance and emission, assembled from tiles in contiguous memory."""
         joined = np.empty((height, width), np.int16), np.empty((height, width), np.int16)
         for i, down, rows in _tile_parts(row, height):
             for j, across, columns in _tile_parts(column, width):
@@ -217,17 +218,17 @@ class CloudState:
 
 
 def units_of(words: Words) -> npt.NDArray[np.uint16]:
-    """Return the units of each word."""
+    """Return the value of each word, in units."""
     return _flipped(words.view(np.uint16))
 
 
 def _flipped(words: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
-    """Return words from units, and back: signed words can be multiplied two in one instruction."""
+    """Return words from units, or units from words. The processor multiplies two signed words in one instruction."""
     return words ^ np.uint16(0x8000)
 
 
 def _to_units(field: Floats, unit: float, out: npt.NDArray[np.uint16]) -> None:
-    """Round to units; negative values, from the kernel of a sharp lens, become 0."""
+    """Write a field to `out`, rounded to units; negative values, from the kernel of a sharp lens, become 0."""
     if COMPILED:
         kernels.counts_of(np.ascontiguousarray(field), out, 1 / unit, 0.0, GREATEST, False, None, None)
         return
@@ -237,7 +238,8 @@ def _to_units(field: Floats, unit: float, out: npt.NDArray[np.uint16]) -> None:
 
 
 def _tile_parts(begin: int, length: int) -> Iterator[tuple[int, slice, slice]]:
-    """Yield the tiles that meet a range on one axis: number, and the slices of the range and of the tile."""
+    """Yield the tiles that an interval on one axis meets: number, and their overlap as slices of the interval and the
+    tile."""
     end = begin + length
     for number in range(begin // TILE, -(-end // TILE)):
         edge = number * TILE

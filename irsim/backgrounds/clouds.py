@@ -38,10 +38,11 @@ from irsim.rng import lookup
 from irsim.types import Band, Floats
 
 EXTREME = 6.0
-"""Range of the radiance table, standard deviations of temperature; values beyond, one in 1e9, are clamped."""
+"""Largest deviation in the radiance table, in standard deviations of temperature; larger ones, one in 1e9, are
+clamped."""
 
 ENTRIES = 2**16
-"""Entries of that table: 16-bit indices are fastest. A step is 0.18 mK per K of standard deviation."""
+"""Entries of the radiance table; 16-bit indices are fastest. A step is 0.18 mK per K of standard deviation."""
 
 STEP = (ENTRIES - 1) / (2 * EXTREME)
 """Entries per standard deviation."""
@@ -80,7 +81,8 @@ class CloudShading:
     def paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
         """Return transmittance and emission, before optics, (rows, cols) float32 each.
 
-        thickness, warmth: parts of fields of mean 0 and variance 1. lit: share of sunlight, None without sun.
+        thickness, warmth: parts of random fields of mean 0 and variance 1. lit: share of full sunlight, None without
+        sun.
         """
         middle = (ENTRIES - 1) / 2
         if COMPILED:
@@ -101,18 +103,20 @@ class CloudShading:
 
 
 def sunlit_share(slope: Floats) -> Floats:
-    """Return the share of sunlight, float32, on a cloud whose thickness is its height, by its `slope` to the sun.
+    """Return the share of full sunlight, float32, on a cloud by the `slope` of its thickness towards the sun.
 
-    Lambert's cosine law with the sun at the side, saturated at twice the rms slope; not clipped to 0..1.
+    The cloud's surface is taken as high as the cloud is thick. By Lambert's cosine law with the sun at the side, the
+    share is proportional to the slope, and 1 at twice the rms slope; it is not clipped to 0..1.
     """
     rms = cv2.norm(slope) / math.sqrt(slope.size)  # periodic differences have mean 0
     return slope / np.float32(2 * rms + 1e-12)
 
 
 def slope_to_sun(thickness: Floats, sigma_px: float, sun_deg: float) -> Floats:
-    """Return the downward slope of a periodic thickness (rows, columns) towards the sun, float32; it is linear.
+    """Return the downward slope of a periodic thickness (rows, columns) towards the sun, float32, linear in the
+    thickness.
 
-    sigma_px: smoothing. sun_deg: clockwise from up.
+    sigma_px: of the Gaussian that smooths the thickness first. sun_deg: direction of the sun, clockwise from up.
     """
     smooth = periodic_gaussian(thickness, sigma_px)
     angle = np.radians(sun_deg)
@@ -137,7 +141,7 @@ class Clouds(Part):
     coverage: Annotated[float, Field(ge=1e-6, lt=1)] = 0.4
     """Share of the sky covered by cloud."""
     depth: NotNegative = 3.0
-    """Optical depth per standard deviation of the texture above the cloud's edge; 0 is no cloud."""
+    """Optical depth per standard deviation of the thickness in excess of the edge's; 0 is no cloud."""
     temperature_k: Kelvin = 268.0
     """Temperature of the cloud, K."""
     texture_k: KelvinSpread = 2.0
@@ -249,9 +253,9 @@ class Clouds(Part):
         return slope_to_sun(small, self._smoothed_px(context) / self._coarse(context), self.sun_deg)
 
     def _smoothed_px(self, context: SceneContext) -> float:
-        """Return the sigma of the relief, px; finer features are not lit."""
+        """Return the sigma, px, by which the thickness is smoothed before it is lit; finer features are not lit."""
         return max(self._correlation_px(context) / 40, 1.0)
 
     def _coarse(self, context: SceneContext) -> int:
-        """Return the reduction factor of the relief."""
+        """Return the factor by which the thickness is reduced in size before it is lit."""
         return coarseness(self._smoothed_px(context), min(tile_shape(context.geometry.size)))

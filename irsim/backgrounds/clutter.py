@@ -1,4 +1,4 @@
-"""Clutter: small objects of the size and grey of targets on the ground, as ellipses or with rough outlines."""
+"""Clutter: small objects on the ground with the size and grey level of targets, as ellipses or with rough outlines."""
 
 from __future__ import annotations
 
@@ -28,28 +28,27 @@ Length = Annotated[float, Field(ge=0.001, le=50)]
 FormName = Literal["ellipse", "rough"]
 
 LUMPS = 256
-"""Side of the periodic field of outlines and interiors, texels."""
+"""Side of the periodic random fields that shape outlines and interiors of rough objects, texels."""
 ACROSS = 24
-"""Texels per half length of an object: lumps scale with the object."""
+"""Texels of these fields per half length of an object, so lumps scale with the object."""
 LUMP = 16.0
 """Size of the largest lumps, texels: a third of an object's length."""
 SLOPE = 2.9
-"""Slope of the spectrum of lumps: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the
-air."""
+"""Spectral slope of lumps, as of clumps of leaves (`irsim.geometry.vegetation`) and of ground seen from the air."""
 RAGGED = 0.3
 """Displacement of the outline by lumps, as a share of half the width: about the standard deviation."""
 MOST = 1.7
-"""Limit of that displacement, in standard deviations."""
+"""Limit of the displacement of the outline, in standard deviations."""
 UNEVEN = 0.35
 """Standard deviation of temperature within an object, as a share of its contrast."""
 LIT = 0.4
 """Temperature of the lit end minus the centre, as a share of the contrast."""
 SOFTEST = 0.9
-"""Greatest width of an edge, as a share of half the width; the least is a pixel."""
+"""Greatest width of an object's blurred edge, as a share of half the object's width; the least is a pixel."""
 SWELLS = (1 + RAGGED**2 + SOFTEST**2 / 36) ** -0.5
-"""Scale of half axes that gives rough objects the mean area of their ellipses: at the radius 1 + u the mean area is
-that of the ellipse times 1 + mean(u^2). u has mean 0 and variance RAGGED^2, plus SOFTEST^2 / 36 for a soft edge, on
-average."""
+"""Factor on the half axes that gives rough objects the mean area of their ellipses. An outline at the radius 1 + u half
+axes encloses on average the ellipse's area times 1 + mean(u^2); u has mean 0 and variance RAGGED^2, plus on average
+SOFTEST^2 / 36 for a soft edge."""
 
 
 class ClutterObject(NamedTuple):
@@ -83,7 +82,7 @@ class ClutterForm(Protocol):
 
     @abstractmethod
     def drawn(self, item: ClutterObject) -> Drawn:
-        """Return one object alone."""
+        """Return the patch of one object: its pixels, cover and temperature."""
 
     @abstractmethod
     def over(self, item: tuple[Floats, Floats | float], under: Painted, wins: FrontRule) -> Painted:
@@ -146,14 +145,14 @@ class Clutter(Part):
     """Small warm and cold objects of the size and grey of targets: false targets."""
 
     form: FormName = "ellipse"
-    """ellipse: one temperature each, with a sharp edge. rough: at the same places, of the same sizes and mean
-    temperatures, with ragged outlines, internal texture, a warm side and a sharp or soft edge."""
+    """`ellipse`: ellipses of one temperature each, with a sharp edge. `rough`: objects with the positions, sizes and
+    mean temperatures of these ellipses, but ragged outlines, internal texture, a warm side and a sharp or soft edge."""
     per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
-    """Number of objects per square milliradian; on a landscape at the horizon, and p^3 times fewer where objects appear
-    p times as wide."""
+    """Number of objects per square milliradian. On a landscape this is the number at the horizon; where objects appear
+    p times as wide, there are p^3 times fewer."""
     size_mrad: Annotated[tuple[Length, Length], Field(strict=False), Rising] = (1.0, 4.0)
-    """[smallest, largest] length, mrad; on a landscape at the horizon, where w metres seen from h metres above the
-    ground appear as 40 ifov_mrad w / h. Nearer objects appear larger."""
+    """[smallest, largest] length, mrad. On a landscape this is the length at the horizon, where w metres seen from h
+    metres above the ground appear as 40 ifov_mrad w / h. Nearer objects appear larger."""
     contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False), Rising] = (3.0, 10.0)
     """[least, greatest] magnitude of the difference from the ground's mean temperature, K."""
     cold: Fraction = 0.2
@@ -176,7 +175,7 @@ class Clutter(Part):
         return self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least)
 
     def paint(self, shape: Shape, px_per_mrad: float, seed: int) -> Painted:
-        """Paint on a periodic map: objects of random orientation, at most twice as long as wide."""
+        """Return objects of random orientation, at most twice as long as wide, painted on a periodic map."""
         draw, form = stream(seed, "clutter"), FORMS[self.form](seed)
         cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         count = draw.poisson(self.mean_count(shape, px_per_mrad))
@@ -196,7 +195,8 @@ class Clutter(Part):
         return _objects(x, y, angle, length, length * slim, signed)
 
     def paint_perspective(self, below: Floats, px_per_mrad: float, seed: int) -> Painted:
-        """Paint on a plane in perspective, uniformly on its ground; below: (rows, cols) px below its horizon.
+        """Return objects painted on a plane in perspective, with uniform density on the ground; below: px below the
+        horizon.
 
         An object that appears p times as wide as at the horizon is p times as near. A pixel covers 1 / p^3 of the
         ground there, so the density on the image falls as p^-3.

@@ -1,4 +1,4 @@
-"""Ground from above: a temperature field, in angle or on a plane at a height, and its cover."""
+"""Ground seen from above: a temperature field, in angle or on a plane below the camera, and ground cover."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ class Ground(Background):
     """Height of the camera above the ground, m. The ground is then a plane in perspective with parallax, and sizes in
     mrad hold where the first pointing meets it. Default: infinitely far ground of uniform scale."""
     hour: Hour = "any"
-    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
+    """Time of day that sets default temperatures, `day` or `night`; with `any`, each temperature has its own
+    default."""
     fields: Fields | None = None
     roads: Roads | None = None
     water: Water | None = None
@@ -91,7 +92,7 @@ class Ground(Background):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys with temperatures by the hour."""
+        """Return the given keys and the temperatures that follow from the hour."""
         return by_hour(given, {"mean_k": "ground", "spread_k": "spread"})
 
     @property
@@ -123,7 +124,7 @@ class Ground(Background):
         return attenuated_ground(layers, context, self.height_m)
 
     def ambient(self, context: SceneContext) -> float:
-        """Return the radiance of its mean temperature: it has no sky."""
+        """Return the radiance of the ground's mean temperature, as there is no sky."""
         return float(radiance(context.band, self.mean_k))
 
     @property
@@ -140,7 +141,7 @@ class Ground(Background):
                 yield name, (name,)
 
     def _texture(self, context: SceneContext) -> Floats:
-        """Return the temperature field, (rows, cols) float32 of mean 0 and variance 1; zeros without a spread."""
+        """Return the temperature field, (rows, cols) float32 of mean 0 and variance 1; zeros if `spread_k` is 0."""
         geometry = context.geometry
         shape = tile_shape(geometry.size)
         if self.spread_k == 0:
@@ -169,7 +170,7 @@ class Ground(Background):
         return CoverLayer(name, self._on_ground((1 - cover, emission), context))
 
     def _on_ground(self, textures: tuple[Floats, ...], context: SceneContext) -> TextureSampler:
-        """Return periodic textures, (rows, cols), in angle or on the plane."""
+        """Return the sampler of periodic textures, (rows, cols), in angle or on the ground plane."""
         geometry = context.geometry
         if self.height_m is None:
             return DriftingTextures(

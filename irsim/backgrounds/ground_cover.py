@@ -48,10 +48,10 @@ TEMPERATURES: dict[str, dict[str, float]] = {
     },
 }
 """Temperatures by hour, K. Ground, trees and walls are absolute; spreads are of the ground and between fields; roads
-and water are relative to the ground. Those without an hour are choices. The others are round figures for a clear summer
-day and night at mid latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay
-near the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). Water is therefore coldest by
-day and warm by night."""
+and water are relative to the ground. Those of `any` are choices. The others are round figures for a clear summer day
+and night at mid latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay near
+the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). Water is therefore coldest by day and
+warm by night."""
 
 Shape = tuple[int, int]
 """Rows and columns."""
@@ -64,7 +64,7 @@ COVER_KEYS = ("fields", "water", "roads", "clutter")
 
 
 def by_hour(given: Mapping[str, Any], keys: Mapping[str, str]) -> dict[str, Any]:
-    """Return the keys of a part, missing temperatures by its `hour`; `keys`: key of the part -> key of the table."""
+    """Return the keys of a part and missing temperatures by its `hour`; `keys`: key of the part to key of the table."""
     hour = given.get("hour")
     table = TEMPERATURES.get(hour, {}) if isinstance(hour, str) else {}
     return {**{key: table[name] for key, name in keys.items() if name in table}, **given}
@@ -76,7 +76,7 @@ def leaves_k(hour: Hour) -> float | None:
 
 
 def typical(given: float | None, hour: Hour, name: str) -> float:
-    """Return the given value, or the table's for that hour, K."""
+    """Return the given value, or the one in TEMPERATURES for the hour if it is None, K."""
     return given if given is not None else TEMPERATURES[hour][name]
 
 
@@ -88,14 +88,15 @@ class Fields(Part):
     size_mrad: Feature = 60.0
     """Side of a field, mrad; sides vary by a factor of two."""
     spread_k: KelvinSpread | None = None
-    """Standard deviation between fields, K; by default that of the ground's `hour`, else 3."""
+    """Standard deviation between fields, K; by default that of the ground's `hour`, or 3 with `any`."""
     lane_mrad: Annotated[NotNegative, Plausible(0, 300, "mrad")] = 1.5
     """Width of the lanes, mrad."""
     lane_k: KelvinDifference = 3.0
     """Temperature of the lanes minus the ground's mean, K."""
 
     def paint(self, shape: Shape, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
-        """Paint: split the map down to the given size, then bend it so that edges are not straight."""
+        """Return fields painted by splitting the map down to `size_mrad` and bending it, so that edges are not
+        straight."""
         draw = stream(seed, "fields")
         offsets, lanes = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         half = self.lane_mrad * px_per_mrad / 2
@@ -127,7 +128,7 @@ def _inner_share(pixels: Floats, low: float, high: float, edge: float) -> Floats
 
 
 def _bend(texture: Floats, size_px: float, seed: int) -> Floats:
-    """Return a periodic texture displaced smoothly, by a tenth of `size_px`."""
+    """Return a periodic texture bent by smooth random displacements, of a tenth of `size_px` rms."""
     height, width = shape = texture.shape[0], texture.shape[1]
     across, down = (spectral(shape, 4.5, None, 2 * size_px, 1.0, seed, "bend", axis) for axis in ("x", "y"))
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
@@ -155,7 +156,7 @@ class Roads(UniformCover):
     width_mrad: Annotated[Positive, Plausible(0.05, 300, "mrad", "a track of 2 m is 0.1 mrad wide 20 km away")] = 2.0
     """Width of a road, mrad."""
     contrast_k: KelvinDifference | None = None
-    """Temperature minus the ground's mean, K; by default that of the ground's `hour`, else 6."""
+    """Temperature minus the ground's mean, K; by default that of the ground's `hour`, or 6 with `any`."""
 
     def inside(self, shape: Shape, px_per_mrad: float, seed: int) -> Floats:
         distance = np.full(shape, np.inf)
@@ -183,7 +184,7 @@ class Water(UniformCover):
     size_mrad: Feature = 80.0
     """Size of the largest ponds and lakes, mrad."""
     contrast_k: KelvinDifference | None = None
-    """Temperature minus the ground's mean, K; by default that of the ground's `hour`, else -8."""
+    """Temperature minus the ground's mean, K; by default that of the ground's `hour`, or -8 with `any`."""
 
     def inside(self, shape: Shape, px_per_mrad: float, seed: int) -> Floats:
         field = spectral(shape, 4.2, None, self.size_mrad * px_per_mrad, 1.3, seed, "water")

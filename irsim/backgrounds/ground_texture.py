@@ -21,8 +21,8 @@ from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 LEAST_SINE = 0.05
-"""Sine of the depression, 2.9 degrees, down to which the ground is a plane. Directions nearer to the horizon, and above
-it, show rising ground: there is no horizon."""
+"""Sine of the least depression, 2.9 degrees, at which the ground is a plane. Directions nearer to the horizon, and
+above it, show rising ground, so no horizon is visible."""
 
 LOWEST_M = 0.1
 """Least height of the camera above the ground, m."""
@@ -35,23 +35,24 @@ SOFT_PX = 0.5
 keeps exp(-2 pi^2 0.5^2 / 4) = 0.29 of its amplitude."""
 
 VANISHING_PX = 40.0
-"""Height of the vanishing line of a landscape's ground above its horizon, px: as behind a low rise, which hides the
-farthest ground with features thinner than a pixel."""
+"""Height of the vanishing line of a landscape's ground above its drawn horizon, px. The ground thus ends as at a low
+rise, which hides the farthest ground with features thinner than a pixel."""
 
 SUBSAMPLES = 4, 16
 """Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. In between,
 samples are a pixel's width apart on the ground."""
 
 STRIP = 32
-"""Rows with equal numbers of samples, which stay in the processor's cache."""
+"""Number of rows that are sampled together, with equal numbers of samples; they stay in the processor's cache."""
 
 TURNED_RAD = math.atan(((math.sqrt(5) - 1) / 2) ** 3)
-"""Rotation of the map of roads and water; a power of the golden ratio, so that its repetitions do not line up."""
+"""Rotation of the map of roads and water; its tangent is a power of the golden ratio, so that repetitions do not line
+up."""
 
 
 @dataclass(frozen=True)
 class GroundPlane:
-    """Plane `height_m` below the camera's first place, with a texture of periods `shape`, texels down and across.
+    """Plane `height_m` below the first camera position, with a texture of periods `shape`, texels down and across.
 
     Where the first pointing meets the ground (no farther than at LEAST_SINE), a texel appears as wide and as high as a
     pixel; on the ground it is longer than wide.
@@ -62,11 +63,11 @@ class GroundPlane:
     shape: tuple[int, int]
 
     def places(self, chart: Chart, place: Place) -> tuple[Floats, Floats, Floats]:
-        """Return the texture's column and row at each pixel, and log2 of the texels across a pixel, (rows, cols)
-        float32 each."""
+        """Return the texture's column and row at each pixel, and log2 of the number of texels across a pixel, (rows,
+        cols) float32 each."""
         (x, y, z), geometry, unit = place, self.geometry, self.geometry.ifov_rad
         first = max(-math.sin(geometry.elevation_rad), LEAST_SINE)
-        wide, long = unit / first, unit / first**2  # of a texel; lengths here are in heights of the first place
+        wide, long = unit / first, unit / first**2  # of a texel; lengths here are in units of height_m
         high = max(self.height_m - y, LOWEST_M) / self.height_m
         right, down, ahead = chart.rays
         away = _relative_range(chart.at_pixels(down)) * np.float32(high)
@@ -83,14 +84,14 @@ class GroundPlane:
 
 
 def _relative_range(down: Floats) -> Floats:
-    """Return the range of the ground, in heights of the camera, from the sine of the depression."""
+    """Return the distance of the ground, in heights of the camera, by `down`, the sine of the depression."""
     away = 1 / np.maximum(down, LEAST_SINE)
     rising = np.maximum(LEAST_SINE - down, 0) / LEAST_SINE**2
     return np.asarray(away + rising) if down.min() < LEAST_SINE else away
 
 
 def _modulo(places: Floats, period: int) -> Floats:
-    """Return places without whole periods."""
+    """Return positions modulo a period."""
     return np.asarray(places - np.floor(places * np.float32(1 / period)) * np.float32(period))
 
 
@@ -127,7 +128,7 @@ class GroundTexture:
         return last[1]
 
     def _look_up(self, columns: Floats, rows: Floats, octaves: Floats) -> list[Floats]:
-        """Sample by interpolation between two octaves of blur."""
+        """Return the textures at given columns and rows, interpolated between two octaves of blur."""
         ends = np.floor(octaves.min()), np.ceil(octaves.max())
         least, most = (min(max(int(end), 0), MOST_OCTAVES) for end in ends)
         samples = [
@@ -154,8 +155,8 @@ class GroundTexture:
 def perspective_texture(texture: Floats, grid: PanoramaGrid, below: Floats, finer: float, ifov_rad: float) -> Floats:
     """Return a periodic texture on a landscape's ground, (rows, cols); at the horizon a texel is 1 / `finer` px wide.
 
-    below: (rows, cols) px below the horizon. Near ground has texels as long as wide, in perspective. Ground so far that
-    a texel is less than a row high has one texel a row: finer ones would flicker.
+    below: (rows, cols) px below the horizon. Near ground has texels as long as wide. Far ground, where such texels
+    would be less than a row high, has one texel a row, as finer ones would flicker.
     """
     under = below + VANISHING_PX
     side, steep = texture.shape[0], VANISHING_PX * finer / ifov_rad
@@ -169,12 +170,12 @@ def perspective_cover(inside: Floats, grid: PanoramaGrid, below: Floats, ifov_ra
     """Return the cover of each pixel, (rows, cols) 0..1, by an area on a landscape's ground, `below` px below the
     horizon.
 
-    inside: signed distance from its edge on a periodic square map, (side, side) texels. The ground is at least
-    VANISHING_PX * ifov below the horizontal, where a texel is a px wide.
+    inside: signed distance from the area's edge, texels, on a periodic square map, (side, side). The farthest ground
+    lies VANISHING_PX * ifov below the horizontal; a texel is a pixel wide there.
     """
     wide, side = closed(inside), inside.shape[0]
     cosine, sine = math.cos(TURNED_RAD) / side, math.sin(TURNED_RAD) / side
-    # Map places of the farthest ground, in sides of the map.
+    # Map positions of the farthest ground, in sides of the map.
     x, y = cosine * grid.columns - sine / ifov_rad, sine * grid.columns + cosine / ifov_rad
     farthest = x.astype(np.float32), y.astype(np.float32)
     strips = [below[row : row + STRIP] / VANISHING_PX + 1 for row in range(0, len(below), STRIP)]
@@ -182,7 +183,8 @@ def perspective_cover(inside: Floats, grid: PanoramaGrid, below: Floats, ifov_ra
 
 
 def _sampled_cover(wide: Floats, farthest: tuple[Floats, Floats], px_per_texel: Floats, ifov_rad: float) -> Floats:
-    """Return the cover of a few rows, (rows, cols) float32; px_per_texel (rows, cols): width of a texel there."""
+    """Return the cover of a few rows, (rows, cols) float32; px_per_texel (rows, cols): width of a texel in the
+    picture."""
     side = wide.shape[0] - 1
     high = 1 / (ifov_rad * VANISHING_PX * float(px_per_texel.min()))  # length of a px on the ground, in its widths
     samples = min(max(math.ceil(high), SUBSAMPLES[0]), SUBSAMPLES[1])

@@ -1,4 +1,4 @@
-"""Open country under a sky: ground up to the horizon, with cover, trees and buildings at their ranges."""
+"""Open country under a sky: ground up to the horizon, with ground cover, trees and buildings at their ranges."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 FINER = 5.0
-"""Ratio of the texels of the ground's texture to those of a second one for near ground."""
+"""Ratio of the texels of the ground's texture to those of a second, finer one, which is added on near ground."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,8 @@ class PlaneLayer:
         return transmittance, emission
 
     def _places(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
-        """Return the panorama's column and row, painted from the first place, of the ground point at each pixel."""
+        """Return column and row of the ground point at each pixel, in the panorama painted from the first camera
+        position."""
         chart, (x, y, z) = view_direction.chart, view_direction.place
         geometry, height = chart.geometry, self.camera_height_m
         unit, squeeze = geometry.ifov_rad, np.cos(geometry.elevation_rad)
@@ -116,11 +117,12 @@ class Landscape(Sky):
     """Mean height of the woods along the horizon, mrad, at the temperature of the first row of `trees`. Default: 1.5
     with `trees`, else 0."""
     hour: Hour = "any"
-    """Time of day that sets default temperatures, day or night; with any, each temperature has its own default."""
+    """Time of day that sets default temperatures, `day` or `night`; with `any`, each temperature has its own
+    default."""
     fields: Fields | None = None
     roads: Roads | None = None
-    """Roads that narrow towards the horizon, where `width_mrad` holds: 40 ifov_mrad w / h for w metres seen from h
-    metres above the ground."""
+    """Roads that narrow towards the horizon, where their width is `width_mrad`: w metres seen from h metres above the
+    ground are 40 ifov_mrad w / h wide there."""
     water: Water | None = None
     """Ponds and lakes on level ground; `size_mrad` holds at the horizon, and nearer ones appear larger."""
     clutter: Clutter | None = None
@@ -131,7 +133,7 @@ class Landscape(Sky):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys with temperatures by the hour, and distant woods behind trees."""
+        """Return the given keys, the temperatures that follow from the hour, and distant woods if there are trees."""
         behind_trees = {"far_woods_mrad": TYPICAL_MRAD} if given.get("trees") else {}
         return behind_trees | by_hour(given, {"ground_k": "ground", "spread_k": "spread"})
 
@@ -200,7 +202,8 @@ class Landscape(Sky):
     def _covers(
         self, grid: PanoramaGrid, below: Floats, kelvin: Floats, context: SceneContext
     ) -> Iterator[tuple[str, Floats | float, Floats]]:
-        """Yield name, cover and temperature of all cover on ground of temperatures (rows, cols), the lowest first."""
+        """Yield name, cover and temperature of each ground cover, the lowest first; `kelvin`: the ground's, (rows,
+        cols)."""
         unit = context.geometry.ifov_rad
         px_per_mrad = 1e-3 / unit
         if self.fields is not None:
@@ -233,7 +236,7 @@ class Landscape(Sky):
         size_px = self.correlation_mrad * 1e-3 / unit
         field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, context.seed, "ground")
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
-        # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
+        # To continue a spectrum of slope beta, a texture finer by a factor n is weaker by n^((beta - 2) / 2).
         weaker = FINER ** (1 - np.mean(self.betas) / 2)
         kelvin = perspective_texture(field, grid, below, 1.0, unit) + near * weaker * perspective_texture(
             field, grid, below, FINER, unit
@@ -243,7 +246,8 @@ class Landscape(Sky):
     def _distant_woods(
         self, grid: PanoramaGrid, edge: Floats, context: SceneContext
     ) -> tuple[Floats | float, Floats | float]:
-        """Return cover and light at the camera, (rows, cols) each, of woods along the horizon; 0 without them.
+        """Return cover, and cover times radiance at the camera, (rows, cols) each, of woods along the horizon; 0
+        without them.
 
         They lie at the range at which trees have the given apparent height, and not nearer than the rows of trees.
         """
@@ -257,7 +261,7 @@ class Landscape(Sky):
         return cover, context.through(cover * radiance(context.band, np.maximum(kelvin, 1.0)), cover, away_m, 0.0)
 
     def _light_at_camera(self, grid: PanoramaGrid, cover: Floats, kelvin: Floats, context: SceneContext) -> Floats:
-        """Return the light of the ground at the camera, (rows, cols)."""
+        """Return cover times radiance of the ground at the camera, W/m2/sr, (rows, cols)."""
         light = cover * radiance(context.band, np.maximum(kelvin, 1.0))
         down = (grid.rows - grid.horizon) * context.geometry.ifov_rad
         return context.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))

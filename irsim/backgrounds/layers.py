@@ -45,14 +45,14 @@ class MaskedClouds(LayerWrapper):
 
 @dataclass(frozen=True, eq=False)
 class BlendedMaskedClouds(MaskedClouds):
-    """`MaskedClouds` of a layer that blends itself."""
+    """`MaskedClouds` of a layer with a `blend` of its own."""
 
     layer: SemiTransparentLayer
 
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer`, weighting the change of the light by the share of sky."""
+        """Blend as `SemiTransparentLayer.blend`, weighting the change of the light by the share of sky."""
         filled, share = np.empty_like(light), self.mask.sky_share(view_direction)
         patches = self.layer.blend(under, filled, view_direction, behind)
         filled -= under
@@ -82,7 +82,8 @@ class MotionBlurredLayer(LayerWrapper):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer`; the transmittance of patches is (n, rows, columns), one for each view."""
+        """Blend as `SemiTransparentLayer.blend`; the transmittance in a slice is (n, rows, columns), one for each
+        view."""
         transmittance, emission, patches = self.parts(behind)
         if transmittance is None:
             raise opaque_error(self.name)
@@ -90,7 +91,7 @@ class MotionBlurredLayer(LayerWrapper):
         return patches
 
     def parts(self, behind: Sequence[Slices]) -> tuple[Floats | None, Floats, list[Floats]]:
-        """Return mean transmittance, mean emission, and the transmittance of patches at each view."""
+        """Return mean transmittance, mean emission, and the transmittance in the slices `behind` at each view."""
         weight = np.float32(1 / len(self.views))
         transmittance: Floats | None = None
         emission: Floats | None = None
@@ -110,8 +111,8 @@ class MotionBlurredLayer(LayerWrapper):
 class CroppedLayer(LayerWrapper):
     """Region of a layer in one frame.
 
-    transmittance, emission: (rows, columns) of the region. patch_transmittance: the same, or (n, rows, columns) at the
-    instants of an exposure.
+    transmittance, emission: (rows, columns) of the region. patch_transmittance: (rows, columns), or (n, rows, columns)
+    at n instants of an exposure.
     """
 
     transmittance: Floats | None
@@ -133,7 +134,7 @@ class CroppedLayer(LayerWrapper):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer`."""
+        """Blend as `SemiTransparentLayer.blend`."""
         if self.transmittance is None or self.patch_transmittance is None:
             raise opaque_error(self.name)
         blend_over(under, light, self.transmittance, self.emission, ())
@@ -151,8 +152,10 @@ class _CroppedMask:
 
 
 def crop(layer: Layer, view_direction: ViewDirection, region: Slices) -> Layer | None:
-    """Return a layer's action on float64 light in a region (rows, columns) of one frame, equal to the full frame's to
-    the last bit; None for a layer with a blending of its own."""
+    """Return a layer cropped to a region (rows, columns) of one frame; None if it has its own, unknown `blend`.
+
+    On float64 light its result is that of the full frame to the last bit.
+    """
     if isinstance(layer, BlendedMaskedClouds):
         within = crop(layer.layer, view_direction, region)
         mask = _CroppedMask(layer.mask.sky_share(view_direction)[region].copy())

@@ -1,4 +1,4 @@
-"""Pictures around the camera's first place, and their parallax when the camera moves."""
+"""Panoramas painted around the first camera position, and their parallax when the camera moves."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from irsim.physics.psf import PSF, GaussianPSF
 from irsim.types import Floats
 
 WIDE = 2048
-"""Least width of a panorama, px. It is mirrored past its ends, without a seam."""
+"""Least width of a panorama, px. Past its ends it is mirrored, which leaves no seam."""
 
 VERTICAL_MARGIN = 256
-"""Extent of a panorama above and below the first frame, px; its outermost rows extend beyond."""
+"""Extent of a panorama above and below the first frame, px; beyond it, its outermost rows are repeated."""
 
 ROOM = 32
-"""Extension of an object's own rows, px: a Gaussian blur ends within."""
+"""Number of rows added above and below an object, in which its Gaussian blur ends."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class PanoramaGrid:
         )
 
     def between(self, top: float, bottom: float) -> PanoramaGrid:
-        """Return the rows between two rows of the map, with some room; at least one."""
+        """Return the grid of the rows between two map rows, with ROOM more above and below; it has at least one row."""
         first = int(np.clip(np.searchsorted(self.rows, top - ROOM), 0, len(self.rows) - 1))
         last = int(np.clip(np.searchsorted(self.rows, bottom + ROOM), first + 1, len(self.rows)))
         return PanoramaGrid(self.columns, self.rows[first:last], self.horizon)
@@ -67,8 +67,8 @@ class Panorama(PeriodicTexture):
     def on(cls, grid: PanoramaGrid, picture: Floats, psf: PSF) -> Panorama:
         """Return a picture on a grid, blurred by the lens.
 
-        For a PSF with wings rows are added above and below; otherwise the light of the wings would be extended without
-        end.
+        For a PSF with wings, rows are added above and below. Otherwise the outermost rows, which are repeated, would
+        contain light of the wings.
         """
         wings = 0 if isinstance(psf, GaussianPSF) else psf.support_px
         sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")
@@ -81,36 +81,37 @@ class Panorama(PeriodicTexture):
         return columns, np.clip(rows, 0, self.padded.shape[0] - 1)
 
     def at(self, columns: Floats, rows: Floats) -> Floats:
-        """Return the picture at places between its pixels, by linear interpolation."""
+        """Return the picture at positions between its pixels, by linear interpolation."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101))
 
 
 class ParallaxSurface(Protocol):
-    """Closed surface around the camera's first place, seen from within only."""
+    """Closed surface around the first camera position, seen from within only."""
 
     @property
     def range_m(self) -> float: ...
 
     def from_origin(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
-        """Return the change of azimuth, and the elevation, of surface points as seen from the first place, rad.
+        """Return the change of azimuth, and the elevation, of surface points as seen from the first camera position,
+        rad.
 
-        azimuth, elevation: of the same points as seen from a `place` within the surface, rad.
+        azimuth, elevation: of these points as seen from the camera position `place` within the surface, rad.
         """
         ...
 
     def contains(self, place: Place) -> bool:
-        """Return True if a camera place is within the surface."""
+        """Return True if a camera position is within the surface."""
         ...
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Vertical `ParallaxSurface` of radius `range_m`, for trees and buildings.
+    """Vertical `ParallaxSurface` of radius R = `range_m`, for trees and buildings.
 
-    A camera at (x, y, z) m right, below and ahead of the first place looks along azimuth a and elevation e. Its ray
-    passes the cylinder's axis at p = x cos a - z sin a and meets the cylinder at the horizontal distance
-    rho = sqrt(R^2 - p^2) - x sin a - z cos a. The first place sees that point at the azimuth a + asin(p/R) and at the
-    elevation with the tangent (rho tan e - y) / R.
+    A camera at (x, y, z) m right, below and ahead of the first position looks along azimuth a and elevation e. Its ray
+    passes the cylinder's axis at the distance p = x cos a - z sin a and meets the cylinder at the horizontal distance
+    rho = sqrt(R^2 - p^2) - x sin a - z cos a. From the first position this point is seen at the azimuth a + asin(p/R)
+    and at the elevation with the tangent (rho tan e - y) / R.
     """
 
     range_m: float
@@ -128,10 +129,11 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """Spherical `ParallaxSurface` of radius `range_m`, for clouds.
+    """Spherical `ParallaxSurface` of radius R = `range_m`, for clouds.
 
-    A ray from c along the unit vector r leaves the sphere after t = sqrt((c r)^2 + R^2 - c^2) - c r; the first place
-    sees that point in the direction of c + t r. Components are taken right of, along and below the azimuth of the ray.
+    A ray from the camera position c along the unit vector r leaves the sphere after t = sqrt((c r)^2 + R^2 - c^2) - c
+    r; from the first position this point is seen in the direction of c + t r. Components are taken right of, along and
+    below the azimuth of the ray.
     """
 
     range_m: float
@@ -149,7 +151,7 @@ class Sphere:
 
 
 def from_origin(view_direction: ViewDirection, surface: ParallaxSurface) -> ViewDirection:
-    """Return the view from the first place that shows the same points of a surface; unchanged for a camera at rest."""
+    """Return the view, from the first camera position, of the points of a surface that a given view shows."""
     key = None if view_direction.key is None else from_origin(view_direction.key, surface)
     if not any(view_direction.place):
         return view_direction if key is view_direction.key else replace(view_direction, key=key)
@@ -177,7 +179,7 @@ def transparent(view_direction: ViewDirection) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class PanoramicLayer:
-    """Layer around the camera's first place: transmittance, emission, and parallax for a moving camera."""
+    """Layer painted on a surface around the first camera position, with parallax for a moving camera."""
 
     name: str
     surface: ParallaxSurface

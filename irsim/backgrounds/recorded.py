@@ -25,28 +25,30 @@ if TYPE_CHECKING:
     from irsim.recording import Recording
 
 UNKNOWN_RANGE_K = (220.0, 400.0)
-"""Default scene temperatures of count 0 and full scale, K, if neither scenario nor recording has them."""
+"""Default scene temperatures of count 0 and full scale, K, if neither scenario nor recording states them."""
 
 MEDIAN_OF_NOISE = 0.583
 """Median magnitude of the difference between white noise of sigma 1 and the median of the 3 x 3 pixels about it: 0.582
-to 0.584 for a million drawn pixels. It is below the 0.674 of the noise itself, as one pixel in nine is that median."""
+to 0.584 for a million drawn pixels. It is below the 0.674 of the noise itself, as one pixel in nine is itself the
+median."""
 MOST_SIGMAS = 3.5
-"""Limit of noise, in sigmas; 1 in 2000 of normal noise is beyond. It is about twice the root of 3, so that values
-folded into half of it (`folded`), uniformly distributed, have the sigma of the noise."""
+"""Largest deviation that counts as noise, in sigmas; 1 in 2000 deviations of normal noise is larger. It is about 2
+sqrt(3), so that values folded into +- half of it (`folded`), if uniformly distributed, have the sigma of the noise."""
 ENOUGH = 0.1
-"""Least share of unclipped pixels that gives the sigma of a frame's noise. Clipped pixels and black bars have no noise
-and are left out; in a nearly clipped frame the other pixels show objects."""
+"""Least share of unclipped pixels from which alone the sigma of a frame's noise is estimated. Clipped pixels and black
+bars have no noise and are left out; if nearly all are clipped, the others show objects, so all are used."""
 
 
 class Recorded(Background):
     """Frames of a recording with targets inserted; no other noise is added.
 
-    Counts are converted to radiance by the recording's own camera curve, if known and of the same band; else linearly
-    between black bodies of `range_k`: L = L0 + (L1 - L0) count / full. An object changes a pixel's radiance, and its
-    count by that change. The recorded noise is kept: the deviation of a pixel from its eight neighbours, up to the
-    magnitude of noise. Recorded small objects and edges deviate more, so inserted objects cover them; texture as weak
-    as noise stays. All other pixels keep their counts bit for bit. The camera needs the recording's size and depth; its
-    detector, noise and motion have no effect on the recorded frames.
+    Counts are converted to radiance by the camera curve stored in the recording, if it is for the scenario's band; else
+    linearly between the radiances L0 and L1 of black bodies of `range_k`: L = L0 + (L1 - L0) count / full. An object
+    changes the radiance of a pixel, and its count accordingly. The recorded noise is kept: the deviation of a pixel
+    from its eight neighbours, up to the magnitude of noise. Recorded small objects and edges deviate more, so inserted
+    objects cover them; texture as weak as noise stays. All other pixels keep their counts bit for bit. The scenario's
+    camera needs the size and bit depth of the recording; its detector, noise and motion have no effect on the recorded
+    frames.
     """
 
     has_noise: ClassVar[bool] = True
@@ -55,7 +57,7 @@ class Recorded(Background):
     file: FileName
     """File of the recording; a relative path is searched beside the scenario, then in the working directory."""
     start: Index = 0
-    """Number of the recorded frame that becomes frame 0."""
+    """Number, from 0, of the recorded frame that becomes frame 0 of the scenario."""
     past_end: Literal["loop", "hold"] = "loop"
     """Frames after the last recorded one: loop to the first, or hold the last."""
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] | None = None
@@ -71,7 +73,8 @@ class Recorded(Background):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys with the recording's scale. The digest is not among them: short texts contain it too."""
+        """Return the given keys and `range_k` of the recording. The digest is not filled in here but by `_add_digest`,
+        so that shortened scenarios keep it."""
         if "range_k" in given or not isinstance(given.get("file"), str):
             return given
         try:
@@ -110,12 +113,13 @@ class Recorded(Background):
         return found
 
     def scale(self, band: Band) -> Scale:
-        """Return the scale of its counts in that band."""
+        """Return the conversion between the recording's counts and radiance in a band."""
         curve = self.known(band)
         return Scale.known(curve, band, self.range_k or UNKNOWN_RANGE_K, self.recording.bits)
 
     def known(self, band: Band) -> Curve | None:
-        """Return the recording's own curve of counts in that band; None without one, or if `range_k` is given."""
+        """Return the camera curve stored in the recording, from radiance to counts; None if `range_k` is given, or if
+        there is no curve for `band`."""
         facts = self.recording.camera
         return facts.curve if self.range_k is None and _same(facts.band, band) else None
 
@@ -124,7 +128,7 @@ class Recorded(Background):
         return replace(camera, range_k=self.range_k, curve=known)
 
     def ambient(self, context: SceneContext) -> float:
-        """Return the mean radiance of its first frame."""
+        """Return the mean radiance of the first recorded frame."""
         return _mean_light(self, context.band)
 
     @property
@@ -159,7 +163,7 @@ class Footage:
         return self._recorded.recording
 
     def counts(self, index: int) -> Image:
-        """Return the recorded frame behind frame `index`."""
+        """Return the counts of the recorded frame that is the background of frame `index`."""
         wanted, length = self._recorded.start + index, len(self._recording)
         wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
         last = self._last  # read once: another thread may replace it
@@ -174,7 +178,7 @@ class Footage:
         return self._scale.light(counts.astype(np.float32))
 
     def insert_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
-        """Return the counts of frame `index` with objects, before rounding and clipping: see `RecordedLayer`.
+        """Return the counts of frame `index` with objects, before rounding and clipping (`RecordedLayer.insert_into`).
 
         The noise arises in the camera, so the recorded noise of the covered share of each pixel is added to the object.
         """
@@ -187,8 +191,9 @@ class Footage:
 def recorded_noise(counts: Image, full: int) -> Floats:
     """Return the noise of a recorded frame, (rows, cols) float32 counts; full: the greatest count.
 
-    It is the deviation from the median of the 3 x 3 pixels: 97 % of white noise, little of structure blurred by optics.
-    Small objects and edges deviate more than noise does, and are folded.
+    It is the deviation of a pixel from the median of the 3 x 3 pixels about it, which contains 97 % of white noise and
+    little of structure blurred by optics. Small objects and edges deviate more than noise does; their deviations are
+    folded (`folded`).
     """
     deviation = counts.astype(np.float32) - cv2.medianBlur(counts, 3)
     unclipped = (counts > 0) & (counts < full)
@@ -202,7 +207,8 @@ def folded(deviation: Floats, most: float) -> Floats:
     """Return values up to +-`most` unchanged, and larger ones folded to and fro between +-`most` / 2.
 
     The function is continuous and nowhere flat. A bright pixel thus keeps its noise about another value, possibly with
-    the opposite sign. Clipping at `most` would remove the noise; a replacement would blink near `most`.
+    the opposite sign. Clipping at `most` would remove the noise; if larger values were replaced, pixels near `most`
+    would blink.
     """
     off = np.abs(deviation)
     back = most - np.abs(off - most)
@@ -211,7 +217,8 @@ def folded(deviation: Floats, most: float) -> Floats:
 
 
 def _robust_sigma(deviation: Floats) -> float:
-    """Return the sigma of the noise, counts, from the median magnitude of (n,) deviations: robust to small objects."""
+    """Return the sigma of the noise, counts, from the median magnitude of (n,) deviations, which is robust to small
+    objects."""
     # Rounding: deviations of n counts lie uniformly from n - 1/2 to n + 1/2, so sigma is above 0.
     below = np.cumsum(np.bincount(np.abs(deviation).astype(np.intp))) / deviation.size
     median = np.interp(0.5, np.append(0.0, below), np.append(0.0, np.arange(below.size) + 0.5))
@@ -234,7 +241,7 @@ def _digest(recording: Recording) -> str:
 
 @lru_cache(maxsize=64)
 def _digest_of(path: Path, stamp: Stamp) -> str:
-    """Return the digest of a file with that stamp: computed once for all scenes."""
+    """Return the digest of a file whose stamp is `stamp`, computed once for all scenes."""
     return _opened(str(path)).hash
 
 

@@ -31,22 +31,22 @@ SUN_K, SUN_SR = 5772.0, 6.8e-5
 """The sun as a black body (IAU 2015) and its solid angle."""
 
 DRAWN_OCTAVES = 6
-"""Drawn octaves of waves, from the longest; shorter waves are surface roughness within a pixel."""
+"""Number of octaves of waves that are drawn, from the longest; shorter waves are surface roughness within a pixel."""
 
 OCTAVES = 12
-"""Octaves with equal shares of the slope variance: from tens of metres to centimetres."""
+"""Number of octaves of waves, with equal shares of the slope variance, from tens of metres to centimetres."""
 
 LEAST_WIND = 1.0
-"""Least wind of the fit, m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J. Marine Research 13 (1954) 198,
-abstract). Below, the slope variance falls linearly to 0: the constant of their fit, 0.003, was never measured in a
-calm."""
+"""Least wind speed of the fit of `slope_variance`, m/s: Cox and Munk photographed seas in winds of 1 to 14 m/s (J.
+Marine Research 13 (1954) 198, abstract). Below it, the slope variance falls linearly to 0, as the constant of their
+fit, 0.003, was never measured in a calm."""
 
 SHORTEST_M = 1e-3
 """Least length of the longest wave for waves to be drawn, m; below it, at winds under 0.035 m/s, waves are
 roughness."""
 
 LEAST_VARIANCE = 1e-5
-"""Least slope variance for the glint: the sun's angular radius is 0.27 degrees."""
+"""Least slope variance for the glint; in a mirror the sun would be a disc of 0.27 degrees radius."""
 
 GUST_M = 400.0
 """Size of the largest gusts, m."""
@@ -72,12 +72,13 @@ def slope_variance(wind_m_s: float) -> float:
 
 
 def visible_facets(mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
-    """Return the mean grazing angle of the visible facets, rad, and the share of the variance that they have.
+    """Return the mean grazing angle of the visible facets, rad, and its variance over them as a share of `variance`.
 
     mean, variance: of the Gaussian distribution of grazing angles g of all facets, rad. The visibility of a facet is
     proportional to its projected area, so to g if g > 0 (Saunders, J. Geophysical Research 72 (1967) 4643; Ross, Dion
-    and Potvin, J. Optical Society of America A 22 (2005) 2442). The mean E[g^2] / E[g] is within 12 % for means above
-    -sigma, the share within 0.06 for means above 0; for mean 0 they are sqrt(pi / 2) sigma and 0.43.
+    and Potvin, J. Optical Society of America A 22 (2005) 2442). The returned mean is within 12 % of E[g^2] / E[g] for
+    means above -sigma, and the returned share is exact within 0.06 for means above 0; for mean 0 they are sqrt(pi / 2)
+    sigma and 0.43.
     """
     seen = (mean + np.sqrt(mean * mean + 2 * np.pi * variance)) / 2
     square = seen * seen
@@ -105,12 +106,12 @@ class Sea(Sky):
     water_k: Kelvin = 288.0
     """Temperature of the water, K."""
     wind_m_s: Annotated[float, Field(ge=0, le=25)] = 6.0
-    """Wind, m/s; sets the slopes of the waves and the length of the longest."""
+    """Wind speed, m/s; it sets the slopes of the waves and the length of the longest one."""
     wind_deg: Degrees = 200.0
     """Direction in which the waves run: clockwise from straight ahead of the camera, degrees."""
     gusts: Fraction = 0.1
-    """Standard deviation of the slopes in space and time, as a share of their mean; 0.1 corresponds to a fifth of the
-    wind."""
+    """Standard deviation, in space and time, of the rms slope of the waves, as a share of its mean; 0.1 corresponds to
+    gusts of a fifth of the wind speed."""
     sun_deg: SunPlace | None = None
     """[azimuth right of the first pointing, elevation] of the sun, degrees. Default: no sun glint. The atmosphere
     attenuates sunlight on its way to the water and to the camera."""
@@ -181,7 +182,7 @@ class SeaSurface:
         return None, light
 
     def _water(self, view_direction: ViewDirection, seen: slice) -> Floats:
-        """Return the radiance of the rows `seen`, all taken as water."""
+        """Return the radiance of the image rows `seen`, all taken as water."""
         sea, geometry, chart = self._sea, self._context.geometry, view_direction.chart
         unit = geometry.ifov_rad
         azimuth = (chart.at_pixels(chart.u)[seen] * np.float32(unit / np.cos(geometry.elevation_rad))).astype(
@@ -228,8 +229,8 @@ class SeaSurface:
     def _slopes(
         self, right: Floats, ahead: Floats, footprint: Floats, time: float
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return slopes to the right and towards the camera, the drawn share of their variance, and the total variance
-        of each axis."""
+        """Return slopes to the right and towards the camera, the share of their variance in drawn waves, and the total
+        variance of each axis."""
         variance = slope_variance(self._sea.wind_m_s) / 2
         drawn = np.zeros_like(right)
         whole = np.full_like(right, variance)
@@ -278,7 +279,7 @@ class SeaSurface:
 
 
 def _modulation(footprint: Floats, length_m: float) -> Floats:
-    """Return the modulation of a wavelength, m, by pixels of a footprint, m."""
+    """Return the share of the amplitude, 0..1, that waves `length_m` long keep in pixels with a `footprint`, m."""
     ratio = footprint * np.float32(2 / length_m)
     ratio *= ratio
     ratio += 1
@@ -286,7 +287,7 @@ def _modulation(footprint: Floats, length_m: float) -> Floats:
 
 
 def _from_table(table: Floats, angle: Floats) -> Floats:
-    """Return a table over 0 .. pi/2 at angles (rows, cols)."""
+    """Return the values of a table over angles 0 .. pi/2 at `angle`, rad, (rows, cols)."""
     rows = (angle * ((ANGLE_STEPS - 1) / (np.pi / 2))).astype(np.float32, copy=False)
     np.minimum(rows, ANGLE_STEPS - 1, out=rows)
     return np.asarray(cv2.remap(table, np.zeros_like(rows), rows, cv2.INTER_LINEAR))

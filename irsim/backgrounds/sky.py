@@ -29,7 +29,7 @@ SCALE_SIN_ELEVATION = 0.3
 stays within 5 K of them."""
 
 FIT_K = 5.0
-"""Largest error of that fit, K."""
+"""Largest error of the fit of SCALE_SIN_ELEVATION, K."""
 
 TABLE_STEPS = 4096
 """Steps of the clear sky's table between zenith and nadir: 0.77 mrad, with an interpolation error under 1 mK."""
@@ -37,7 +37,7 @@ TABLE_STEPS = 4096
 
 @dataclass(frozen=True, eq=False)
 class ClearSky:
-    """Opaque layer behind all clouds, by elevation only."""
+    """Opaque layer behind all clouds, whose radiance depends on elevation only."""
 
     band: Band
     horizon_k: float
@@ -56,7 +56,7 @@ class ClearSky:
 
     @cached_property
     def _table(self) -> Floats:
-        """(TABLE_STEPS, 1) float32 from zenith to nadir."""
+        """Radiance from zenith to nadir, (TABLE_STEPS, 1) float32."""
         return self.radiance(np.linspace(np.pi / 2, -np.pi / 2, TABLE_STEPS)).astype(np.float32)[:, None]
 
     def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
@@ -79,8 +79,8 @@ def _chart_radiance(sky: ClearSky, chart: Chart) -> Floats:
 
 @lru_cache(maxsize=16)
 def _model_sky(air: Atmosphere, band: Band) -> tuple[Floats, Floats]:
-    """Return elevations, rad, dense at the horizon, and a model atmosphere's radiance; cached, as each scene context
-    needs it for reflections. Read only."""
+    """Return elevations, rad, dense at the horizon, and the radiance of a model atmosphere's clear sky there; read
+    only. The result is cached, as each scene context needs it for reflections."""
     elevations = np.linspace(0, 1, 512) ** 2 * np.pi / 2
     table = elevations, air.sky(band, elevations)
     for column in table:

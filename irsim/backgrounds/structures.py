@@ -21,12 +21,12 @@ from irsim.rng import stream
 from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
-"""Mean distance, m; the lower limit bounds the number of objects."""
+"""Mean distance between neighbours, m; the lower limit bounds the number of objects."""
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """Size of a building, m: from a shed to the highest tower (Burj Khalifa, 828 m)."""
 
 FINE = 2
-"""Supersampling of outlines: they are drawn on a finer grid, then averaged."""
+"""Supersampling factor of outlines, which are drawn on a finer grid and then averaged."""
 
 FARTHEST_PX = 2.0**20
 """Corners are clipped to this distance, px, far outside any grid."""
@@ -35,20 +35,20 @@ NEAREST_PX = 0.25
 """Least distance between trees or buildings, px: more would be invisible and slow to draw."""
 
 RELIEF_M = 80.0
-"""Length of the largest undulations of the ground, m: a few to each field."""
+"""Length of the largest undulations of the ground, m."""
 RELIEF_BETA = 3.5
-"""Slope of their spectrum: that of the hills at the horizon."""
+"""Spectral slope of the undulations of the ground, equal to that of the hills at the horizon."""
 MOST_RELIEF = 4.0
-"""Largest relief, in units of `relief_m`."""
+"""Largest height of the undulations, in units of `relief_m`."""
 STAGGERED = 0.35
-"""Variation of the height from one object to the next, as a share of `relief_m`: their distances are unequal."""
+"""Standard deviation of the height of each foot, as a share of `relief_m`: objects of a row are not equally far."""
 
 FLOOR_M, WINDOW_M = 3.0, 2.8
 """Distances between floors and between windows, m."""
 
 WINDOW_SHARES = (0.3, 1.3)
-"""Least and greatest temperature of a window, in `windows_k`: rooms are heated or aired at different times. Chosen by
-eye."""
+"""Least and greatest temperature of a window minus the wall's, in units of `windows_k`, chosen by eye: rooms are heated
+or aired at different times."""
 
 
 class Canvas:
@@ -61,7 +61,7 @@ class Canvas:
         self.kelvin = np.zeros((rows * FINE, columns * FINE), np.float32)
 
     def polygon(self, points: Floats, kelvin: float) -> None:
-        """Draw a polygon of map places (n, 2) of one temperature."""
+        """Draw a polygon of one temperature, whose corners are map positions (n, 2)."""
         origin = np.array([self.grid.columns[0], self.grid.rows[0]])
         within = np.clip(np.asarray(points) - origin, -FARTHEST_PX, FARTHEST_PX)
         fine = np.rint((within + 0.5) * FINE * 16 - 8).astype(np.int32)
@@ -69,7 +69,7 @@ class Canvas:
         cv2.fillPoly(self.kelvin, [fine], kelvin, shift=4)
 
     def stamp(self, foot: tuple[float, float], middle: float, hides: Bools, kelvin: Floats, coarser: int) -> None:
-        """Draw a picture with the column `middle` of its last row at a map place (x, y).
+        """Draw a picture with the column `middle` of its last row at the map position `foot` (x, y).
 
         hides, kelvin: (rows, cols) mask and temperatures; each pixel is `coarser` pixels of the fine grid wide.
         """
@@ -86,7 +86,7 @@ class Canvas:
         self.kelvin[rows, columns][hides[here]] = kelvin[here][hides[here]]
 
     def layer(self, name: str, range_m: float, texture_k: Floats | float, context: SceneContext) -> PanoramicLayer:
-        """Return the drawn layer; texture_k (rows, cols) of the grid varies its temperatures."""
+        """Return the drawn layer; texture_k (rows, cols) is added to its temperatures, K."""
         size = self.grid.shape[::-1]
         cover: Floats = np.asarray(
             cv2.resize(self.cover.astype(np.float32), size, interpolation=cv2.INTER_AREA), np.float32
@@ -106,7 +106,7 @@ def texture_on(grid: PanoramaGrid, beta: float, size_px: float, seed: int, *addr
 
 
 class Structure(Part):
-    """Row of objects on the ground, all around the camera's first place."""
+    """Row of objects on the ground, all around the first camera position."""
 
     id: Name
     """Name for --without, and as an occluder in the ground truth."""
@@ -117,13 +117,14 @@ class Structure(Part):
     all feet stand on one straight line."""
 
     def base(self, grid: PanoramaGrid, height_m: float, ifov_rad: float) -> float:
-        """Return the map row of its feet on level ground, seen from `height_m` above it."""
+        """Return the map row of the objects' feet on level ground, seen from `height_m` above it."""
         return float(grid.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
     def feet(
         self, grid: PanoramaGrid, base: float, columns: Floats, context: SceneContext, kind: str
     ) -> list[tuple[float, float]]:
-        """Return the map places (x, y) of the feet of a kind of object by column; `base` is the row on level ground."""
+        """Return the map positions (x, y) of the feet of a kind of object at map columns; `base` is their row on level
+        ground."""
         rows = np.full(len(columns), base)
         if self.relief_m:
             px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
@@ -152,11 +153,12 @@ class Buildings(Structure):
     height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
     """[least, greatest] height of the walls, m."""
     temperature_k: Kelvin | None = None
-    """Mean temperature of the walls, K; by default that of the `hour`, else 290."""
+    """Mean temperature of the walls, K; by default that of the landscape's `hour`, or 290 with `any`."""
     spread_k: KelvinSpread = 2.0
     """Standard deviation of temperature between buildings, K."""
     windows_k: KelvinDifference = 3.0
-    """Temperature of the windows minus the wall's, K; single windows have 0.3 to 1.3 times this difference."""
+    """Temperature of the windows minus the wall's, K. For each window it is multiplied by a random factor of 0.3 to
+    1.3."""
     roof_k: KelvinDifference = -4.0
     """Temperature of the roof minus the wall's, K."""
 

@@ -1,8 +1,8 @@
 """Periodic textures: filtering, the lens's blur, sampling by a chart, and reuse from frame to frame.
 
-Texels are means over pixels, so the lens adds its own transfer function only, without the pixel's. A Gaussian blur of a
-picture that does not repeat uses OpenCV's; any other PSF is a convolution kernel, ten times as slow for a narrow PSF
-and no slower for a wide one.
+Texels are means over the area of a pixel, so blurring applies the transfer function of the lens only, without the
+pixel's. A picture that does not repeat is blurred by OpenCV's filter if the PSF is Gaussian, else by convolution with a
+kernel, which is ten times as slow for a narrow PSF and no slower for a wide one.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ TILE = 1024
 """Period of a texture, px."""
 
 ROOM = 64
-"""Repetition of a texture beyond a frame's size, px: key frames are larger."""
+"""Repetition of a texture beyond a frame's size, px, as key frames are larger than frames."""
 
 SQUARE = 2048
 """Largest side, px, up to which a texture is square for any frame."""
 
 BLOCK = 8
-"""Frames that share a key frame; a worker of `--jobs` renders whole blocks."""
+"""Number of consecutive frames that share a key frame; a worker of `--jobs` renders whole blocks."""
 
 MARGIN = 16
-"""Margin of a key frame, px: the largest shift of its neighbours."""
+"""Margin of a key frame, px, which is also the largest shift of the frames that share it."""
 
 BENT = 0.05
-"""Largest deviation, px, from a pure shift for which a neighbour is a shifted key frame. Backgrounds are no ground
-truth, and a twentieth of a pixel at the corner is invisible; sampling every pixel (four arrays a frame with two cloud
-layers, 1 ms each at 640x512) costs ten times a shift."""
+"""Largest deviation from a pure shift, px, with which a frame is drawn as its key frame, shifted. Backgrounds are no
+ground truth, and a twentieth of a pixel at the corner is invisible; sampling every pixel (four arrays a frame with two
+cloud layers, 1 ms each at 640x512) costs ten times a shift."""
 
 FINE_SIGMA_PX = 2.5
-"""Sigma, px, of a blur that its pixels still resolve: cubic interpolation through them is off by a fiftieth, rms, for
-slopes of clouds (beta 3.3). A sigma of 5 px would be off by a hundredth, in nine times the time."""
+"""Least sigma, px, of a blur of a picture reduced in size. Cubic interpolation then has an rms error of a fiftieth for
+slopes of clouds (beta 3.3); a sigma of 5 px would give a hundredth, in nine times the time."""
 
 SMALLEST_SIDE = 16
 """Least side of a reduced picture, px."""
@@ -69,7 +69,7 @@ def window(texture: Floats, rows: slice, columns: slice) -> Floats:
 
 
 def _pieces(part: slice, period: int) -> Iterator[slice]:
-    """Yield a range as consecutive parts of the period."""
+    """Yield the slices of one period that make up `part`, which may reach past the period's ends."""
     begin = part.start
     while begin < part.stop:
         first = begin % period
@@ -79,7 +79,7 @@ def _pieces(part: slice, period: int) -> Iterator[slice]:
 
 
 def coarseness(sigma_px: float, side: int) -> int:
-    """Return the reduction factor, a power of two, that a picture of that side allows before a blur."""
+    """Return the factor, a power of two, by which a picture with a side, px, may be reduced in size before a blur."""
     return 1 << max(int(np.log2(min(sigma_px / FINE_SIGMA_PX, side / SMALLEST_SIDE))), 0)
 
 
@@ -130,7 +130,7 @@ def blurred_periodic(texture: Floats, psf: PSF, texels: int = 1) -> Floats:
 
 @lru_cache(maxsize=1)
 def _otf(psf: PSF, rows: int, columns: int, texels: int) -> Floats:
-    """Return the OTF at the frequencies of `rfft2`; cached for textures of one shape in turn."""
+    """Return the OTF at the frequencies of `rfft2`, cached for consecutive textures of one shape."""
     return psf.otf(texels * np.fft.fftfreq(rows)[:, None], texels * np.fft.rfftfreq(columns)[None, :])
 
 
@@ -159,7 +159,7 @@ def blurred_inner(wide: Floats, psf: PSF, margin: int) -> Floats:
 def _kernel(psf: PSF) -> Floats:
     """Return the kernel, (n, n) float32, n = 2 support + 1, with the lens's OTF at the n frequencies of either axis.
 
-    The light beyond the support is aliased into it, as for targets.
+    Light beyond the support is wrapped around into it, as for targets.
     """
     side = 2 * psf.support_px + 1
     otf = psf.otf(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
@@ -168,14 +168,14 @@ def _kernel(psf: PSF) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PeriodicTexture:
-    """Periodic texture on the chart's map, repeated past its edges so that a frame needs no wrap, unless it is much
-    longer than wide and rolled."""
+    """Periodic texture on the map of directions, repeated past its edges so that a frame need not wrap around, unless
+    the frame is much longer than wide and the camera rolled."""
 
     shape: tuple[int, int]
     """Periods, px, down and across."""
     padded: Floats
     phase: tuple[float, float]
-    """Texel coordinates of the map's (0, 0): a camera at rest needs no interpolation."""
+    """Texel coordinates (column, row) of the map's (0, 0), with which a camera at rest needs no interpolation."""
 
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> PeriodicTexture:
@@ -202,12 +202,13 @@ class PeriodicTexture:
         return columns, rows
 
     def at(self, columns: Floats, rows: Floats) -> Floats:
-        """Return the texture at places between its texels, by linear interpolation."""
+        """Return the texture at positions between its texels, by linear interpolation."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
 
 def repeated_px(frame: tuple[int, int]) -> int:
-    """Return the repetition of a texture past its edges, px, with which a frame (columns, rows) needs no wrap."""
+    """Return the repetition of a texture past its edges, px, with which a frame (columns, rows) need not wrap
+    around."""
     return int(np.hypot(*frame)) + ROOM
 
 
@@ -217,7 +218,8 @@ def tile_side(frame: tuple[int, int]) -> int:
 
 
 def tile_shape(frame: tuple[int, int]) -> tuple[int, int]:
-    """Return rows and columns of a texture that need not be square: only TILE along the short side of a long frame."""
+    """Return rows and columns of a texture that need not be square: along the short side of a long frame it has only
+    TILE."""
     side = tile_side(frame)
     columns, rows = (side if length > TILE or side <= SQUARE else TILE for length in frame)
     return rows, columns
@@ -232,7 +234,7 @@ class TextureSampler(Protocol):
 
 
 class DriftingTextures:
-    """Textures at one place of the map that drift together.
+    """Textures with one position on the map, which drift together.
 
     The key frame's pictures are cached, and the last shifted pictures while nothing moves. A frame does not depend on
     the frames sampled before.
@@ -275,7 +277,7 @@ class DriftingTextures:
 
 @lru_cache(maxsize=32)
 def _move_to(chart: Chart, key: Chart, drift: Move) -> Move | None:
-    """Return the shift between two charts; cached for cameras and textures at rest."""
+    """Return the shift for `DriftingTextures.move` from two charts, cached for cameras and textures at rest."""
     wanted = chart.uv + np.array(drift)[:, None, None]
     move = np.zeros(2)
     for _ in range(3):  # Newton: the map's slope is one within a few percent
@@ -288,7 +290,7 @@ def _move_to(chart: Chart, key: Chart, drift: Move) -> Move | None:
 
 
 def _shifted(pictures: Sequence[Floats], size: tuple[int, int], move: Move) -> list[Floats]:
-    """Return the frame within wider pictures. Read only."""
+    """Return the pictures of a frame, cut out of wider ones displaced by `move`; read only."""
     middle = tuple(MARGIN + (length - 1) / 2 + by for length, by in zip(size, move, strict=True))
     shifted: list[Floats] = [np.asarray(cv2.getRectSubPix(wide, size, middle)) for wide in pictures]
     for each in shifted:

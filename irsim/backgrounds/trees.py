@@ -29,7 +29,7 @@ SLIMMEST = 0.42
 TREE_M = 15.0
 """Height of trees in distant woods, m; their apparent height gives their range."""
 TYPICAL_MRAD = 1.5
-"""Apparent height of distant woods, mrad: at 10 km."""
+"""Apparent height of distant woods, mrad, which is TREE_M seen from 10 km."""
 STRETCH = 40.0
 """Length of woods and of gaps between them, in mean heights."""
 CROWN = 2.0
@@ -43,7 +43,7 @@ RAGGED = 0.35
 TALLEST = 2.5
 """Limit of the height of woods, in mean heights, approached as a hyperbolic tangent."""
 DEPTH = 0.6
-"""Extent of the lower edge of distant woods over the ground, as a share of their height."""
+"""Extent of distant woods below the ground's far edge, as a share of their height."""
 
 
 class Trees(Structure):
@@ -58,7 +58,7 @@ class Trees(Structure):
     id: Name = "trees"
     """Name for --without, and as an occluder in the ground truth."""
     height_m: Annotated[Metres, Plausible(0.2, 120, "m", "the tallest tree has 116")] = 14.0
-    """Mean height, m; single trees differ by a quarter."""
+    """Mean height, m; the standard deviation between trees is a quarter of it."""
     spacing_m: Spacing = 6.0
     """Mean distance between two trees, m."""
     leaves: Fraction = 0.9
@@ -68,7 +68,7 @@ class Trees(Structure):
     undergrowth: Fraction = 0.25
     """Height of the bushes between the trees, as a share of the height of the trees; 0: none."""
     temperature_k: Kelvin | None = None
-    """Mean temperature, K; by default that of the `hour`, else 288."""
+    """Mean temperature, K; by default that of the landscape's `hour`, or 288 with `any`."""
     spread_k: KelvinSpread = 1.5
     """Standard deviation of temperature, K; half of the variance is between trees."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.2
@@ -99,12 +99,12 @@ class Trees(Structure):
 
 
 Foot = tuple[float, float]
-"""Map place (x, y), px."""
+"""Map position (x, y), px."""
 
 
 @dataclass(frozen=True, eq=False)
 class _TreePainter:
-    """Drawing of the trees and bushes of a row, of a mean temperature in K."""
+    """Painter of the trees and bushes of a row, whose mean temperature is `kelvin`, K."""
 
     row: Trees
     canvas: Canvas
@@ -141,7 +141,8 @@ class _TreePainter:
         foot: Foot,
         kelvin: float,
     ) -> None:
-        """Draw a crown of a size (high, wide) px, with leaves about one temperature; a very large one is enlarged."""
+        """Draw a crown of a size (high, wide) px, with leaves of a mean temperature, K; very large crowns are drawn
+        coarser."""
         coarser = int(np.ceil(max(size) * FINE / LARGEST))
         crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, self.draw)
         hides, warmth = self.foliage.leaves_of(crown, self.draw)
@@ -149,7 +150,7 @@ class _TreePainter:
 
 
 def _along(grid: PanoramaGrid, spacing_px: float, draw: np.random.Generator) -> Floats:
-    """Return columns of the map, (n,), in random order at that mean distance: one at random in each interval."""
+    """Return map columns (n,) in random order: one at random in each interval of about `spacing_px`."""
     first, last = float(grid.columns[0]), float(grid.columns[-1])
     count = max(1, round((last - first) / spacing_px))
     places = first + (np.arange(count) + draw.random(count)) * (last - first) / count
@@ -161,7 +162,8 @@ def distant_woods(
 ) -> tuple[Floats, Floats]:
     """Return cover 0..1 and temperature, K, (rows, cols) each, of woods along the ground's edge at map rows (cols,).
 
-    mean_px: mean height, above 0. row, trees_k: nearer trees, whose variation they share, and their temperature.
+    mean_px: mean height, above 0. row: nearer trees, whose temperature variation the woods share. trees_k: mean
+    temperature, K.
     """
     stretch, trees, hem = (
         profile(len(grid.columns), beta, size * mean_px, seed, "far woods", what)

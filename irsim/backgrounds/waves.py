@@ -23,7 +23,7 @@ PEAK = 0.877
 (Pierson and Moskowitz 1964)."""
 
 TRAIN_RAD = math.radians(20)
-"""Directions of an octave's two trains, to either side of the wind."""
+"""Angle from the wind to each of an octave's two wave trains, one on either side of it."""
 
 
 def longest_wave(wind_m_s: float) -> float:
@@ -75,7 +75,7 @@ class WaveOctave:
         self._starts = draw.uniform(0, TILE, (2, 2)).tolist()
 
     def at(self, right: Floats, ahead: Floats, time: float) -> tuple[Floats, Floats]:
-        """Return slopes to the right and towards the camera, (rows, cols), at places in m and a time in s.
+        """Return slopes to the right and towards the camera, (rows, cols), at positions in m and a time in s.
 
         Each axis would have variance 1 if waves ran in all directions. All waves of a train have the direction of its
         rms slope.
@@ -118,12 +118,12 @@ def weighted_sum(one: Floats, share: float, other: Floats, others: float, shift:
 
 
 def sampled(texture: Floats, columns: Floats, rows: Floats) -> Floats:
-    """Return a `closed` texture at places (any size) between its texels; places are float32, in periods."""
+    """Return a `closed` texture at positions (any size) between its texels; positions are float32, in periods."""
     return np.asarray(cv2.remap(texture, _texels(columns), _texels(rows), cv2.INTER_LINEAR))
 
 
 def _texels(at: Floats) -> Floats:
-    """Return places in periods as texels of one tile."""
+    """Return positions, in periods, as texels of one period."""
     texels = np.floor(at)
     np.subtract(at, texels, out=texels)  # in place: allocation costs more than the arithmetic
     texels *= TILE

@@ -1,6 +1,6 @@
 """The camera: sensor, noise, signal chain, automatic gain control and frame loss, and the tables of their kinds.
 
-`irsim.camera.camera.Camera` is the part of a scenario; it composes the `SignalChain` from light to counts.
+`irsim.camera.camera.Camera` holds the camera keys of a scenario and builds the `SignalChain` from light to counts.
 """
 
 from typing import Annotated
@@ -43,7 +43,7 @@ AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
 
 
 class DisplaySettings(Part):
-    """Display of frames that have no scenario, such as imported ones."""
+    """Display of frames without a scenario, such as imported frames."""
 
     agc: Annotated[Agc, AGCS]
     """Mapping of counts to the 8-bit picture."""

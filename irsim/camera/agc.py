@@ -1,7 +1,7 @@
 """Automatic gain control (AGC): from counts to 8-bit pictures by one curve, adaptive or fixed.
 
-An adaptive AGC follows the scene at once or with a time constant: its curve is made from the weighted mean of the
-statistics of the last frames, a finite window, so that frame k alone has the same picture as frame k in sequence.
+An adaptive AGC follows the scene at once or with a time constant. Its curve comes from a weighted mean of the
+statistics of the last frames. The window is finite, so that a frame has the same picture alone as in sequence.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ Picture = npt.NDArray[np.uint8]
 Histogram = npt.NDArray[np.integer]
 """(2^bits,) number of pixels of each count."""
 Statistics = npt.NDArray[np.float64]
-"""Counts, (n,), that define the curve from counts to grey levels: those of one frame, or their mean over frames."""
+"""Counts, (n,), that define the curve from counts to grey levels, for one frame or as a mean over frames."""
 
 MID_GREY = 128
 """Grey level of a uniform picture."""
 
 MEMORY_TIME_CONSTANTS = 10
-"""Length of the window in time constants. Older frames would weigh exp(-10) = 0.005 %: less than one grey level, even
-after a scene of fifty times the range."""
+"""Number of time constants in the window. Older frames would weigh exp(-10) = 0.005 %, which is less than one grey
+level even after a scene with fifty times the range of counts."""
 
 _NO_STATISTICS = np.empty(0)
 
 
 class Agc(Kind):
-    """Mapping of counts to 8 bits. A kind without memory overrides `display` only."""
+    """Mapping of counts to 8-bit grey levels. A kind that depends on no earlier frames overrides `display` only."""
 
     @property
     def memory(self) -> int:
@@ -48,20 +48,20 @@ class Agc(Kind):
 
     @abstractmethod
     def display(self, counts: Image, bits: int) -> Picture:
-        """Return the picture, (rows, cols) uint8, of `counts` (uint8 or uint16, `bits` deep) without earlier frames."""
+        """Return the picture, (rows, cols) uint8, of `counts`, `bits` deep, as the first frame of a sequence."""
 
     def fixed_range(self, bits: int) -> tuple[int, int] | None:
-        """Return the counts that are black and white in every picture; None if they follow the scene."""
+        """Return the counts shown as black and as white; None if they change with the scene."""
         return None
 
     def statistics(self, counts: Image, bits: int) -> Statistics:
-        """Return the statistics that later frames need, (n,), the same n for each frame."""
+        """Return the statistics of a frame, (n,) with constant n, that define the curves of this and later frames."""
         return _NO_STATISTICS
 
     def picture(self, counts: Image, bits: int, statistics: Sequence[Statistics]) -> Picture:
         """Return the picture of a frame in a sequence.
 
-        statistics   of its `memory` predecessors, oldest first, and its own; fewer at the beginning of a sequence
+        statistics   those of the `memory` frames before it, oldest first, and its own; fewer at the start of a sequence
         """
         return self.display(counts, bits)
 
@@ -70,7 +70,7 @@ class AdaptiveAgc(Agc):
     """AGC whose curve follows the scene, at once or with a time constant."""
 
     time_constant_frames: Annotated[float, Field(ge=0, le=100)] = 0.0
-    """Time constant of the curve after a change of the scene, frames; 0 is at once."""
+    """Time constant with which the curve follows a change of the scene, frames; 0 is at once."""
 
     @property
     def memory(self) -> int:
@@ -195,7 +195,7 @@ class Plain(Agc):
 
 
 def linear_curve(low: float, high: float) -> Picture:
-    """Return the grey level of each count, (65536,): 0 below low, 255 above high; MID_GREY where they are equal."""
+    """Return the grey level of each count, (65536,): 0 below `low`, 255 above `high`, MID_GREY where both meet."""
     curve = np.zeros(65_536, np.uint8)
     first, last = math.ceil(low), math.floor(high)
     curve[last + 1 :] = 255
@@ -209,10 +209,10 @@ def linear_curve(low: float, high: float) -> Picture:
 # Plateau equalisation
 
 _THRESHOLDS = np.arange(1, 256) - 0.5
-"""Least values that round to each grey level above 0."""
+"""Lowest values of the curve that round to the grey levels 1 to 255."""
 
 _NO_LIMIT = 2 * 255.0
-"""Gain above that of any curve of 255 levels, grey levels per count."""
+"""Gain limit that no curve reaches, grey levels per count; it stands for no limit."""
 
 
 class Plateau(HistogramAgc):
@@ -228,8 +228,8 @@ class Plateau(HistogramAgc):
     """Plateau T, a share of the pixels. 1 is histogram equalisation; towards 0 all counts that occur weigh the same
     (histogram projection)."""
     gain_limit: Annotated[float, Field(ge=0.001, le=255)] | None = 2.0
-    """Largest rise of the curve from one count to the next, grey levels: it limits the noise of a uniform scene; null:
-    no limit."""
+    """Largest rise of the curve from one count to the next, grey levels. It limits the visible noise of a uniform
+    scene; null sets no limit."""
 
     def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
         """Return the count at which each grey level above black begins, (255,).
@@ -264,10 +264,10 @@ class Plateau(HistogramAgc):
 
 
 class AgcSequence:
-    """8-bit pictures of a sequence of frames, in any order, each the same bit for bit.
+    """8-bit pictures of a sequence of frames; a picture does not depend on the order of the calls.
 
-    A frame's picture depends on the statistics of its predecessors. They are cached while frames come in order; missing
-    ones are computed from `counts`, which returns the counts of a frame by its index.
+    A frame's picture depends on the statistics of its predecessors. These are cached while frames come in order.
+    Missing ones are computed from `counts`, a function that returns the counts of a frame by its index.
     """
 
     def __init__(self, agc: Agc, bits: int, counts: Callable[[int], Image]) -> None:
@@ -288,5 +288,5 @@ class AgcSequence:
         return agc.picture(counts, bits, list(found.values()))
 
     def display(self, frame: Frame) -> Frame:
-        """Return the 8-bit frame of a frame of counts."""
+        """Return a frame of counts as a frame that holds its 8-bit picture."""
         return Frame(self.picture(frame.image, frame.index), frame.index, frame.time, 8)

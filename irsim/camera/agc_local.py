@@ -1,4 +1,4 @@
-"""Local contrast around another AGC: unsharp masking of its counts, or CLAHE of its picture."""
+"""Local contrast around another AGC: unsharp masking of counts, or histogram equalisation of the picture by tiles."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from irsim.config.base import Family
 from irsim.types import Image
 
 CURVES = Family("agc", Agc, {"linear": Linear, "plateau": Plateau, "fixed": Fixed, "none": Plain})
-"""AGCs with one curve for the whole picture."""
+"""Kinds of AGC with one curve for the whole picture."""
 
 Tiles = Annotated[int, Field(ge=1, le=64)]
 
 
 class NestedAgc(Agc):
-    """AGC that processes the counts or the picture of another AGC, and has its memory."""
+    """AGC that processes the counts or the picture of an inner AGC and shares its `memory`."""
 
     @property
     @abstractmethod
     def inner(self) -> Agc:
-        """The other AGC."""
+        """AGC whose counts or picture are processed."""
 
     def preprocess(self, counts: Image, bits: int) -> Image:
-        """Return the counts that the other AGC displays."""
+        """Return the counts that the inner AGC displays, from those of a frame."""
         return counts
 
     def postprocess(self, picture: Picture) -> Picture:
-        """Return the picture from that of the other AGC."""
+        """Return the processed picture, from the picture of the inner AGC."""
         return picture
 
     @property
@@ -62,8 +62,8 @@ class Clahe(NestedAgc):
     base: Annotated[Agc, CURVES] = Linear()
     """AGC whose picture is equalised; it has one curve for the whole picture."""
     clip_limit: Annotated[float, Field(ge=0, le=256)] = 3.0
-    """Steepest slope of a tile's curve, grey levels per grey level of the base's picture. The clipped part, spread
-    evenly over the curve, adds at most 1. 0 is off."""
+    """Steepest slope of a tile's curve, grey levels per grey level of the base's picture. The clipped part is spread
+    evenly over the curve and adds at most 1 to its slope. 0 is off."""
     tiles: Annotated[tuple[Tiles, Tiles], Field(strict=False)] = (8, 8)
     """Tiles across and down; between their centres the curve is interpolated."""
 
@@ -81,7 +81,7 @@ class Unsharp(NestedAgc):
     """Unsharp masking of the counts before another AGC: local detail is amplified.
 
     The result is f + amount (f - blurred f) for counts f and a Gaussian blur (Gonzalez & Woods, Digital Image
-    Processing, "Unsharp masking and highboost filtering"). Counts hold detail that 8 bits do not.
+    Processing, "Unsharp masking and highboost filtering"). Counts are masked, as they hold detail that 8 bits lose.
     """
 
     base: Annotated[Agc, Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe})] = Linear()

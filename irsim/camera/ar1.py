@@ -1,7 +1,8 @@
 """Noise correlated in time: a first-order autoregressive process, AR(1), per pixel, row, column or frame.
 
-Frame k alone equals frame k in sequence: the process is drawn at anchor frames that are practically independent, and
-between them by a bridge that halves the distance in each step (Gauss-Markov; no seam at the anchors).
+A frame is the same alone as in sequence. The process is drawn at anchor frames, so far apart that they are independent
+in practice. Frames between them are drawn by a Gauss-Markov bridge, which halves the distance in each step and leaves
+no seam at the anchors.
 """
 
 from __future__ import annotations
@@ -29,33 +30,33 @@ ANCHOR_CORRELATION = 1e-6
 """Correlation below which frames are drawn independently of each other."""
 
 LARGEST_DECAY = 100.0
-"""Decay beyond which a correlation counts as 0; the hyperbolic cosine overflows above 710."""
+"""Decay, -log of a correlation, beyond which this counts as 0; the hyperbolic cosine overflows above 710."""
 
 STATE_UNIT = 2.0**-12
-"""Rounding of a state, in sigmas: int16 then reaches 8 sigmas, exceeded by one of 10^15 numbers. A drift of less than a
-unit per step (a thousand NETD within 10^6 s) starts about 6 % too large."""
+"""Unit of a state's integers, in sigmas. Int16 then reaches 8 sigmas, which one of 10^15 numbers exceeds. A drift
+slower than one unit per step (a thousand NETD within 10^6 s) starts about 6 % too large."""
 
 State = npt.NDArray[np.int16]
-"""Values of a process in each element, in multiples of STATE_UNIT, read only."""
+"""Values of a process in each pixel, row or column, in multiples of STATE_UNIT, read only."""
 
 AnyState = TypeVar("AnyState")
 
 
 class MarkovBridge(ABC, Generic[AnyState]):
-    """Markov process with a conditional draw of a frame between two known ones."""
+    """Markov process whose value at a frame can be drawn given its values at an earlier and a later frame."""
 
     @abstractmethod
     def between(self, before: AnyState, after: AnyState, index: int, distance: int) -> AnyState:
-        """Draw frame `index` given those `distance` before and after it, addressed by the index."""
+        """Draw the value at frame `index`, given the values `distance` frames before and after it."""
 
     def path(
         self, index: int, ends: Mapping[int, AnyState], kept: Mapping[int, AnyState], finest: int = 1
     ) -> dict[int, AnyState]:
-        """Return the frames drawn by halving intervals down to frame `index`, with the ends.
+        """Return the values, by frame, that are drawn while an interval is halved down to frame `index`; ends included.
 
-        ends     the frame itself, or two frames a power of two apart around it
-        kept     frames drawn before
-        finest   least distance between drawn frames
+        ends     value at `index` itself, or values at two frames around it, a power of two apart
+        kept     values drawn in earlier calls
+        finest   least distance between frames that are drawn
         """
         nodes, left = dict(ends), min(ends)
         distance = max(ends) - left
@@ -74,9 +75,9 @@ class MarkovBridge(ABC, Generic[AnyState]):
 class StationaryBridge(MarkovBridge[AnyState]):
     """Stationary Markov process with correlation exp(-decay d) over d frames.
 
-    Anchors, independent of each other, stand every `period` frames. Frame k between two anchors is drawn from its
+    Anchors are frames `period` apart, drawn independently of each other. Frame k between two anchors is drawn from its
     neighbours at a distance d, the largest power of two that divides k; these are drawn likewise, up to the anchors.
-    The nodes of the last path are cached: in sequence a frame costs one draw on average.
+    The values of the last call are cached: in sequence a frame costs one draw on average.
     """
 
     def __init__(self, decay: float) -> None:
@@ -88,14 +89,14 @@ class StationaryBridge(MarkovBridge[AnyState]):
 
     @abstractmethod
     def anchor(self, index: int) -> AnyState:
-        """Draw from the stationary distribution, addressed by the index."""
+        """Draw the value at anchor frame `index` from the stationary distribution."""
 
     def frame(self, index: int) -> AnyState:
         """Return the process at frame `index`, read only."""
         return self._nodes(index, 1)[index]
 
     def neighbours(self, index: int) -> tuple[AnyState, AnyState]:
-        """Return the process right before and after an odd frame, for a period of 2 or more."""
+        """Return the values one frame before and after the odd frame `index`, for a period of 2 or more."""
         nodes = self._nodes(index, 2)
         return nodes[index - 1], nodes[index + 1]
 
@@ -109,7 +110,7 @@ class StationaryBridge(MarkovBridge[AnyState]):
 
 
 class Ar1Process(StationaryBridge[State]):
-    """AR(1) process of unit variance in each element of `shape`, (rows, cols), addressed by seed, words and frame.
+    """AR(1) process of unit variance in each element of `shape`, (rows, cols), addressed by seed, `address` and frame.
 
     Given x[k-d] and x[k+d], x[k] is normal with mean (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance
     tanh(decay d): the conditional distribution of an AR(1) process with rho = exp(-decay).
@@ -125,16 +126,16 @@ class Ar1Process(StationaryBridge[State]):
         return to_state(normals(self.shape, self.seed, *self.address, index))
 
     def innovation_sigma(self, index: int) -> float:
-        """Return the sigma of the part of a frame on which no other frame depends: 0 in even frames.
+        """Return the sigma of the part of a frame's noise on which no other frame depends; 0 in even frames.
 
-        The camera draws it together with all other white noise.
+        The camera draws this part together with all other white noise.
         """
         if self.period == 1:
             return 1.0
         return _midpoint(self.decay)[1] if index % 2 else 0.0
 
     def known_part(self, index: int) -> Sequence[Int16Image]:
-        """Return the rest of a frame: its state, or the weighted states before and after it."""
+        """Return the rest of a frame's noise: its own state, or the weighted states before and after it."""
         if self.period == 1:
             return ()
         if index % 2 == 0:
@@ -157,7 +158,7 @@ def from_state(state: State) -> Floats:
 
 
 def draw_between(decay: float, before: State, after: State, seed: int, *address: Address) -> State:
-    """Draw the unit process given its states before and after, `decay` the -log of its correlation with each."""
+    """Draw the state of the unit-variance process midway between two; `decay` is -log of its correlation with each."""
     weight, sigma = _midpoint(decay)
     if COMPILED:
         state = np.empty(before.shape, np.int16)
@@ -169,7 +170,7 @@ def draw_between(decay: float, before: State, after: State, seed: int, *address:
 
 
 def _midpoint(decay: float) -> tuple[float, float]:
-    """Return the weight of either neighbour, and the sigma, of the process midway between two states."""
+    """Return the weight of either state in the mean midway between two, and the sigma about this mean."""
     return 0.5 / math.cosh(min(decay, LARGEST_DECAY)), math.sqrt(math.tanh(decay))
 
 
@@ -181,11 +182,11 @@ class Ar1(Noise):
     ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
     rho: Annotated[float, Field(ge=0, lt=1)] | None = None
-    """Correlation of neighbouring frames (0 is white); or give time_constant_s."""
+    """Correlation of neighbouring frames (0 is white noise); or give `time_constant_s`."""
     time_constant_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Time in which correlation falls to 1/e, s; or give rho."""
+    """Time in which the correlation falls to 1/e, s; or give `rho`."""
     over: Over = "pixel"
-    """Elements with a process of their own: each pixel, row or column, or the frame as a whole."""
+    """Elements that have independent processes: pixels, rows or columns, or the frame as a whole."""
 
     @model_validator(mode="after")
     def _one_parameter(self) -> Ar1:

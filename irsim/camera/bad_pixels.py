@@ -1,4 +1,4 @@
-"""Bad pixels: dead, hot and blinking ones, in clusters."""
+"""Bad pixels: dead, hot and blinking pixels, in clusters."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ Indices = npt.NDArray[np.intp]
 """Flat indices of pixels."""
 
 MAX_BAD = 0.2
-"""Largest share of dead, of hot and of blinking pixels: clusters of more would cover the picture."""
+"""Largest share of dead, of hot and of blinking pixels; with more, clusters would cover the picture."""
 
 Share = Annotated[float, Field(ge=0, le=MAX_BAD)]
 
 TELEGRAPH_PIXELS = 1 << 16
-"""Pixels per draw of telegraph signals for a block of frames: about 40 MB."""
+"""Pixels whose telegraph signals are drawn together for a block of frames, which takes about 40 MB."""
 
 
 class BadPixels(Noise):
     """Dead, hot and blinking pixels, in clusters. Real cameras have 0.05 to 0.5 % of them.
 
-    A blinking pixel jumps between two levels at random (random telegraph signal). Heights of hot and
-    blinking pixels differ from pixel to pixel: exponential, in blinking ones up or down.
+    A blinking pixel jumps between two levels at random (random telegraph signal). Offsets of hot pixels and jumps of
+    blinking ones are drawn from exponential distributions; jumps go up or down.
     """
 
     stationary: ClassVar[bool] = True
@@ -53,7 +53,7 @@ class BadPixels(Noise):
     dead_level: Fraction = 0.0
     """Level of dead pixels: 0 is count 0, 1 the highest count."""
     hot_ratio: Ratio = 100.0
-    """Mean height of hot pixels, in units of the camera's NETD; the least height is half of it."""
+    """Mean offset of hot pixels, in units of the camera's NETD; the least offset is half the mean."""
     blink_ratio: Ratio = 20.0
     """Mean height of a blinking pixel's jump, in units of the camera's NETD. Heights are exponential; half of the
     pixels jump up, half down."""
@@ -79,10 +79,10 @@ class BadPixels(Noise):
         return NoiseVariance()  # ordinary pixels are unaffected
 
     def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
-        """Return the variance of each pixel, signal²: infinite for dead ones.
+        """Return the variance of each pixel, signal²; infinite for dead pixels.
 
-        A blinking pixel that is on for a share p of the time has p height² about the noiseless signal and p (1 - p)
-        height² about its own mean; a hot one height² and 0.
+        A blinking pixel with a jump h, off its normal level for a share p of the time, has p h² about the noiseless
+        signal and p (1 - p) h² about its own mean. A hot pixel of offset h has h² and 0.
         """
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
@@ -149,11 +149,11 @@ def clustered_pixels(shape: tuple[int, int], share: float, cluster: float, seed:
 
 
 class TelegraphProcess:
-    """Random telegraph signals: `count` two-state Markov chains with mean dwell times `on` and `off`, frames.
+    """Random telegraph signals of `count` blinking pixels: Markov chains with the two states on and off.
 
-    Over d frames the correlation falls to exp(-d (1/on + 1/off)). Given the states d frames before and after, the odds
-    of on are P(on | before) P(after | on) to P(off | before) P(after | off). A bridge runs over every BLOCK_FRAMES-th
-    frame; those between are drawn together.
+    `on` and `off` are the mean dwell times, frames. Over d frames the correlation falls to exp(-d (1/on + 1/off)).
+    Given the states before and after, d frames away, the odds of on are P(on | before) P(after | on) to P(off | before)
+    P(after | off). Every BLOCK_FRAMES-th frame is drawn by a bridge, the frames between them together.
     """
 
     def __init__(self, on: float, off: float, count: int, address: Address) -> None:
@@ -169,7 +169,7 @@ class TelegraphProcess:
         return np.asarray(kept[1][at])
 
     def _draw(self, block: int) -> Bools:
-        """Return the frames of a block and the first of the next one, (BLOCK_FRAMES + 1, count)."""
+        """Return the states at the frames of a block and at the first of the next block, (BLOCK_FRAMES + 1, count)."""
         blocks = self.blocks
         states = np.empty((BLOCK_FRAMES + 1, blocks.count), np.bool_)
         states[0], states[-1] = blocks.frame(block), blocks.frame(block + 1)
@@ -178,7 +178,7 @@ class TelegraphProcess:
         return states
 
     def _fill(self, states: Bools, block: int, first: int) -> None:
-        """Draw the frames between the first and the last row, for the pixels from `first` on."""
+        """Draw the states between the first and the last row of `states`, for the pixels from number `first` on."""
         count = states.shape[1]
         uniform = uniforms(BLOCK_FRAMES * count, *self.blocks.address, "frames", block, first)
         uniform = uniform.reshape(BLOCK_FRAMES, count)
@@ -190,7 +190,7 @@ class TelegraphProcess:
 
 
 class _BlockStarts(StationaryBridge[Bools]):
-    """States at the first frame of each block, indexed by block."""
+    """Telegraph signals at the first frame of each block, indexed by the block's number."""
 
     def __init__(self, on: float, off: float, count: int, address: Address) -> None:
         self.frame_decay = 1 / on + 1 / off
@@ -219,7 +219,7 @@ class _BlockStarts(StationaryBridge[Bools]):
 def _odds(share: float, correlation: float) -> tuple[Floats, Floats]:
     """Return P(on | before) P(after | on), and its sum with P(off | before) P(after | off), (4,) each.
 
-    The four ends (before, after) are off and off, on and off, off and on, on and on; `share` is that of the time on.
+    The four pairs (before, after) are off and off, on and off, off and on, on and on; `share` is the share of time on.
     """
     from_on, from_off = share + (1 - share) * correlation, share * (1 - correlation)
     if_on = np.outer([1 - from_on, from_on], [from_off, from_on]).ravel()

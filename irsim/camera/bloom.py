@@ -1,4 +1,4 @@
-"""Blooming: charge that saturated pixels spill into others, and the variance of the pixels that receive it."""
+"""Blooming: charge that saturated pixels spill into other pixels, and the variance of the pixels that receive it."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ Direction = Literal["columns", "rows", "around"]
 LEAST_CHARGE = 1e-4
 """Share of a full pixel below which spilling charge is lost."""
 LEAST_WEIGHT = 1e-4
-"""Share of the kernel on unsaturated pixels below which charge goes to the nearest of them."""
+"""Share of the kernel's weight on unsaturated pixels below which charge goes to the nearest of these pixels."""
 MAX_ROUNDS = 100
 """Largest number of rounds of spilling; a saturated spot of a fifth of a picture takes about ten."""
 
 DRAWS = 512
-"""Draws of the gains for the variance. Its error is about 1 % where charge passes, and 15 % at single pixels at the
-ends of streaks."""
+"""Number of random draws of the gains that give the variance. Its error is about 1 % where charge passes, and 15 % in
+individual pixels at the ends of streaks."""
 LARGEST_DEVIATION = 4.0
-"""Common deviation of all gains, sigmas, at which charge reaches farther than in any draw."""
+"""Deviation of all gains together, in sigmas, with which charge reaches farther than in any draw."""
 
 
 class Bloom(Part):
@@ -72,11 +72,11 @@ class Bloom(Part):
             region = slice(max(y - reach, 0), y + height + reach), slice(max(x - reach, 0), x + width + reach)
             charge, held = moving[region], signal[region]
             is_full = held >= full
-            weight = 1 - _filtered(is_full.astype(np.float32), kernel)  # of the kernel on unsaturated pixels
+            weight = 1 - _filtered(is_full.astype(np.float32), kernel)  # share of the kernel on unsaturated pixels
             near = weight > LEAST_WEIGHT
             landed = np.maximum(_filtered(np.where(near, charge / np.maximum(weight, LEAST_WEIGHT), 0), kernel), 0)
             landed[is_full] = 0
-            charge[near] = 0  # elsewhere only saturated pixels are in reach
+            charge[near] = 0  # the rest has only saturated pixels in reach
             if is_full.all():
                 _to_nearest(moving, signal < full)
             else:
@@ -87,7 +87,7 @@ class Bloom(Part):
 
 
 def _to_nearest(charge: Floats, room: NDArray[np.bool_]) -> None:
-    """Move charge to the nearest unsaturated pixel, in place; it is lost if there is none."""
+    """Move charge to the nearest pixel with `room` (unsaturated), in place; it is lost if no pixel has room."""
     if not charge.any():
         return
     if room.any():
@@ -124,7 +124,7 @@ def bloom_variance(signal: Floats, gain: float, zero: float, top: float, bloom: 
     The variance is the mean square about the signal with all gains 1, over draws of the gains. None where no pixel
     spills.
 
-    signal  (rows, cols) float32 before it spills, with all gains 1; `zero`, the signal without light
+    signal  (rows, cols) float32 before it spills, with all gains 1; `zero` without light, `top` at saturation
     gain    variance of the pixels' gains, which are independent
     """
     light, sigma = signal - np.float32(zero), np.float32(np.sqrt(gain))
@@ -150,7 +150,7 @@ def _changed_region(signal: Floats, top: float, bloom: Bloom) -> Slices | None:
 
 
 def _gain_draws(light: Floats) -> Iterator[Floats]:
-    """Yield unit normals for each pixel, (rows, cols) float32, DRAWS times.
+    """Yield the gain deviations of the pixels, in sigmas, (rows, cols) float32, DRAWS times.
 
     The gains of the brightest pixels, which spill most, are exactly uncorrelated over the draws. This reduces the error
     of the variance at the end of a streak to 0.4 % along lines (2 % with independent draws), and to 4 % all around
@@ -167,6 +167,7 @@ def _gain_draws(light: Floats) -> Iterator[Floats]:
 
 @lru_cache(maxsize=1)
 def _uncorrelated() -> Floats:
-    """Return (DRAWS, DRAWS) float32, read only: uncorrelated columns of mean square 1, each nearly normal."""
+    """Return random numbers, (DRAWS, DRAWS) float32, read only: uncorrelated columns, nearly normal, of mean square
+    1."""
     axes, _ = np.linalg.qr(normals((DRAWS, DRAWS), 0, "gains where pixels spill").astype(np.float64))
     return read_only((axes * np.sqrt(DRAWS)).astype(np.float32))

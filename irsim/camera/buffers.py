@@ -1,4 +1,4 @@
-"""Image buffers: 16-bit images that noise keeps from frame to frame, and scratch memory for one pass.
+"""Image buffers: 16-bit images that noise terms keep from frame to frame, and scratch memory for intermediate results.
 
 Images kept as int16 take half the memory of float32. A frame reads about ten megabytes of them; if they do not fit into
 the cache, as with two processes that share one, a frame takes a third longer.
@@ -56,7 +56,7 @@ def int16_sum(image: Floats, finest: float) -> list[Int16Image]:
 
 
 def scratch(shape: tuple[int, int], use: str) -> Floats:
-    """Return this thread's float32 buffer of a shape for one use, valid until the next call for the same use.
+    """Return this thread's float32 buffer of a shape for the purpose `use`, valid until its next call.
 
     A fresh array of an image's size costs more in page faults than the arithmetic done in it.
     """

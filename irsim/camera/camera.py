@@ -43,12 +43,12 @@ OPTICS_KEYS = ("f_number", "pitch_um")
 
 class Camera(Part):
     """Infrared camera: geometry, optics, detector, noise and display. `noise: []` removes all noise; `netd_mk: 0`
-    leaves the noise of gains, bad pixels and counted electrons."""
+    leaves gain noise, bad pixels and shot noise."""
 
     switches: ClassVar[Switches] = {"psf": ("psf_px", 0.0), "agc": ("agc", Plain())}
 
     preset: Preset | None = None
-    """Typical camera; keys given beside it override its own."""
+    """Typical camera; keys that the scenario gives override those of the preset."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
     rate_hz: FrameRate = 30.0
@@ -69,8 +69,8 @@ class Camera(Part):
     """Diffraction and defocus; by default `psf_px` is the whole blur. A detector of kind electrons defines F-number and
     pitch."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
-    """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term. For a detector of kind
-    stated; that of kind electrons follows from its electrons."""
+    """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term. It applies to a detector of
+    kind stated; for kind electrons it follows from the electrons."""
     detector: Annotated[Sensor, SENSORS] = NetdSensor()
     """Conversion of light to counts."""
     time_constant_ms: Annotated[float, Field(ge=0, le=200)] = 0.0
@@ -84,7 +84,7 @@ class Camera(Part):
     smear: MotionBlur | None = None
     """Motion blur over the exposure of a frame; none by default."""
     bloom: Bloom | None = None
-    """Charge that saturated pixels spill into others; none by default."""
+    """Charge that saturated pixels spill into other pixels; none by default."""
     motion: Several[Annotated[CameraMotion, CAMERA_MOTIONS]] = ()
     """Motions of the camera; they add up."""
     faults: Several[Annotated[FrameFault, FRAME_FAULTS]] = ()
@@ -135,7 +135,7 @@ class Camera(Part):
         return self
 
     def _check_electrons(self) -> None:
-        """Refuse noise that counts electrons where the detector has none, and a second one."""
+        """Refuse shot noise where the signal is not in electrons, and a second term of shot noise."""
         first = None
         for index, noise in enumerate(self.noise):
             at = ("noise", index, "kind")
@@ -149,7 +149,7 @@ class Camera(Part):
                 first = noise.name
 
     def _check_optics(self) -> None:
-        """Refuse another F-number or pitch than the detector's, except in recordings: old ones may differ."""
+        """Refuse an F-number or pitch of `optics` that is not the detector's; in old recordings they may differ."""
         lens, detector = self.optics, self.detector.optics
         if lens is None or detector is None or not is_handwritten():
             return
@@ -167,7 +167,8 @@ class Camera(Part):
         return time_ms or 0.0
 
     def exposure_offsets(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
-        """Return the times of the scenes averaged in a frame, in frame periods from the frame's time."""
+        """Return the times of the scenes averaged in a frame, in frame periods from the frame's time. `is_on` tells by
+        name whether a part of the camera is switched on."""
         if self.smear is None or not is_on("smear"):
             return NO_BLUR
         return self.smear.exposure_offsets(self.exposure_ms * 1e-3 * self.rate_hz)
@@ -177,7 +178,7 @@ class Camera(Part):
         return Geometry(self.size, self.ifov_mrad * 1e-3, math.radians(self.elevation_deg))
 
     def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
-        """Yield name and place of each part of the camera that can be switched off."""
+        """Yield the name and the key path of each part of the camera that can be switched off."""
         for key in ("noise", "motion", "faults"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.name, (key, index, "id")

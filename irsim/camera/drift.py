@@ -20,16 +20,16 @@ from irsim.rng import normals
 from irsim.types import Floats, read_only
 
 LONGEST_STEP = 0.004
-"""Largest step, a share of the time constant; the drift is constant within a step."""
+"""Longest time step, as a share of the time constant; the drift is constant within a step."""
 
 LARGEST_STEP = 0.1
-"""Largest sigma of a step, NETD, unless that of a single frame is larger. Finer steps change no measurement: in 300
-frames of `uncooled_lwir`, `irsim noise` finds the simulated drift with steps of 2 frames, and a fifth less with steps
-of 8 frames and linear interpolation."""
+"""Largest sigma of the change from step to step, NETD, unless the change in one frame is larger. Finer steps change no
+measurement: in 300 frames of `uncooled_lwir`, `irsim noise` finds the simulated drift with steps of 2 frames, and a
+fifth less with steps of 8 frames and linear interpolation."""
 
 BRIGHT = 1700.0
-"""Signal for which the step of gain drift is chosen, NETD: three million electrons, half of a well for long exposures,
-with shot noise alone."""
+"""Signal for which the time step of gain drift is chosen, NETD. It is that of three million electrons, half of a well
+for long exposures, with shot noise alone."""
 
 FrameNumber = Annotated[int, Field(ge=1, le=10_000_000)]
 
@@ -42,11 +42,11 @@ class Correction(Part):
     frames: Several[FrameNumber] = ()
     """Frames at which a correction begins."""
     period_frames: FrameNumber | None = None
-    """Period of corrections, frames: one begins at each multiple of it as well."""
+    """Period of corrections, frames: a correction begins at each multiple of it as well."""
     freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
-    """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift starts at the
-    first of them, so that it is the same without the freeze. In a real camera with a shutter it starts at the last: for
-    a freeze of 0.5 s and a time constant of 600 s, a difference of 4 % of the final sigma."""
+    """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift restarts at the
+    first of these frames, so that it is the same without the freeze. In a real camera with a shutter it restarts at the
+    last; for a freeze of 0.5 s and a time constant of 600 s this differs by 4 % of the final sigma."""
 
     @model_validator(mode="after")
     def _picture_moves(self) -> Correction:
@@ -79,11 +79,11 @@ class Correction(Part):
 
 
 class DriftProcess(MarkovBridge[State]):
-    """AR(1) process from 0 in each element of `shape`, (rows, cols), addressed by seed, words and step.
+    """AR(1) process that starts at 0 in each element of `shape`, (rows, cols), addressed by seed, `address` and step.
 
-    D[k] = rho D[k-1] + sqrt(1 - rho²) white[k] of variance 1 - rho^(2k), rho = exp(-decay). Steps 1, 2, 4, ... are each
-    drawn from the one before in this series, steps between them by the bridge. The nodes of the last path are cached:
-    in sequence a step costs one draw on average.
+    D[k] = rho D[k-1] + sqrt(1 - rho²) white[k] of variance 1 - rho^(2k), rho = exp(-decay). The value at each of the
+    steps 1, 2, 4, ... is drawn given the one before in this series, values between them by the bridge. The values of
+    the last call are cached: in sequence a step costs one draw on average.
     """
 
     def __init__(self, decay: float, shape: tuple[int, int], seed: int, *address: str | int) -> None:
@@ -116,7 +116,7 @@ class DriftProcess(MarkovBridge[State]):
         return self._forward(self._power_of_two(index // 2, kept), index, index // 2)
 
     def _forward(self, before: State, index: int, distance: int) -> State:
-        """Draw step `index` given the one `distance` before it."""
+        """Draw the value at step `index`, given the value `distance` steps before it."""
         rho, sigma = math.exp(-self.decay * distance), math.sqrt(-math.expm1(-2 * self.decay * distance))
         drawn = normals(self.shape, self.seed, *self.address, index)
         return to_state(np.asarray(cv2.addWeighted(from_state(before), rho, drawn, sigma, 0, dst=drawn)))
@@ -125,8 +125,8 @@ class DriftProcess(MarkovBridge[State]):
 class Drift(Noise):
     """Mean-reverting drift of each pixel's offset and gain after a correction.
 
-    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: its variance grows as 1 -
-    rho^(2(k-c)) times that of the sigmas below. k and c are counted in steps of the draw.
+    Each deviation is an Ornstein-Uhlenbeck process that is 0 at step c of the last correction. At step k its variance
+    is 1 - rho^(2(k-c)) times the square of its final sigma. A step is one frame or several.
     """
 
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
@@ -159,7 +159,7 @@ class Drift(Noise):
         return NoiseVariance(pixel=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
 
     def steps(self, frame: FrameContext) -> tuple[float, int, int]:
-        """Return the decay per step, and the steps of the last correction and of this frame.
+        """Return the decay per step, and the step numbers of the last correction and of this frame.
 
         The step of a correction before frame 0 is negative.
         """
@@ -174,7 +174,7 @@ class Drift(Noise):
 
 
 def _step_frames(decay: float, sigma: float) -> int:
-    """Return the number of frames in a step: a power of two, like the blocks that worker processes render."""
+    """Return the number of frames in a drift step, a power of two, like the blocks that worker processes render."""
     most = min(LONGEST_STEP / decay, LARGEST_STEP**2 / (2 * decay * sigma**2) if sigma else math.inf)
     return 1 << max(int(most), 1).bit_length() - 1
 
@@ -193,7 +193,7 @@ def _deviation(
 
 
 def _add(total: Floats, term: Floats) -> Floats:
-    """Return the sum. It overwrites the total where its shape allows: half the time of a new array."""
+    """Return the sum. The array `total` is overwritten where its shape allows, which halves the time."""
     fits = total.shape == np.broadcast_shapes(total.shape, term.shape)
     return np.add(total, term, out=total if fits else None)
 

@@ -20,7 +20,7 @@ BLOCK = 1024
 
 
 class FrameFault(NamedKind):
-    """Transmission fault at listed frames and at random ones."""
+    """Transmission fault at listed frames and at random frames."""
 
     frames: Several[Index] = ()
     """Frames of the scenario at which the fault begins."""
@@ -31,10 +31,10 @@ class FrameFault(NamedKind):
 
     @abstractmethod
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
-        """Return the number of copies of each frame that arrive, (n,); `hit` marks the affected frames."""
+        """Return how many times each of n frames arrives, (n,): once unless `hit`, (n,), is True at this frame."""
 
     def hits(self, count: int, seed: int) -> Bools:
-        """Return the mask of affected frames from 0 on, (count,); a larger count only appends to it."""
+        """Return the mask of affected frames, (count,), from frame 0 on; the mask of a larger count begins with it."""
         begins = np.zeros(count, dtype=bool)
         listed = np.asarray(self.frames, dtype=np.int64)
         begins[listed[listed < count]] = True
@@ -46,7 +46,7 @@ class FrameFault(NamedKind):
 
 
 class Drop(FrameFault):
-    """Lost frames; the times of the others show the gap."""
+    """Frames that are lost; the times of the remaining frames show the gap."""
 
     def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 0, 1)
@@ -60,7 +60,7 @@ class Duplicate(FrameFault):
 
 
 def arriving_frames(faults: Sequence[FrameFault], count: int, seed: int) -> Sequence[int]:
-    """Return the indices of the frames that arrive, in order, of `count` frames of a camera."""
+    """Return the indices of the frames that arrive, in order, out of the first `count` frames of a camera."""
     if not faults:
         return range(count)
     copies = np.ones(count, dtype=np.intp)
@@ -70,6 +70,6 @@ def arriving_frames(faults: Sequence[FrameFault], count: int, seed: int) -> Sequ
 
 
 def _uniform(count: int, seed: int, name: str) -> npt.NDArray[np.float64]:
-    """Return uniform numbers within 0..1, (count,); those of a frame are the same for any count."""
+    """Return a uniform number within 0..1 for each frame, (count,), the same for any count."""
     blocks = [uniforms(BLOCK, seed, "fault", name, block) for block in range(-(-count // BLOCK))]
     return np.concatenate(blocks)[:count]

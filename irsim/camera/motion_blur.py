@@ -11,7 +11,7 @@ from irsim.config.base import Part
 MAX_STEPS = 64
 
 NO_BLUR = (0.0,)
-"""Scene offsets of an instantaneous exposure."""
+"""Scene times of an instantaneous exposure: the frame's time alone."""
 
 
 class MotionBlur(Part):
@@ -20,7 +20,8 @@ class MotionBlur(Part):
     A frame is the mean of `steps` scenes, evenly spread over the exposure. A motion of more than 1.2 px from step to
     step leaves separate dots rather than a streak: `irsim check` warns of it. Positions and boxes of ground truth are
     those of the frame's time, the middle of the exposure; centroid, visibility, occluders and masks are means over the
-    exposure, and so is the share that an occluder with `hides` covers. Smoke and clouds are static during the exposure.
+    exposure, and so is the share of a target that an occluder with the key `hides` covers. Smoke and clouds are static
+    during the exposure.
     """
 
     time_ms: Annotated[float, Field(ge=0, le=10_000)] | None = None

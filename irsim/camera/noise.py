@@ -32,7 +32,7 @@ from irsim.rng import Address, kernel_arguments, normals, uniforms
 from irsim.types import Box, Floats, read_only
 
 POISSON_BELOW_E = 200.0
-"""Electrons below which the Poisson distribution is drawn; above, its skewness is under 0.07."""
+"""Mean electrons below which shot noise is drawn from the Poisson distribution; above, its skewness is under 0.07."""
 
 LEAST_TRANSMITTANCE = 1e-3
 """Lower limit of the lens's transmittance at a pixel: at 0 the noise-equivalent radiance is infinite."""
@@ -41,13 +41,13 @@ LEAST_TRANSMITTANCE = 1e-3
 def temporal_address(frame: FrameContext) -> tuple[int, *tuple[Address, ...]]:
     """Return the address of a frame's white noise.
 
-    The address contains no term's name, so that switching one off leaves the numbers of the others unchanged.
+    The address contains no term's name, so that switching a term off leaves the numbers of the other terms unchanged.
     """
     return frame.seed, "noise", "white", frame.index
 
 
 def add_temporal_noise(signal: Floats, sigma: float, frame: FrameContext) -> None:
-    """Add white noise of a sigma to a signal (rows, cols) float32, C-contiguous, in place."""
+    """Add white noise of standard deviation `sigma` to a signal (rows, cols) float32, C-contiguous, in place."""
     if COMPILED:
         kernels.add_normals(*kernel_arguments(*temporal_address(frame)), signal, sigma)
         return
@@ -73,8 +73,8 @@ class White(Noise):
 class Shot(Noise):
     """Shot noise of the electrons together with the read noise. For a detector of kind electrons.
 
-    The variance is S + read noise² in electrons: Poisson below 200 electrons, above them its normal limit. The normal
-    part is one draw together with the white noise of other terms. A saturated pixel has no shot noise.
+    The variance is S + read noise² for a mean of S electrons: Poisson below 200 electrons, its normal limit above. The
+    normal part is drawn together with the white noise of other terms. A saturated pixel has no shot noise.
     """
 
     stationary: ClassVar[bool] = True
@@ -104,9 +104,9 @@ class Shot(Noise):
 
 
 def poisson(means: Floats, uniform: Floats) -> Floats:
-    """Return Poisson numbers, (n,) float64, of `means` (0 to a few hundred) at the quantiles `uniform`, within 0..1.
+    """Return Poisson numbers, (n,) float64, of `means` (0 to a few hundred) at the probabilities `uniform`.
 
-    Each is the smallest k whose distribution function reaches the quantile, by summing m^k e^-m / k! from k = 0.
+    Each is the smallest k at which the distribution function, the sum of m^k e^-m / k!, reaches the probability.
     """
     found = np.zeros(means.shape)
     left = np.arange(means.size)
@@ -153,12 +153,12 @@ class FixedPattern(Noise):
 
 
 class OddEven(Noise):
-    """Offset of even rows or columns above odd ones, as from two readout amplifiers."""
+    """Offset of even rows or columns above odd rows or columns, as from two readout amplifiers."""
 
     stationary: ClassVar[bool] = True
 
     ratio: Annotated[float, Field(ge=-1000, le=1000)] = 1.0
-    """Half the difference of even and odd lines, in units of the camera's NETD; negative where even ones are lower."""
+    """Half the difference of even and odd lines, in units of the camera's NETD; negative where even lines are lower."""
     along: Literal["rows", "columns"] = "rows"
     """Lines that alternate."""
 
@@ -239,7 +239,7 @@ def _line_block(shape: tuple[int, int], seed: int, name: str, sigmas: tuple[floa
 
 @dataclass(frozen=True, eq=False)
 class NoiseEquivalentRadiance:
-    """Noise-equivalent radiance of one frame: the light that raises the signal by the sigma between pixels.
+    """Noise-equivalent radiance of one frame: the added light that raises the signal by the noise sigma between pixels.
 
     vignetting   (rows, cols) transmittance of the lens relative to its axis; None for 1 everywhere
     """
@@ -249,7 +249,7 @@ class NoiseEquivalentRadiance:
     vignetting: Floats | None = None
 
     def __call__(self, level: float, box: Box) -> float:
-        """Return the standard deviation at a level of light about the middle of a box, both W/m²/sr."""
+        """Return the noise-equivalent radiance, W/m²/sr, at a radiance `level`, W/m²/sr, in the middle of a box."""
         transmittance = 1.0 if self.vignetting is None else _at_center(self.vignetting, box)
         light = max(level * transmittance, 0.0)  # below 0 by rounding only
         sigma = math.sqrt(self.variance.within_frame(self.response.at(light), self.response))

@@ -23,7 +23,7 @@ Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
 BLOCK_FRAMES = 32
-"""Frames per draw of few numbers: one address costs as much as a thousand numbers."""
+"""Frames whose few random numbers are drawn together, as one address costs as much as a thousand numbers."""
 
 FINEST_UNIT = 0.01
 """Unit of a fixed pattern, NETD, below which its rounding (standard deviation 0.003) is negligible."""
@@ -33,8 +33,8 @@ FINEST_UNIT = 0.01
 class FrameContext:
     """Index and shape of a frame, and the camera's state in it, for noise terms.
 
-    index of the frame; shape (rows, cols); rate_hz of the camera; seed of the scene; last_correction, the frame of the
-    last non-uniformity correction (0 before the first one); corrections, their number up to this frame.
+    `index` and `shape` (rows, cols) of the frame; `rate_hz` of the camera; `seed` of the scene; `last_correction`, the
+    frame of the last non-uniformity correction (0 before the first one); `corrections`, their number up to this frame.
     """
 
     index: int
@@ -54,7 +54,7 @@ class NoiseVariance(NamedTuple):
 
     pixel    independent of the light and of other pixels, NETD²
     frame    common to all pixels of a frame, NETD²
-    gain     of the pixels' gains, relative to the squared signal of light
+    gain     variance of the pixels' gains: multiplies the squared signal of light
     shot     number of terms that count electrons: multiplies signal + read noise² in electrons
     """
 
@@ -72,7 +72,7 @@ class NoiseVariance(NamedTuple):
         return cls(pixel, frame, gain, shot)
 
     def within_frame(self, signal: Signal, response: Response) -> Signal:
-        """Return the variance between pixels of one frame at a noiseless signal, signal²: all but the frame's level."""
+        """Return the variance between pixels of one frame at a noiseless signal, signal²: all terms but `frame`."""
         light, lit = signal - response.zero, (signal + abs(signal)) / 2
         return self.pixel * response.noise**2 + self.gain * light**2 + self.shot * (lit + response.read**2)
 
@@ -82,7 +82,7 @@ class NoiseVariance(NamedTuple):
 
 
 class Noise(NamedKind):
-    """Noise term of a camera. A subclass overrides the steps in which it takes part, and `variance_terms`.
+    """Noise term of a camera. A subclass overrides the methods of the steps in which it acts, and `variance_terms`.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, changed in place. All random numbers
     but those of `temporal_sigma` are addressed by the seed, the term's name, a word for the quantity and the frame (or
@@ -107,9 +107,8 @@ class Noise(NamedKind):
         return 0.0
 
     def draw_electrons(self, signal: Floats, response: Response, frame: FrameContext, sigma: float) -> None:
-        """Replace the mean number of electrons by drawn ones and add white noise of `sigma`, in units of the signal.
-
-        At most one term of a camera does so.
+        """Replace mean numbers of electrons by drawn numbers and add white noise of `sigma`, in units of the signal. At
+        most one term of a camera draws electrons.
         """
 
     def add(self, signal: Floats, response: Response, frame: FrameContext) -> None:
@@ -132,13 +131,13 @@ class Noise(NamedKind):
         return None
 
     def replace_counts(self, counts: Counts, response: Response, frame: FrameContext) -> None:
-        """Replace counts, (rows, cols) uint16, in place. This is the last step."""
+        """Replace counts, (rows, cols) uint16, in place, as the last step of a frame."""
 
     @abstractmethod
     def variance_terms(self, frame: FrameContext, fixed: bool) -> NoiseVariance:
         """Return the variance added to an ordinary pixel.
 
-        fixed   False: only the part that changes from frame to frame
+        fixed   True: with fixed patterns; False: only the part that changes from frame to frame
         """
 
     def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
@@ -156,7 +155,7 @@ class Noise(NamedKind):
 
 
 class Additive(Noise):
-    """Noise term that is added, independent of the light."""
+    """Noise term that is added to the signal, independent of the light."""
 
     @abstractmethod
     def pattern(self, frame: FrameContext) -> Floats:
@@ -180,14 +179,14 @@ class Additive(Noise):
 # Gaussian terms per pixel, row, column or frame
 
 Over = Literal["pixel", "row", "column", "frame"]
-"""Elements with a random number each."""
+"""Elements of an image that have one random number each."""
 
 Term = tuple[str, Over, float]
 """Name of a Gaussian term, its elements and its sigma."""
 
 
 def element_shape(shape: tuple[int, int], over: Over) -> tuple[int, int]:
-    """Return the shape of one number per pixel, row or column of an image, or for the image as a whole."""
+    """Return the shape, broadcastable to an image, of one number per pixel, row or column, or for the whole image."""
     rows, columns = shape
     return {"pixel": (rows, columns), "row": (rows, 1), "column": (1, columns), "frame": (1, 1)}[over]
 
@@ -199,7 +198,7 @@ def line_terms(pixel: float, column: float, row: float) -> tuple[Term, ...]:
 
 @lru_cache(maxsize=8)
 def gaussian_pattern(shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], number: int = 0) -> Floats:
-    """Return the sum of Gaussian terms, (rows, cols) float32, read only; each `number` has a pattern of its own."""
+    """Return the sum of Gaussian terms, (rows, cols) float32, read only; each `number` has another pattern."""
     address = (number,) if number else ()
     pattern = np.zeros(shape, np.float32)
     for term, over, sigma in terms:

@@ -1,13 +1,13 @@
 """Presets of typical cameras: values of a camera's keys by name.
 
-No preset is one product. Optics, wells and integration times are typical; noise follows raw counts where a comment says
-so, in units of the NETD, and is assumed elsewhere.
+No preset is one product. Optics, wells and integration times are typical; noise, in units of the NETD, follows raw
+counts of real cameras where a comment says so, and is assumed elsewhere.
 
 Drift is assumed, not measured. In a scene of 300 K, the fixed pattern of offsets and gains reaches a pixel's temporal
 noise 17 minutes after a correction of `cooled_mwir`, and one minute after one of `cooled_lwir`. Beyond that, a
 correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
 arrays", Opt. Eng. 38, 862 (1999)). The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
-closes: eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.calibration.realism.CAMERAS`).
+closes: eight clips of a Lepton 3 have factors of 0.7 to 4.6 (`irsim.calibration.realism.CAMERAS`).
 """
 
 from __future__ import annotations

@@ -18,10 +18,10 @@ MAX_COUNTS = 2**16 - 1
 """The highest count of 16 bits."""
 
 MAX_ADDED = kernels.MOST_ADDED if COMPILED else 0
-"""Most images that `kernels.counts_of` adds to a signal in the pass that quantises it."""
+"""Largest number of images that `kernels.counts_of` adds to a signal in the pass that quantises it."""
 
 LEAST_WEIGHT = 1e-3
-"""Total weight below which all earlier frames count as one."""
+"""Total weight of the oldest frames below which they are replaced by one frame."""
 
 Lines = tuple[Floats, Floats]
 """A number for each row, (rows,) float32, and for each column, (cols,), whose sum is added to each pixel."""
@@ -29,7 +29,7 @@ Lines = tuple[Floats, Floats]
 
 @dataclass(frozen=True)
 class Response(Scale):
-    """Signal S = linear L + root sqrt(L) + zero of in-band radiance L, W/m²/sr (a `Scale`), and its quantisation.
+    """Signal S = `linear` L + `root` sqrt(L) + `zero` of in-band radiance L, W/m²/sr (a `Scale`), and its quantisation.
 
     well       signal at which a pixel saturates
     noise      signal of one NETD; netd_mk  the NETD, mK
@@ -59,7 +59,7 @@ class Response(Scale):
 
     @property
     def curve(self) -> Curve:
-        """The curve (linear, root, zero) from light to counts within their range."""
+        """Coefficients (linear, root, zero) of the curve from radiance to counts, without saturation."""
         return self.linear / self.gain, self.root / self.gain, self.offset + self.zero / self.gain
 
     def signal(
@@ -82,21 +82,21 @@ class Response(Scale):
             cv2.addWeighted(light, self.linear, cv2.sqrt(light), self.root, self.zero, dst=signal)
         else:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
-        if gain is not None:  # dark current has no gain
+        if gain is not None:  # the dark current does not depend on the gain
             cv2.accumulateProduct(signal - np.float32(self.zero), gain.to_float(), signal)
         if most < math.inf:
             np.minimum(signal, np.float32(most), out=signal)
         return signal
 
     def at(self, light: float) -> float:
-        """Return the noiseless signal of one in-band radiance, W/m²/sr, 0 or more."""
+        """Return the noiseless signal of an in-band radiance, W/m²/sr, 0 or more."""
         return self.linear * light + self.root * math.sqrt(light) + self.zero
 
     def light_step(self, light: float, step: float) -> float:
-        """Return the additional light, W/m²/sr, that raises the signal at a light by `step`, 0 or more.
+        """Return the additional radiance, W/m²/sr, that raises the signal at radiance `light` by `step`, 0 or more.
 
-        The equation a x + b sqrt(x) = c is solved, sqrt(x) = 2 c / (b + sqrt(b² + 4 a c)), as the derivative is
-        infinite without light.
+        The equation a x + b sqrt(x) = c is solved by sqrt(x) = 2 c / (b + sqrt(b² + 4 a c)). The slope of the curve
+        would not do, as it is infinite at radiance 0.
         """
         if step == 0:
             return 0.0
@@ -113,8 +113,8 @@ class Response(Scale):
     ) -> Counts:
         """Quantise a signal, which is overwritten, together with images and lines that are added to it.
 
-        Rounded to the nearest (halves to even) and clipped to the bit depth: counts saturate and never wrap around.
-        `out` is written past the processor's caches, as it is read later.
+        Counts are rounded to the nearest (halves to even) and clipped to the bit depth: they saturate and never wrap
+        around. `out` is written past the processor's caches, as it is read later.
         """
         counts = np.empty(signal.shape, np.uint16) if out is None else out
         compiled = COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous
@@ -153,11 +153,12 @@ class ResponseTime:
 
     @property
     def has_memory(self) -> bool:
-        """True where a frame depends on the light of earlier ones."""
+        """True where a frame depends on the light of earlier frames."""
         return len(self.weights) > 1
 
     def light(self, index: int, scene: Callable[[int], Floats]) -> Floats:
-        """Return the low-pass of scene(index) over the frames before, (rows, cols) float32."""
+        """Return the low-pass filtered light of frame `index`, (rows, cols) float32; `scene` gives that of any
+        frame."""
         if not self.has_memory:
             return scene(index)
         wanted = [max(index - back, 0) for back in range(len(self.weights))]
@@ -170,7 +171,7 @@ class ResponseTime:
 
 
 def response_weights(time_constant_s: float, rate_hz: float) -> Floats:
-    """Return the weights, sum 1, of the light of the present frame, of the one before, and so on."""
+    """Return the weights, sum 1, of the light of the present frame, the frame before, and so on."""
     kept = math.exp(-1 / (rate_hz * time_constant_s)) if time_constant_s else 0.0
     if kept <= LEAST_WEIGHT:
         return np.ones(1)

@@ -39,7 +39,7 @@ class Sensor(Kind):
     default_noise: ClassVar[tuple[dict[str, Any], ...]]
     """Noise terms of a camera that lists none."""
     camera_keys: ClassVar[tuple[str, ...]] = ("netd_mk", "range_k")
-    """Keys of the camera, of these two, that the response depends on."""
+    """Keys of the camera, out of `netd_mk` and `range_k`, that the response depends on."""
     counts_electrons: ClassVar[bool] = False
     """True where the signal is in electrons and may have shot noise."""
     integration_key: ClassVar[str | None] = None
@@ -127,11 +127,11 @@ class ElectronSensor(Sensor):
         return (self.pitch_um * 1e-6) ** 2 * solid * self.quantum_efficiency * self.integration_ms * 1e-3
 
     def response(self, settings: SensorSettings) -> Response:
-        """Return the curve a L + b sqrt(L) with the photon radiance of Planck's law and its slope at 300 K.
+        """Return the response a L + b sqrt(L) that has, at 300 K, the photon radiance of Planck's law and its slope.
 
         Its error is below 2.1 % from 250 to 400 K in 3-5 um and 0.4 % in 8-12 um. It overestimates the electrons of
         hotter bodies, whose photons have shorter wavelengths: in 3-5 um by 4.5 % at 500 K, 12 % at 1000 K and 16 % at
-        2000 K (motors, flares), in 8-12 um by 0.8, 1.9 and 2.4 %; by 18 and 2.7 % at most.
+        2000 K (motors, flares), in 8-12 um by 0.8, 1.9 and 2.4 %. The largest errors are 18 and 2.7 %.
         """
         light, rise = float(radiance(settings.band, NETD_K)), slope(settings.band, NETD_K)
         photons, photon_rise = photon_radiance(settings.band, NETD_K), photon_slope(settings.band, NETD_K)
@@ -158,9 +158,9 @@ class ElectronSensor(Sensor):
 
 
 def matched_sensor(curve: Curve, band: Band, bits: int, rate_hz: float, sigma: float) -> ElectronSensor:
-    """Return a focal plane of a given curve, in a camera of `bits` and `rate_hz`.
+    """Return a focal plane with the given `curve` from radiance to counts, in a camera of `bits` and `rate_hz`.
 
-    Shot noise alone gives the NETD; at 300 K its sigma is `sigma` counts, above 0: c counts of sigma s are (c / s)²
+    Its only noise is shot noise, which is `sigma` counts, above 0, at 300 K: c counts of sigma s are (c / s)²
     electrons. The sigma is larger where these electrons exceed the largest well or pixel.
     """
     nominal = ElectronSensor(pitch_um=1.0, integration_ms=min(10.0, 500 / rate_hz), read_noise_e=0.0)

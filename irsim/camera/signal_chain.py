@@ -40,9 +40,9 @@ NOISE_STEPS = (
 class SignalChain:
     """Response and noise terms of a camera in one scene.
 
-    At most one of the noise terms draws electrons. rate_hz of the camera; seed of the scene; bloom of saturated pixels;
-    correction, the non-uniformity corrections; vignetting of a frame, (rows, cols) float32, transmittance relative to
-    the axis.
+    At most one of the noise terms draws electrons. `rate_hz` of the camera; `seed` of the scene; `bloom` of saturated
+    pixels; `correction`, the non-uniformity corrections; `vignetting` of a frame, (rows, cols) float32, the
+    transmittance relative to the axis.
     """
 
     response: Response
@@ -69,7 +69,7 @@ class SignalChain:
     def expose(self, light: Floats, index: int, spent: bool = False, out: Counts | None = None) -> Counts:
         """Return the counts, (rows, cols) uint16, of light (rows, cols) float32, in-band radiance, W/m²/sr.
 
-        Rounded to the nearest (halves to even) and clipped to the bit depth.
+        Counts are rounded to the nearest (halves to even) and clipped to the bit depth.
 
         spent   True: the memory of the light may be overwritten
         out     memory for the counts
@@ -103,7 +103,8 @@ class SignalChain:
         return np.minimum(signal, np.float32(self.response.well), out=signal)
 
     def _draw_white_noise(self, signal: Floats, frame: FrameContext) -> None:
-        """Draw one normal number a pixel for all terms, together with shot noise where electrons are counted."""
+        """Draw white noise, one normal number a pixel for all terms, together with shot noise if the signal is in
+        electrons."""
         sigma = math.hypot(*(noise.temporal_sigma(frame) for noise in self._terms["temporal_sigma"]))
         sigma *= self.response.noise
         if counting := self._terms["draw_electrons"]:
@@ -113,14 +114,15 @@ class SignalChain:
 
     @cached_property
     def _terms(self) -> Mapping[str, Sequence[Noise]]:
-        """Noise terms that override each step of `Noise`; most terms override one only."""
+        """Noise terms by the method of `Noise` that they override, to call only these; most terms override one
+        method."""
         terms = {
             step: [noise for noise in self.noises if getattr(type(noise), step) is not getattr(Noise, step)]
             for step in NOISE_STEPS
         }
         if len(terms["draw_electrons"]) > 1:
             raise ValueError("at most one noise term may count electrons")
-        # The sum is rounded: its order is part of the numbers.
+        # The sum of patterns is rounded: another order would change counts.
         terms["fixed_pattern"].sort(key=lambda noise: not noise.stationary)
         return terms
 
@@ -193,7 +195,7 @@ class SignalChain:
 
     @cached_property
     def _variance_terms(self) -> tuple[NoiseVariance, Sequence[Noise]]:
-        """Variance of all stationary terms together, and the other terms."""
+        """Variance of all stationary terms together, and the terms that are not stationary."""
         first = self.frame_context(0, (1, 1))
         constant = NoiseVariance.total(noise.variance_terms(first, True) for noise in self.noises if noise.stationary)
         return constant, [noise for noise in self.noises if not noise.stationary]

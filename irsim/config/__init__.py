@@ -1,1 +1,2 @@
-"""Typed YAML, independent of scenes: kinds and families, quantities, error messages with places, overrides."""
+"""Typed YAML, independent of scenes: kinds and families, quantities, error messages with positions in the file,
+overrides."""

@@ -1,8 +1,8 @@
 """Parts, kinds and families: frozen values from YAML, and the tables of their kinds.
 
-A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds that may stand in one
-place, distinguished by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind is
-named as ``module:Class``, which imports that module.
+A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds that may stand under
+one key, distinguished by their key ``kind``. A new kind is a class and a line in its family's table; a user's own kind
+is named as ``module:Class``, which imports that module.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
 
 Switches = Mapping[str, tuple[Any, ...]]
-"""Name of a setting -> its key, the value that switches it off, other values without effect."""
+"""Settings that can be switched off: name -> key, the value that switches it off, other values without effect."""
 
 
 def invalid(message: str, at: KeyPath = (), kind: LiteralString = "invalid") -> PydanticCustomError:
-    """Return the error for a validator to raise: a message, and the place `at` below the value that it validates."""
+    """Return the error for a validator to raise; `at` is the key path of the fault below the validated value."""
     return PydanticCustomError(kind, "{message}", {"message": message, **({"at": at} if at else {})})
 
 
@@ -48,13 +48,14 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Key -> keys without effect beside it: the linter warns where they are written."""
+    """Key -> keys that have no effect beside it; the linter warns where they are written."""
     switches: ClassVar[Switches] = {}
-    """Settings that --without switches off, by name; those of base classes count too."""
+    """Settings that the option --without can switch off, by name; those of base classes are included."""
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the mapping `given`, valid or not, with missing keys that follow from others; for subclasses."""
+        """Return the mapping `given`, valid or not, completed by keys that follow from others; for subclasses to
+        override."""
         return given
 
     @classmethod
@@ -96,8 +97,8 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)
 """Id of a part in --without, overrides and truth."""
 
 Switch = Annotated[str, Field(min_length=1, max_length=128)]
-"""Argument of --without: a part's id or a setting within one (`jet.flicker`). Any form is allowed here, so that the
-error of a wrong one can list the names that exist."""
+"""Argument of --without: a part's id or a setting within one (`jet.flicker`). Any text is allowed here, so that the
+error for an unknown name can list the names that exist."""
 
 Item = TypeVar("Item")
 Several = Annotated[tuple[Item, ...], Field(strict=False)]
@@ -105,7 +106,7 @@ Several = Annotated[tuple[Item, ...], Field(strict=False)]
 
 
 class Kind(Part):
-    """Part that is one of several kinds of its family."""
+    """Part with the key `kind`, whose value is its class's name in the table of its family."""
 
     kind: ClassVar[str]
     """Name in YAML: the name in its family's table, or 'module:Class'."""
@@ -138,7 +139,7 @@ _may_import: ContextVar[bool] = ContextVar("may_import", default=True)
 def importing_nothing() -> Iterator[None]:
     """Refuse a kind 'module:Class' within this block unless its module is imported already.
 
-    For texts in recordings and results files, whose author would otherwise choose the code to run.
+    It guards the reading of recordings and results files, whose author would otherwise choose the code to run.
     """
     before = _may_import.set(False)
     try:
@@ -153,10 +154,10 @@ def is_handwritten() -> bool:
 
 
 class Family:
-    """Table of kinds that may stand in one place of a scenario.
+    """Table of kinds that may stand under one key of a scenario.
 
-    A field declares its family as ``Annotated[Noise, NOISES]``. Errors inside a kind keep their
-    places: the custom error 'inside' carries the kind's class and its own list of errors.
+    A field declares its family as ``Annotated[Noise, NOISES]``. Errors inside a kind keep their key paths: the custom
+    error 'inside' carries the kind's class and its list of errors.
     """
 
     def __init__(
@@ -174,7 +175,7 @@ class Family:
         return iter(self.kinds.items())
 
     def find(self, word: object) -> type[Kind]:
-        """Return the class of a kind's name or of 'module:Class'; PydanticCustomError where there is none."""
+        """Return the class of the kind `word`, a name or 'module:Class'; PydanticCustomError where there is none."""
         if isinstance(word, str) and word in self.kinds:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
@@ -254,9 +255,9 @@ class Family:
 
 
 def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str] | None = None) -> str:
-    """Return "; did you mean 'car'?" where a known word is near, else ''.
+    """Return "; did you mean 'car'?" where an allowed word is similar to `word`, else ''.
 
-    synonyms   other words, in small letters -> the known word
+    synonyms   other words, in small letters -> the allowed word
     """
     written, known = str(word).lower(), {each.lower(): each for each in allowed}
     # A misspelt known word comes before a misspelt synonym: 'sar' is nearer to 'car' than to 'sam'.
@@ -266,13 +267,14 @@ def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str]
 
 
 def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
-    """Return the value of the key most similar to the word, at least by that ratio of `difflib`."""
+    """Return the value of the key most similar to the word, if the ratio of `difflib` is `least` or more."""
     near = difflib.get_close_matches(word, known, n=1, cutoff=least)
     return known[near[0]] if near else None
 
 
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:
-    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; of more than 8 names similar ones first."""
+    """Return "there is no 'jat'; allowed: jet, far; did you mean 'jet'?"; of more than 8 names similar ones come
+    first."""
     known = list(dict.fromkeys(allowed))
     if len(known) > 8:
         ratios = {name: difflib.SequenceMatcher(None, str(word).lower(), name.lower()).ratio() for name in known}

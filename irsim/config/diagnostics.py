@@ -30,7 +30,7 @@ _EXPECTED = {
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _ID_ERRORS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
-"""Most characters of a quoted value."""
+"""Largest number of characters of a quoted value."""
 
 
 def validate_part(document: Document, part: type[AnyPart]) -> AnyPart:
@@ -51,7 +51,7 @@ def validate_part(document: Document, part: type[AnyPart]) -> AnyPart:
 def error_lines(
     error: ValidationError, document: Document, root: type[Part], kinds: Container[str] | None = None
 ) -> list[str]:
-    """Return a line for each fault of a document that describes a `root`; of these `kinds` of error, if given."""
+    """Return a line for each fault of a document that describes a `root`, or only for faults of the types `kinds`."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
     for raw, detail in _flattened(error.errors(include_url=False), ()):
@@ -80,7 +80,8 @@ def error_lines(
 
 
 def error_line(document: Document, path: KeyPath, name: str, problem: str, at_key: bool = False) -> str:
-    """Return 'file:line:column: key: problem' with the place of the path, or of its nearest parent in the document."""
+    """Return 'file:line:column: key: problem', the position that of the path or of its nearest parent in the
+    document."""
     place = place_of(document, path, at_key)
     return f"{place}: {problem}" if not name or place == f"override {name}" else f"{place}: {name}: {problem}"
 
@@ -94,7 +95,7 @@ def place_of(document: Document, path: KeyPath, at_key: bool = False) -> str:
 
 
 def by_place(lines: Iterable[str]) -> list[str]:
-    """Return lines in the order of their places in the file; those without one first."""
+    """Return lines in the order of their positions in the file, lines without a position first."""
 
     def place(text: str) -> tuple[int, int]:
         found = re.search(r":(\d+):(\d+): ", text)
@@ -143,7 +144,7 @@ def _has_text(value: Any) -> bool:
 
 
 def _flattened(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
-    """Yield each error with its whole path, also those inside kinds (see `Family`)."""
+    """Yield each error with its whole key path, also errors inside kinds (see `Family`)."""
     for detail in errors:
         context = detail.get("ctx", {})
         path = (*prefix, *detail["loc"])
@@ -154,9 +155,9 @@ def _flattened(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator
 
 
 def _duplicate(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -> tuple[KeyPath, Mapping[str, Any]]:
-    """Return the place at which the user wrote a repeated id, and the error that names its other owner.
+    """Return the key path at which the user wrote a repeated id, and the error that names the other part with this id.
 
-    Parts of a preset or a default have ids too, but no place in the document.
+    Parts of a preset or a default have ids too, but no position in the document.
     """
     context = detail["ctx"]
     first = (*second[: len(second) - len(context["at"])], *context["first"])

@@ -21,7 +21,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Plausible:
-    """Annotation of a number: values outside of this range are allowed, with a warning of the linter."""
+    """Annotation of a number: values outside `low` to `high` are allowed, but the linter warns of them."""
 
     low: float
     high: float

@@ -1,4 +1,4 @@
-"""Overrides, KEY=VALUE over a scenario's tree: `camera.netd_mk=80`, `targets.jet.path.speed=3`."""
+"""Overrides KEY=VALUE of values in a scenario: `camera.netd_mk=80`, `targets.jet.path.speed=3`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from irsim.config.yaml_text import Document, dotted, scalar
 from irsim.errors import InputError
 
 TABLES = ("severities", "vary")
-"""Keys of a scenario whose tables have override keys."""
+"""Keys of a scenario that hold tables; the keys in these tables are override keys."""
 
 
 def expect_overrides(overrides: object) -> list[str]:
@@ -39,7 +39,7 @@ def expect_overrides(overrides: object) -> list[str]:
 def apply_override(
     document: Document, text: str, root: type[Part], given: Iterable[KeyPath] = ()
 ) -> tuple[Document, KeyPath]:
-    """Return the document with one value set, and its path; errors in it get the place 'override KEY'.
+    """Return the document with one value set, and its path; errors in the value are placed at 'override KEY'.
 
     Steps of a key reach list items by id (or by kind, where they have no id) or number, and a part that the text leaves
     out starts from its default. `given` as in `set_value`. InputError where the path leads nowhere.
@@ -57,7 +57,7 @@ def apply_override(
 
 
 def place_of_override(text: str) -> str:
-    """Return the place of KEY=VALUE in errors and warnings: 'override KEY'."""
+    """Return 'override KEY', which stands for the position of KEY=VALUE in errors and warnings."""
     return f"override {place_of_key(text.partition('=')[0].strip())}"
 
 
@@ -69,8 +69,8 @@ def place_of_key(key: str) -> str:
 def set_value(
     document: Document, key: str, value: Any, place: str, root: type[Part], given: Iterable[KeyPath] = ()
 ) -> tuple[Document, KeyPath]:
-    """Return the document with `value` at an override's key, with `place` as its place in errors, and the path of the
-    key.
+    """Return the document with `value` at an override's key, with `place` as its position in errors, and the path of
+    the key.
 
     given   paths of values set by hand: a digest among them stays when another file is named beside it
 
@@ -103,7 +103,7 @@ def table(document: Document, name: str) -> dict[str, Any]:
 def _set(
     node: Any, slot: Slot | None, steps: list[str], value: Any, given: Sequence[KeyPath] = ()
 ) -> tuple[Any, KeyPath]:
-    """Return a copy of `node` with the value at the steps, and their path; `given` as in `set_value`, from here on."""
+    """Return a copy of `node` with the value at the steps, and their path; paths in `given` begin at `node`."""
     if not steps:
         return value, ()
     if isinstance(node, dict):
@@ -141,7 +141,8 @@ def _below(paths: Sequence[KeyPath], step: str | int) -> list[KeyPath]:
 
 
 def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:
-    """Return the steps with those of the table's key, which contains dots, joined; all joined for a new key."""
+    """Return the steps, those of a key of the table joined again, as this key contains dots; all joined for a new
+    key."""
     lengths = [length for length in range(len(steps), 0, -1) if ".".join(steps[:length]) in node]
     length = lengths[0] if lengths else len(steps)
     return [".".join(steps[:length]), *steps[length:]]

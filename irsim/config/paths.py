@@ -18,7 +18,7 @@ MCAP_MAGIC = b"\x89MCAP"
 """First bytes of an MCAP file (MCAP specification, 'Magic')."""
 
 LONGEST_PIPED = 1 << 26
-"""Most bytes of a text that comes through a pipe."""
+"""Largest number of bytes of a text that comes through a pipe."""
 
 FILE, DIGEST = "file", "digest"
 """Keys of the file that a part is read from and of the digest of its bytes."""
@@ -64,7 +64,7 @@ def check_input(path: str | os.PathLike[str], allowed: str) -> None:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Return whether the file is a recording by its content, or by its name, broken or missing."""
+    """Return whether the file is a recording: by its content, or by its name even if it is broken or missing."""
     path = path_of(path)
     return path.suffix == ".mcap" or begins_as_recording(path)
 
@@ -107,7 +107,7 @@ def text_bytes(path: str | os.PathLike[str]) -> bytes:
 
 @lru_cache(maxsize=16)
 def _piped(path: str, device: int, number: int) -> bytes:
-    """Return the bytes from the pipe of that inode; InputError where they are too many."""
+    """Return the bytes from the pipe of inode `number`; InputError where they are too many."""
     with open(path, "rb") as file:
         found = file.read(LONGEST_PIPED + 1)
     if len(found) > LONGEST_PIPED:
@@ -137,7 +137,7 @@ def absolute_name(name: str) -> str:
 
 
 def same_name(one: object, other: object) -> bool:
-    """Return whether both name one file."""
+    """Return whether both are names of one file."""
     return isinstance(one, str) and isinstance(other, str) and absolute_name(one) == absolute_name(other)
 
 
@@ -156,8 +156,8 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
 
     digest_of   computes it from a file's name; raises InputError, OSError or ValueError
 
-    Raises PydanticCustomError where that fails and where the digest given differs. A mapping whose file or digest is no
-    text is returned unchanged: its fields report that.
+    Raises PydanticCustomError if no digest can be computed or the digest given differs. A mapping whose file or digest
+    is no text is returned unchanged: validation of its fields reports the fault.
     """
     if not isinstance(given, Mapping):
         return given
@@ -179,7 +179,7 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
 
 
 def check_unchanged(file: str, digest: str, now: str) -> None:
-    """Raise InputError where a file's digest is not `digest`, taken when the scene was read."""
+    """Raise InputError if a file's present digest, `now`, is not `digest`, taken when the scene was read."""
     if now != digest:
         raise InputError(f"{file}: was changed after the scene was read; read the scene again")
 

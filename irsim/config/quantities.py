@@ -20,7 +20,7 @@ Positive = Annotated[float, Field(ge=1e-6, le=LARGEST)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Metres = Annotated[float, Field(ge=0.001, le=1_000_000)]
-"""Size or range: up to 1000 km, beyond any horizon on earth."""
+"""Size or distance: up to 1000 km, beyond any horizon on earth."""
 Range = Annotated[Metres, Plausible(5, 100_000, "m")]
 """Distance from the camera: nearer than 5 m is out of focus, beyond 100 km lies behind the horizon."""
 Length = Annotated[Metres, Plausible(0.05, 400, "m")]
@@ -47,9 +47,10 @@ Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degre
 AirKelvin = Annotated[float, Field(ge=1, le=6000), Plausible(180, 335, "K", "degrees Celsius + 273.15")]
 """Air temperature on earth: 184 K (Vostok, 1983) to 330 K (Death Valley, 1913) have been measured."""
 SCALE_K = (100, 6000)
-"""Least and greatest end of a scale, K."""
+"""Lowest and highest black-body temperature at an end of a scale of counts, K."""
 ScaleKelvin = Annotated[float, Field(ge=SCALE_K[0], le=SCALE_K[1])]
-"""End of a scale. Colder scenes radiate so little that neighbouring counts are the same."""
+"""Black-body temperature at an end of a scale of counts. Colder scenes radiate so little that neighbouring counts are
+the same."""
 KelvinSpread = Annotated[float, Field(ge=0, le=1000), Plausible(0, 300, "K")]
 """Standard deviation or excess of temperature: only fire reaches hundreds of kelvin."""
 KelvinDifference = Annotated[float, Field(ge=-6000, le=6000)]

@@ -20,7 +20,8 @@ Rename = Callable[[str], str]
 def with_absolute_names(document: Document, folder: Path, root: type[Part]) -> Document:
     """Return the document of a file in `folder` with absolute file names.
 
-    A name that exists only relative to the working directory means that file. A missing file is assumed in `folder`.
+    A name that exists only relative to the working directory is taken from there. A missing file is assumed in
+    `folder`.
     """
 
     def absolute(name: str) -> str:
@@ -38,7 +39,7 @@ def with_relative_names(document: Document, folder: Path, root: type[Part]) -> D
 
 
 def _with_names(document: Document, rename: Rename, root: type[Part]) -> Document:
-    """Return the document with file names changed, also those in the values of its tables."""
+    """Return the document with file names changed, also those in its tables of severities and variations."""
     value = _renamed(document.value, Slot.of(root), rename)
     for name, key in table_entries(document) if isinstance(value, dict) else ():
         try:

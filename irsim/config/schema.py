@@ -1,4 +1,4 @@
-"""Allowed values at each place of a tree of parts, for error messages and overrides."""
+"""Allowed values under each key of a tree of parts, for error messages and overrides."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WORDS = {Any: "any value", int: "a whole number", float: "a number", bool: "tru
 
 @dataclass(frozen=True)
 class Slot:
-    """Type and constraints of a place in a tree of parts, from pydantic's fields."""
+    """Type and constraints of the value under a key or list index of a part, from pydantic's fields."""
 
     annotation: Any
     metadata: tuple[Any, ...] = ()
@@ -67,7 +67,7 @@ class Slot:
         return get_origin(self.annotation) is Mapping
 
     def part(self, value: Any) -> type[Part] | None:
-        """Return the class of the part that a mapping in this place describes; None where that is unknown."""
+        """Return the class of the part that `value`, a mapping in this slot, describes; None where it is unknown."""
         if self.family is not None:
             word = value.get("kind") if isinstance(value, Mapping) else None
             try:
@@ -79,7 +79,7 @@ class Slot:
         return None
 
     def child(self, value: Any, step: str | int) -> Slot | None:
-        """Return the slot of a key or an item of `value`, which stands in this place; None where it is unknown."""
+        """Return the slot of the key or list index `step` of `value`, which is in this slot; None if unknown."""
         if self.is_list and isinstance(step, int):
             items = get_args(self.annotation)
             if len(items) == 2 and items[1] is Ellipsis:
@@ -153,7 +153,7 @@ def item_name(slot: Slot | None, item: Any) -> str | None:
 
 
 def item_names(slot: Slot, items: Sequence[Any]) -> list[str]:
-    """Return a name for each item of a list in `slot`: its own if unique, else its number."""
+    """Return a name for each item of a list in `slot`: its name if unique, else its number."""
     names = [item_name(slot.child(items, index), item) for index, item in enumerate(items)]
     return [str(index) if name is None or names.count(name) > 1 else name for index, name in enumerate(names)]
 

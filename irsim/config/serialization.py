@@ -14,7 +14,7 @@ from irsim.config.yaml_text import LONGEST
 from irsim.errors import InputError
 
 DEEPEST = 100
-"""Most levels of nested lists and mappings: a guard against a list that contains itself."""
+"""Largest number of levels of nested lists and mappings: a guard against a list that contains itself."""
 
 _LARGEST_WHOLE = 2**53
 """Largest integer up to which floats are exact."""
@@ -59,7 +59,8 @@ def as_yaml_value(value: Any, name: str) -> Any:
 
 
 def whole_numbers(value: Any) -> Any:
-    """Return the plain value with `1e3` as 1000: parts distinguish integers from floats, but not by spelling."""
+    """Return the plain value with whole floats as integers, `1e3` as 1000: keys for floats accept both, keys for
+    integers only these."""
     if isinstance(value, dict):
         return {key: whole_numbers(item) for key, item in value.items()}
     if isinstance(value, list):

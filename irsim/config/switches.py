@@ -9,7 +9,8 @@ from irsim.config.base import AnyPart, KeyPath, NamedKind, Part
 
 
 def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
-    """Yield name and place of each setting of a part and its parts that has an effect and that --without switches off.
+    """Yield the name and key path of each setting with an effect, in a part and its inner parts, that --without can
+    switch off.
 
     prefix   of the names: 'ID.' of the nearest part with an id
     """
@@ -26,7 +27,7 @@ def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
 
 
 def switched_off(part: AnyPart, names: Collection[str], prefix: str = "") -> AnyPart:
-    """Return the part with the settings `names` at the value without effect; the part itself if nothing changes."""
+    """Return the part with the settings `names` switched off; the part itself if nothing changes."""
     if not names:
         return part
     changes = {key: nothing for name, (key, nothing, *_) in _own_switches(part).items() if prefix + name in names}

@@ -1,4 +1,4 @@
-"""YAML text to plain values with the place of each, and back. The only file that imports yaml.
+"""YAML text to plain values, each with its position in the text, and back. The only file that imports yaml.
 
 Scalars follow the core schema of YAML 1.2 (https://yaml.org/spec/1.2.2/#103-core-schema), which PyYAML
 alone does not: `on`, `off`, `yes` and `no` are text, `1e3` is a float, `010` is ten and `0o10` eight.
@@ -21,10 +21,10 @@ from irsim.config.paths import text_bytes
 from irsim.errors import InputError
 
 MOST_VALUES = 100_000
-"""Most values in one document, aliases expanded: a guard against alias bombs."""
+"""Largest number of values in one document, aliases expanded: a guard against alias bombs."""
 
 LONGEST = sys.int_info.default_max_str_digits
-"""Most digits of an integer: Python's own limit."""
+"""Largest number of digits of an integer: Python's own limit."""
 
 _TAGS = "no tag, or !!str, !!int, !!float, !!bool, !!null where the text is such a value"
 _ALLOWED = {
@@ -51,7 +51,7 @@ _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
 
 @dataclass(frozen=True)
 class Document:
-    """Value of a YAML text, and the places ('file:line:column', from 1) of its values and keys."""
+    """Value of a YAML text, and the positions ('file:line:column', from 1) of its values and keys."""
 
     name: str
     value: Any
@@ -117,7 +117,7 @@ def write_yaml(value: Any) -> str:
 
 
 def dotted(path: KeyPath) -> str:
-    """Return 'camera.size.0', always on one line."""
+    """Return a key path as text on one line: 'camera.size.0'."""
     return ".".join(map(on_a_line, path))
 
 
@@ -168,7 +168,7 @@ _Dumper.add_representer(str, _represent_text)
 
 
 class _Builder:
-    """Values of a tree of nodes, their places and all faults."""
+    """Values of a tree of nodes, their positions and all faults."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -26,7 +26,7 @@ class SceneObjects(Protocol):
         ...
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
-        """Return the focal length (n,) at frame numbers (n,), relative to the first."""
+        """Return the focal length (n,) at frame numbers (n,), relative to that of frame 0."""
         ...
 
 

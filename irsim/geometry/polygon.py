@@ -16,12 +16,12 @@ Ints = npt.NDArray[np.int64]
 
 _INSET_PX = 1e-9
 """Inset of the edges of each layer relative to the layer in front. It separates coinciding edges of two layers, whose
-order rounding would otherwise decide. Pictures below one pixel use proportionally less: displaced corners leave gaps
-whose light would reach across cells."""
+order rounding would otherwise decide. Objects smaller than a pixel use a proportionally smaller inset: corners moved
+farther would leave gaps whose light reaches across cells."""
 
 
 def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
-    """Return area, y moment and x moment (3, channels, rows, columns) of a flat field; see `row_differences`."""
+    """Return area, y and x moment (3, channels, rows, columns) of a piecewise constant field; see `row_differences`."""
     fields = row_differences(start, stop, weights, size)
     return np.concatenate([np.cumsum(fields[:2], axis=3), fields[2:]])
 
@@ -78,7 +78,8 @@ def row_differences(start: Floats, stop: Floats, weights: Floats, size: tuple[in
 
 
 def cut_edges(count: int, crossed: Ints, places_cut: Floats) -> tuple[Ints, Floats, Floats]:
-    """Return (edge, begin, end) of the pieces of edges 0 .. count-1 cut at places 0..1 along them."""
+    """Return (edge, begin, end) of the pieces of edges 0 .. count-1; `crossed` are cut at `places_cut`, 0..1 along
+    them."""
     order = np.argsort(2 * crossed + places_cut, kind="stable")  # six times as fast on a few sorted runs
     places, edges = places_cut[order], np.arange(count)
     cuts = np.bincount(crossed, minlength=count)
@@ -90,7 +91,7 @@ def cut_edges(count: int, crossed: Ints, places_cut: Floats) -> tuple[Ints, Floa
 
 
 def _crossings(start: Floats, stop: Floats, columns: int, rows: int) -> tuple[Ints, Floats]:
-    """Return edge numbers and places 0..1 of the crossings of edges with the lines of the grid."""
+    """Return the crossings of edges with the grid's lines: the edge's number and the position 0..1 along it."""
     low, high = start.T.ravel(), stop.T.ravel()  # all x, then all y
     last_line = np.repeat([columns, rows], len(start))
     first = np.maximum(np.floor(np.minimum(low, high)) + 1, 0)
@@ -109,7 +110,7 @@ def polygon_edges(points: Floats) -> tuple[Floats, Floats]:
 
 
 def centroids(start: Floats, stop: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Return integrals (channels,) and centroids (channels, 2) of flat fields by Green's theorem.
+    """Return integrals (channels,) and centroids (channels, 2) of piecewise constant fields by Green's theorem.
 
     Arguments as in `row_differences`. A centroid is nan where the integral is 0.
     """
@@ -174,7 +175,7 @@ def visible_edges(start: Floats, stop: Floats, layer: Ints, glow: Floats) -> tup
 def _covered_spans(start: Floats, stop: Floats, layer: Ints, count: int) -> tuple[Ints, Ints, Floats, Floats]:
     """Return (edge, polygon, entry, leave) of edges that run through other polygons.
 
-    entry, leave  places 0..1 along the edge. The result is sorted by edge and polygon; only pairs with overlapping
+    entry, leave  positions 0..1 along the edge. The result is sorted by edge and polygon; only pairs with overlapping
     bounding boxes are tested.
     """
     sides = np.bincount(layer, minlength=count)

@@ -18,7 +18,7 @@ class CameraPose:
 
     context   of the scene; its geometry is that of the first, unmoved camera
     lens      geometry of this frame: the first one, zoomed
-    rotation  (3, 3) vectors of the first camera frame to vectors of this camera frame
+    rotation  (3, 3) matrix from vectors of the first camera frame to vectors of this camera frame
     place     (3,) m, camera position in the first camera frame
     time      s since frame 0
     """

@@ -24,7 +24,7 @@ times GEMM_MULTITHREAD_THRESHOLD in its interface/gemm.c). If several processes 
 wait milliseconds for each other."""
 
 MIN_ROWS = 8
-"""Least number of rows of a block: smaller blocks take longer than the threads."""
+"""Least number of rows of a block: with smaller blocks the product takes longer than on several threads."""
 
 
 def blocked_matmul(left: Floats, right: Floats) -> Floats:
@@ -41,7 +41,8 @@ def blocked_matmul(left: Floats, right: Floats) -> Floats:
 
 
 def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Floats) -> Floats:
-    """Return the rotation (..., 3, 3) from world to camera vectors; radians (...), right, up, clockwise positive.
+    """Return the rotation (..., 3, 3) from world to camera vectors; angles (...) are in radians, positive right, up,
+    clockwise.
 
     Azimuth turns about the world's vertical, elevation about the level axis, roll about the optical axis.
     """
@@ -125,7 +126,7 @@ class Geometry:
         return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
     def place(self, pixels: Floats, range_m: float | Floats) -> Floats:
-        """Return the camera-frame points (..., 3) m of pixels (..., 2) at a range."""
+        """Return the camera-frame points (..., 3) m of pixels (..., 2) at a distance of `range_m`."""
         return np.asarray(self.directions(pixels) * np.asarray(range_m)[..., None])
 
     def zoomed(self, factor: float) -> Geometry:

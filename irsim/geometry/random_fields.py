@@ -91,7 +91,7 @@ def with_histogram(field: Floats, histogram: tuple[float, ...]) -> Floats:
     histogram  quantiles at evenly spaced probabilities, in any unit: (0, 1) is uniform, (0, .1, 1) few large values,
                empty returns the field unchanged
 
-    Each value is replaced by that of equal rank, which changes the spectrum little.
+    Each value is replaced by the value of equal rank in the histogram, which changes the spectrum little.
     """
     if not histogram:
         return field
@@ -101,7 +101,7 @@ def with_histogram(field: Floats, histogram: tuple[float, ...]) -> Floats:
 
 @lru_cache
 def _quantiles(histogram: tuple[float, ...]) -> tuple[Floats, Floats]:
-    """Return quantiles of the unit Gaussian and of the standardised histogram at equal probabilities."""
+    """Return quantiles of the standard normal distribution and of the standardised histogram at equal probabilities."""
     shares = (np.arange(4096) + 0.5) / 4096
     gaussian = np.array([NormalDist().inv_cdf(share) for share in shares])
     values = np.interp(shares, np.linspace(0, 1, len(histogram)), histogram)

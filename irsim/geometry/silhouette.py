@@ -23,7 +23,7 @@ FINENESS = ((16.0, 4), (100.0, 2), (math.inf, 1))
 """(largest side, px; cells a pixel on each axis) of the fine grid. With two cells a pixel alpha is within 0.0012 of the
 exact convolution at a blur of 0.6 px, and within 0.006 at 0.3 px. Small objects have twice as many: their light follows
 a shift smoothly enough for derivatives. Large objects are drawn on the pixels themselves, which bounds the cost; alpha
-is then within 0.015 and 0.046."""
+is then within 0.015 and 0.046 at these blurs."""
 
 
 class LayeredPolygons(NamedTuple):
@@ -48,10 +48,8 @@ class LayeredPolygons(NamedTuple):
 
 
 def draw_sprite(picture: LayeredPolygons) -> Sprite:
-    """Draw one object.
-
-    The light of each cell is blurred according to its exact area and first moments, so that pixels follow a shift of a
-    hundredth of a pixel.
+    """Return the sprite of one object. The light of each cell is blurred according to its exact area and first moments,
+    so that pixels follow a shift of a hundredth of a pixel.
     """
     if COMPILED:
         return _draw_compiled(picture)
@@ -65,7 +63,7 @@ def draw_sprite(picture: LayeredPolygons) -> Sprite:
 
 
 def _draw_compiled(picture: LayeredPolygons) -> Sprite:
-    """Draw one object by the compiled kernel."""
+    """Return the sprite of one object, drawn by the compiled kernel."""
     grid, (left, top), margin = Grid.over(picture.window), picture.origin, picture.psf.support_px
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
@@ -137,7 +135,7 @@ def blur_to_pixels(
 
     fields      (3, 2, rows, columns) as returned by `row_differences`
     centers     area centroid and signal centroid
-    whole_area  px2, inside and outside the grid
+    whole_area  area of the object, px2, inside and outside the grid
     """
     center, signal_center = centers
     rows, columns, fine = grid.rows, grid.columns, grid.fine

@@ -55,7 +55,7 @@ class Sprite(NamedTuple):
     box        bounding box of the geometry, px
     range_m    distance from the camera, m
     area       px2 covered by the whole object, inside and outside the patch
-    requested  contrast to set against the background; None to leave it
+    requested  contrast to set against the background; None to leave it as drawn
     contrast   factor by which the difference from the background is scaled
     samples    arrays at each instant of a finite exposure; cover, alpha, emission and area are then their means, and
                all other fields belong to the middle of the exposure
@@ -182,7 +182,8 @@ class OccludedBlur(NamedTuple):
 
     @classmethod
     def of(cls, samples: ExposureSamples, light: Floats, within: tuple[Slices, Slices]) -> OccludedBlur:
-        """Return the deviations of an object drawn over `light` (rows, cols)."""
+        """Return the deviations of an object drawn over `light` (rows, cols); `within`: slices of its patch and of
+        `light`."""
         inner, outer = within
         alpha, emission = (each[(..., *inner)] for each in (samples.alpha, samples.emission))
         added = emission - alpha * light[outer]

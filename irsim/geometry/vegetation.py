@@ -27,13 +27,13 @@ COARSE = 32
 """Samples along a crown's shorter side at which the smooth boughs are computed; values between are interpolated."""
 
 RAGGED = 0.3
-"""Displacement of the outline by clumps of leaves: about the standard deviation of depth."""
+"""Displacement of the outline by clumps of leaves, about its standard deviation, in units of `Crown.depth`."""
 
 MOST = 1.7
 """Largest displacement in units of RAGGED."""
 
 LARGEST = 1024
-"""Side of the field of clumps, px, and so the largest crown."""
+"""Side of the random field of leaf clumps, px; no crown may be larger."""
 
 SHADED = 0.9
 """Weight of the shading of a crown's sides in the warmth of its leaves."""

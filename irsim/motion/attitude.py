@@ -22,7 +22,7 @@ STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity, m/s2 (CGPM 1901)."""
 
 AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-"""Body to camera vectors of a level body that flies away: x to z, y to x, z to y."""
+"""Rotation from body to camera vectors of a level body that flies away: x to z, y to x, z to y."""
 
 
 def euler(angles_deg: Floats) -> Floats:
@@ -62,12 +62,12 @@ class BoundPath:
     name: str
 
     def positions(self, frames: Floats) -> Floats:
-        """Return (n, 3) m, first camera frame, at frame numbers (n,)."""
+        """Return positions (n, 3), m in the first camera frame, at frame numbers (n,)."""
         return self.path.positions(frames, self.context, self.name)
 
     @property
     def axes(self) -> Floats:
-        """Return (3, 3): the columns right, ahead (both level) and up, in the first camera frame."""
+        """Matrix (3, 3) with the columns right, ahead (both level) and up, in the first camera frame."""
         right, down = np.array([1.0, 0.0, 0.0]), self.context.geometry.down
         return np.stack([right, np.cross(right, down), -down], axis=-1)
 
@@ -100,8 +100,8 @@ def _weighted_sum(positions: Floats, weights: Floats) -> Floats:
 LEAST_LIFT = 0.25
 """Least lift of the rotors as a share of the weight, a choice: it keeps up and down defined on a path in free fall."""
 TURNING_M_S = 0.5
-"""Speed above which heading and pitch follow the velocity at the full rate, m/s. Below it the rate falls with the
-square of the speed, so a hovering body keeps its heading."""
+"""Speed above which heading and pitch follow the velocity at the full turn rate, m/s. Below it the turn rate falls with
+the square of the speed, so a hovering body keeps its heading."""
 STANDING_M_S = 0.01
 """Speed, m/s, below which a body in frame 0 is level and faces right of the camera."""
 
@@ -119,18 +119,20 @@ class Upright(Posture):
         return np.asarray(bound.axes @ _body_axes(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
-        """Return the up axes, unit vectors, from m/s and m/s²; each (n, 3) right, ahead, up."""
+        """Return the body's up axes, unit vectors, from velocity, m/s, and acceleration, m/s²; each (n, 3) right,
+        ahead, up."""
         return np.broadcast_to([0.0, 0.0, 1.0], velocity.shape)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rotorcraft(Upright):
-    """Rotorcraft: the thrust acts along the body's up axis, so up is parallel to a + g + d v_h.
+    """Rotorcraft, whose thrust acts along the body's up axis.
 
-    The sum balances acceleration, weight and the drag of the horizontal speed. The body is level in hover and in a
-    steady climb, pitches down by atan(d v / g) at a steady speed, pitches up while braking, and banks by
-    atan(v omega / g) in a turn. Rotor drag is proportional to speed (Faessler, Franchi, Scaramuzza, IEEE RA-L 3(2),
-    2018) and is set by the tilt at one speed: d = g tan(tilt) / speed.
+    Up is parallel to the thrust per mass, a + g + d v_h, which causes the acceleration a and balances gravity (g
+    upwards) and the drag of the horizontal velocity v_h. The body is level in hover and in a steady climb, pitches down
+    by atan(d v / g) at a steady speed, pitches up while braking, and banks by atan(v omega / g) in a turn. Rotor drag
+    is proportional to speed (Faessler, Franchi, Scaramuzza, IEEE RA-L 3(2), 2018) and is set by the tilt at one speed:
+    d = g tan(tilt) / speed.
     """
 
     speed_m_s: float
@@ -163,9 +165,9 @@ class Pitched(Upright):
     steepest_deg: float
     """Largest pitch up or down, degrees."""
     levels: bool = False
-    """True if the pitch decreases again for paths steeper than that, to level for a vertical path."""
+    """True if the pitch decreases again for paths steeper than `steepest_deg`, to level for a vertical path."""
     bank_deg: float = 0.0
-    """Largest bank, degrees. The bank is that of coordinated flight: tan(bank) = lateral acceleration / g."""
+    """Largest bank, degrees. The bank follows from coordinated flight: tan(bank) = lateral acceleration / g."""
 
     def bodies(self, bound: BoundPath, frames: Floats) -> Floats:
         whole, at_whole, _, acceleration = _sampled(bound, frames)
@@ -224,7 +226,8 @@ def _rate_limited(angles: Floats, speed: Floats, limit: float, at_rest: float) -
 
 
 def _body_axes(up: Floats, heading: Floats) -> Floats:
-    """Return rotations (n, 3, 3) from body to (right, ahead, up), for up axes (n, 3), none level, at yaw (n,) rad."""
+    """Return rotations (n, 3, 3) from body to (right, ahead, up), for up axes (n, 3), none of them level, and yaw (n,),
+    rad."""
     ahead = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
     sink = np.sum(up[:, :2] * ahead, axis=1, keepdims=True)
     nose = np.concatenate([ahead * up[:, 2:], -sink], axis=1)
@@ -277,13 +280,13 @@ ARROW, AEROPLANE, UPRIGHT = Arrow(), Arrow(banks=True), Upright()
 MULTIROTOR = Rotorcraft(speed_m_s=20.0, tilt_deg=35.0, steepest_deg=35.0, turn_deg_s=200.0)
 """DJI Mavic 2, data sheet: at most 72 km/h, 35 degrees of tilt and 200 degrees a second, in its sport mode."""
 HELICOPTER = Rotorcraft(speed_m_s=70.0, tilt_deg=5.0, steepest_deg=60.0, turn_deg_s=60.0)
-"""A choice: drag of a twelfth of the weight at a cruise of 136 knots; more than 60 degrees is aerobatics (14 CFR
-91.307)."""
+"""A choice: drag of a twelfth of the weight at a cruise of 136 knots; tilting by more than 60 degrees is aerobatics (14
+CFR 91.307)."""
 BIRD = Pitched(steepest_deg=60.0, bank_deg=60.0, turn_deg_s=180.0)
 """Choices: a bird that turns at a bank of 60 degrees carries twice its weight."""
 VEHICLE = Pitched(steepest_deg=31.0, levels=True, turn_deg_s=60.0)
-"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet). The rate is a choice. Steeper paths do not follow
-the ground, such as one up the picture at a constant range."""
+"""Tanks climb gradients of 60 %, 31 degrees (Leopard 2, data sheet). The turn rate is a choice. Steeper paths, such as
+one up the picture at a constant range, do not follow the ground."""
 
 PostureName = Literal["arrow", "aeroplane", "bird", "multirotor", "helicopter", "vehicle", "upright"]
 POSTURES: dict[PostureName, Posture] = {

@@ -40,7 +40,7 @@ class Dynamics:
 
 
 def constant_velocity(axes: tuple[str, ...], step: float = 1.0) -> Dynamics:
-    """Return motion at constant velocity without noise; state: each axis and its rate `v<axis>`, per `step`."""
+    """Return motion at constant velocity without noise over a time `step`; state: each axis and its rate, `v<axis>`."""
     state = tuple(name for axis in axes for name in (axis, f"v{axis}"))
     transition = np.kron(np.eye(len(axes)), np.array([[1.0, step], [0.0, 1.0]]))
     return Dynamics.single(state, transition, np.zeros_like(transition))
@@ -80,7 +80,7 @@ class Path(Kind):
         return {}
 
     def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
-        """Return the reason if the path is infeasible at one of the frame numbers (n,), else None."""
+        """Return the reason why the path is infeasible at one of the frame numbers (n,); None if it is feasible."""
         return None
 
     def dynamics(self, context: SceneContext) -> Dynamics | None:
@@ -92,8 +92,8 @@ class MetrePath(Path):
     """Path in space, in metres."""
 
     axes: Literal["camera", "world"] = "camera"
-    """camera: triples are [right, down, ahead] of the camera at its first pointing; world: [east, north, up] from the
-    camera, where north is level ahead at the first pointing."""
+    """`camera`: vectors are [right, down, ahead] of the camera at its first pointing; `world`: they are [east, north,
+    up] from the camera, where north is level ahead at the first pointing."""
 
     @property
     def axis_names(self) -> tuple[str, ...]:
@@ -118,9 +118,10 @@ def world_to_first(vectors: Floats, context: SceneContext) -> Floats:
 
 
 class PixelPath(Path):
-    """Path in pixels of the unmoved camera, that is in directions, with a range that changes at a constant rate.
+    """Path in pixels of the unmoved camera, which are directions, with a range that changes at a constant rate.
 
-    A target at a negative range is behind the camera.
+    The unmoved camera is the camera at its first position and pointing, with a zoom of 1. A target at a negative range
+    is behind it.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"ground_m": ("range_m", "closing_m_s")}
@@ -131,7 +132,7 @@ class PixelPath(Path):
     """Closing speed along the line of sight, m/s."""
     ground_m: Height | None = None
     """Height of the camera above level ground on which the target moves, m. The range then follows from the direction,
-    and range_m and closing_m_s are ignored. Default: the range is given."""
+    and `range_m` and `closing_m_s` are ignored. Default: `range_m` and `closing_m_s` give the range."""
 
     @property
     def level_m(self) -> float | None:
@@ -183,17 +184,18 @@ def unit(heading_deg: float) -> Floats:
 
 
 class CameraMotion(NamedKind):
-    """Rotation or translation of the camera, or change of its focal length; those of a list add up.
+    """Rotation or translation of the camera, or change of its focal length; several motions are combined by
+    `CameraTrajectory.of`.
 
     Every method takes frame numbers (n,), fractional or not.
     """
 
     def turns(self, frames: Floats, context: SceneContext) -> Floats:
-        """Return (n, 3) rad: azimuth (right), elevation (up), roll (clockwise)."""
+        """Return rotations (n, 3), rad: azimuth (right), elevation (up), roll (clockwise)."""
         return np.zeros((len(frames), 3))
 
     def shifts(self, frames: Floats, context: SceneContext) -> Floats:
-        """Return the displacement of the camera from its first place, (n, 3) m, first camera frame."""
+        """Return the displacement of the camera from its first position, (n, 3) m, first camera frame."""
         return np.zeros((len(frames), 3))
 
     def zooms(self, frames: Floats, context: SceneContext) -> Floats:
@@ -239,5 +241,5 @@ def offsets_along_heading(
 
 
 def frames_of(seconds: float, context: SceneContext) -> float:
-    """Return a duration in frames, at least 1: random draws and turn rates are constant within a frame."""
+    """Return a duration in frames, at least 1, as random draws and turn rates are constant within a frame."""
     return max(seconds * context.rate_hz, 1.0)

@@ -33,14 +33,14 @@ class Pan(CameraMotion):
 
 
 _BLOCK = 1024
-"""Frames evaluated together, which bounds the memory."""
+"""Number of frames evaluated together, which bounds the memory."""
 
 
 def sinusoids(rms_px: float, angular: Floats, phases: Floats, frames: Floats, context: SceneContext) -> Floats:
-    """Return (n, 3) rad at frame numbers (n,): azimuth and elevation of that rms at zoom 1, no roll.
+    """Return rotations (n, 3), rad, at frame numbers (n,): azimuth and elevation of `rms_px` at zoom 1, and no roll.
 
-    A sum of sinusoids of equal power with angular frequencies (2, waves), rad/s, and phases (2, waves), rad. The
-    density of the frequencies is the spectrum: M. Shinozuka and C.-M. Jan, J. Sound Vib. 25, 111 (1972).
+    Each is a sum of sinusoids of equal power, with angular frequencies (2, waves), rad/s, and phases (2, waves), rad.
+    The density of the frequencies is the spectrum: M. Shinozuka and C.-M. Jan, J. Sound Vib. 25, 111 (1972).
     """
     seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / context.rate_hz
     amplitude = rms_px * context.geometry.ifov_rad * np.sqrt(2 / angular.shape[-1])
@@ -125,7 +125,7 @@ class Shake(CameraMotion):
         return sinusoids(self.rms_px, 2 * np.pi * hertz, phases, frames, context)
 
     def _frequencies(self, shares: Floats) -> Floats:
-        """Return the frequencies, Hz, below which `shares` 0..1 of the power lie."""
+        """Return the frequencies, Hz, below which the given shares, 0..1, of the power lie."""
         hertz, density = np.array(self.spectrum).T
         width = np.diff(hertz)
         power = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2 * width))
@@ -142,7 +142,7 @@ Knot = Annotated[tuple[NotNegative, Annotated[float, Field(ge=1, le=50)]], Field
 
 class Zoom(CameraMotion):
     """Focal length that changes with time: the IFOV is `ifov_mrad` over the factor. The logarithm of the factor is
-    linear between the given frames, and constant before and after them."""
+    linear between the frames of `factors`, and constant before and after them."""
 
     factors: Annotated[Several[Knot], Field(min_length=1)] = ((0.0, 1.0),)
     """List of [frame, factor]; factors are at least 1, so `ifov_mrad` is the widest view."""
@@ -161,8 +161,8 @@ class Zoom(CameraMotion):
 class Platform(CameraMotion):
     """Translation of the camera from frame 0 on, at constant velocity or along a path.
 
-    Objects show parallax by their range; the clear sky and ground without a height are infinitely far and stay. The
-    translation does not rotate the camera.
+    Objects show parallax by their range; the clear sky and ground without a height are infinitely far, so they stay at
+    rest. The translation does not rotate the camera.
     """
 
     switches: ClassVar[Switches] = {"sway": ("sway_m", (0.0, 0.0, 0.0))}
@@ -172,7 +172,7 @@ class Platform(CameraMotion):
     path: Annotated[MetrePath, METRE_PATHS] | None = None
     """Path in metres (`waypoints_m`, `turns_m`, ...) whose displacement since frame 0 is added. Default: none."""
     sway_m: Triple = (0.0, 0.0, 0.0)
-    """Amplitude of a periodic displacement, [east, north, up], m, such as of a rolling ship or a drone in gusts."""
+    """Amplitude of a periodic displacement, [east, north, up], m, as of a rolling ship or a drone in gusts."""
     sway_period_s: Positive = 5.0
     """Period of the sway, s."""
 
@@ -189,8 +189,8 @@ class Platform(CameraMotion):
 class Tracks(CameraMotion):
     """Rotation that keeps a target at a fixed pixel, with a delay; other motions are added.
 
-    The camera points to the position of the target `lag_s` ago, so a target at a constant angular rate leads its pixel
-    by rate times lag.
+    The camera points to the position of the target `lag_s` ago, so a target that moves at a constant angular rate is
+    ahead of its pixel by this rate times `lag_s`.
     """
 
     target: Name

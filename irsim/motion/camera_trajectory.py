@@ -19,8 +19,8 @@ class CameraTrajectory:
     """Pose of the camera at n frames.
 
     turns   (n, 3) rad: azimuth (right), elevation (up), roll (clockwise) from the first pointing
-    places  (n, 3) m, first camera frame: displacement from the first place
-    zooms   (n,) focal length over that of frame 0
+    places  (n, 3) m, first camera frame: displacement from the first position
+    zooms   (n,) focal length over the focal length at zoom 1
     """
 
     geometry: Geometry
@@ -55,14 +55,14 @@ class CameraTrajectory:
 
 
 def camera_positions(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
-    """Return the places of the camera, (n, 3) m, first camera frame, at frame numbers (n,)."""
+    """Return the positions of the camera, (n, 3) m, first camera frame, at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     ways = [motion.shifts(frames, context) for motion in motions]
     return np.asarray(np.sum([np.zeros((len(frames), 3)), *ways], axis=0))
 
 
 def zooms(motions: Sequence[CameraMotion], frames: Floats, context: SceneContext) -> Floats:
-    """Return the focal length over that of frame 0, (n,), at frame numbers (n,)."""
+    """Return the focal length over the focal length at zoom 1, (n,), at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
     return np.asarray(np.prod([np.ones(len(frames)), *(motion.zooms(frames, context) for motion in motions)], axis=0))
 

@@ -19,7 +19,7 @@ Legs = Several[Leg]
 
 
 def check_legs(legs: Sequence[tuple[float, float, float]]) -> None:
-    """Check that legs [from, to, rate] follow each other from frame 0 on; PydanticCustomError at `turns`."""
+    """Raise PydanticCustomError at the key `turns` unless legs [from, to, rate] follow each other from frame 0 on."""
     ends = [end for leg in legs for end in leg[:2]]
     for index, (first, last, _) in enumerate(legs):
         if first < 0 or last <= first:
@@ -34,10 +34,10 @@ def check_legs(legs: Sequence[tuple[float, float, float]]) -> None:
 
 
 def arcs(frames: Floats, legs: Sequence[tuple[float, float, float]], speed: float) -> Floats:
-    """Return the displacement since frame 0, (n, 2), of a motion along the first axis at frame 0.
+    """Return the displacement since frame 0, (n, 2), of a motion in arcs that begins along the first axis.
 
     legs   (from, to, rad per frame) in order, turning the first axis towards the second; straight elsewhere
-    speed  length per frame
+    speed  distance per frame
     """
     frames = np.asarray(frames, dtype=np.float64)
     knots = np.array([0.0, *(end for leg in legs for end in leg[:2])])
@@ -118,7 +118,7 @@ class Spline:
         return np.asarray(np.linalg.norm(self.slope(nodes), axis=-1) @ _WEIGHTS * half)
 
     def _lengths(self) -> tuple[Floats, Floats]:
-        """Return parameters that divide each span, and the arc length up to each."""
+        """Return parameters that divide each span between knots, and the arc length up to each of them."""
         steps = np.diff(self.knots)[:, None] * np.arange(_PIECES) / _PIECES
         starts = np.append((self.knots[:-1, None] + steps).ravel(), self.knots[-1])
         return starts, np.append(0.0, np.cumsum(self._length(starts[:-1], starts[1:])))

@@ -1,4 +1,5 @@
-"""Paths of random coordinated turns: rates that ease (manoeuvre), and rates that jump (a Markov chain)."""
+"""Paths of random coordinated turns: turn rates that change smoothly (manoeuvre), and turn rates that jump (Markov
+chain)."""
 
 from __future__ import annotations
 
@@ -31,23 +32,23 @@ from irsim.types import Floats
 _BAND = 0.35
 """Width of the band along the edges in which steering begins, as a share of the shorter side."""
 _STEER = 2.5
-"""Largest steering rate over that of a half-circle that fits the band. Steering begins softly and lags: with 2.5 the
-path stayed in its box in 75 runs of 600 frames at 1 to 6 px per frame."""
+"""Largest turn rate of steering over the turn rate in a half-circle that fits the band. Steering begins softly and
+lags: with 2.5 the path stayed in its box in 75 runs of 600 frames at 1 to 6 px per frame."""
 
 Frames = Annotated[float, Field(ge=1, le=LARGEST)]
 Edges = Annotated[tuple[Number, Number, Number, Number], Field(strict=False)]
-"""(least of the first axis, least of the second, most of the first, most of the second)."""
+"""Edges of a box: (least of the first axis, least of the second, most of the first, most of the second)."""
 
 
 @dataclass(frozen=True)
 class RandomTurns:
-    """Coordinated turns at constant speed, in any unit of length; angles from the first axis to the second.
+    """Coordinated turns at constant speed, in any unit of length; angles run from the first axis to the second.
 
     start     position at frame 0
-    speed     length per frame
+    speed     distance per frame
     heading   rad at frame 0
     sharpest  largest random turn rate, rad per frame; rates are uniform in ± sharpest
-    hold      mean length of a turn, frames
+    hold      mean duration of a turn, frames
     ease      time constant with which the turn rate follows, frames, at least 1
     box       region into which the path steers back, faster than `sharpest` if necessary; None: no steering
     """
@@ -93,9 +94,9 @@ class RandomTurns:
 
 @lru_cache(maxsize=4)
 def _states(turns: RandomTurns, count: int, seed: int, name: str) -> Floats:
-    """Return (count, 4) at frames 0...: two coordinates, heading (rad), turn rate until the next (rad per frame).
+    """Return (count, 4) at frames 0...: two coordinates, heading (rad), turn rate until the next frame (rad).
 
-    Cached, as positions, attitudes and lint use the same states.
+    The states are cached, as positions, attitudes and lint all use them.
     """
     draws = stream(seed, name, "path").random((count, 2)).tolist()
     x, y = turns.start
@@ -117,7 +118,7 @@ def _states(turns: RandomTurns, count: int, seed: int, name: str) -> Floats:
 
 
 def _check_box(box: tuple[float, float, float, float] | None, key: str, names: str) -> None:
-    """Check that a box is not empty; PydanticCustomError at `key`."""
+    """Raise PydanticCustomError at `key` if a box is empty."""
     if box is not None and (box[0] >= box[2] or box[1] >= box[3]):
         raise path_error("the box is empty; allowed: {names} that rise", key, names=names)
 
@@ -125,16 +126,17 @@ def _check_box(box: tuple[float, float, float, float] | None, key: str, names: s
 class Manoeuvre(HeadedPixelPath):
     """Coordinated turns at constant speed, with turn rates drawn at random times and approached smoothly.
 
-    Near the edge of `keep_in_px` the path steers back, faster than `turn_deg` if necessary. The limit of 1 rad per
-    frame is too low for a box that is crossed in a few frames. With `turn_deg: 0` the path is straight until it steers.
+    Near the edge of `keep_in_px` the path steers back, faster than `turn_deg` if necessary. The turn rate of steering
+    is limited to 1 rad per frame, which is too low for a box that is crossed in a few frames. With `turn_deg: 0` the
+    path is straight until it steers.
     """
 
     turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
     """Largest random turn rate, degrees per frame; rates are uniform in ± turn_deg."""
     hold_frames: Frames = 30.0
-    """Mean length of one turn, frames."""
+    """Mean duration of a turn, frames."""
     ease_frames: Frames = 5.0
-    """Time constant of the turn rate, frames."""
+    """Time constant with which the turn rate approaches the drawn one, frames."""
     keep_in_px: Edges | None = None
     """[left, top, right, bottom] of the region of the path, px. Default: the frame less a tenth on each side."""
 
@@ -168,15 +170,15 @@ class ManoeuvreM(HeadedPath):
     speed_m_s: Annotated[Positive, TOP_SPEED] = 200.0
     """Ground speed, m/s."""
     turn_g: NotNegative = 3.0
-    """Lateral acceleration of the sharpest random turn, in g. Turn rates are uniform in ± turn_g g / speed."""
+    """Lateral acceleration of the sharpest random turn, in g. Turn rates are uniform in ± `turn_g` g / speed."""
     hold_s: Positive = 3.0
-    """Mean length of one turn, s; at least one frame."""
+    """Mean duration of a turn, s; at least one frame."""
     ease_s: NotNegative = 0.5
-    """Time constant of the turn rate, s; at least one frame."""
+    """Time constant with which the turn rate approaches the drawn one, s; at least one frame."""
     keep_in_m: Edges | None = None
     """[west, south, east, north] of the region of the path, m from the first camera position; east is right of it,
-    north level ahead. Near the edge the acceleration exceeds turn_g if necessary, up to 1.5 speed_m_s^2 / shorter side
-    in g: 15 g at 200 m/s in 4 km. Default: no limits."""
+    north level ahead. Near the edge the acceleration exceeds `turn_g` if necessary, up to 1.5 times the squared speed
+    over the shorter side: 15 g at 200 m/s in 4 km. Default: no limits."""
 
     @model_validator(mode="after")
     def _box_is_open(self) -> ManoeuvreM:
@@ -204,7 +206,8 @@ TurnRate = Annotated[float, Field(ge=-90, le=90)]
 
 
 def coordinated_turn(rate: float, step: float = 1.0) -> Floats:
-    """Return F (4, 4) of (x, vx, y, vy) over a time step at `rate` rad per unit time, positive from x to y.
+    """Return the transition matrix (4, 4) of (x, vx, y, vy) over a time `step` at a turn `rate`, rad per unit time,
+    positive from x to y.
 
     Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, 11.7.1.
     """
@@ -219,7 +222,7 @@ class TurnRateChain:
     """Markov chain of turn rates that hold for whole frames.
 
     rates  (modes,) rad per frame, from the first axis to the second; the chain begins with the first
-    hold   mean length of a turn, frames; the next rate is drawn uniformly from the others
+    hold   mean duration of a turn, frames; the next rate is drawn uniformly from the others
     """
 
     rates: Floats
@@ -230,7 +233,8 @@ class TurnRateChain:
     ) -> Floats:
         """Return positions (n, 2) at frame numbers (n,), in any unit of length.
 
-        start: at frame 0;  speed: length per frame;  heading: rad at frame 0, from the first axis to the second
+        start: position at frame 0; speed: distance per frame; heading: rad at frame 0, from the first axis to the
+        second
         """
         frames = np.asarray(frames, dtype=np.float64)
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
@@ -267,7 +271,7 @@ class Jump(HeadedPixelPath):
     rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
     """Turn rates, degrees per frame, positive clockwise; the first holds at frame 0."""
     hold_frames: Frames = 30.0
-    """Mean length of a turn, frames; the next rate is drawn uniformly from the others."""
+    """Mean duration of a turn, frames; the next turn rate is drawn uniformly from the others."""
 
     @property
     def jumps(self) -> TurnRateChain:
@@ -285,13 +289,13 @@ class Jump(HeadedPixelPath):
 class JumpM(HeadedPath):
     """Level flight at constant speed, with a turn rate that jumps at random among a few values.
 
-    The lateral acceleration is speed_m_s times the turn rate in rad/s: 8 degrees a second at 200 m/s are 2.8 g.
+    The lateral acceleration is the speed times the turn rate in rad/s: 8 degrees a second at 200 m/s are 2.8 g.
     """
 
     rates_deg_s: Annotated[Several[Turning], Field(min_length=1)] = (0.0, 8.0, -8.0)
     """Turn rates, degrees a second, positive to the right; the first holds at frame 0."""
     hold_s: Positive = 3.0
-    """Mean length of a turn, s, at least one frame; the next rate is drawn uniformly from the others."""
+    """Mean duration of a turn, s, at least one frame; the next turn rate is drawn uniformly from the others."""
 
     def jumps(self, context: SceneContext) -> TurnRateChain:
         return TurnRateChain(np.radians(self.rates_deg_s) / context.rate_hz, frames_of(self.hold_s, context))

@@ -29,7 +29,7 @@ class RelativePath(Path):
         return {"target": self.target}
 
     def other(self, frames: Floats, context: SceneContext) -> Floats:
-        """Return the positions of the other target, (n, 3) m, first camera frame."""
+        """Return the positions of the other target at frame numbers (n,): (n, 3) m, first camera frame."""
         if context.objects is None:
             raise InputError(f"there is no target '{self.target}' to refer to; allowed: a target of the scenario")
         return context.objects.target_positions(self.target, np.asarray(frames, dtype=np.float64), context)
@@ -52,7 +52,7 @@ class Follow(RelativePath):
     offset_px: Pair = (0.0, 0.0)
     """Offset [right, down] from the other target, px of the unmoved camera."""
     farther_m: Number = 0.0
-    """Range beyond that of the other target, m; negative: nearer."""
+    """Range minus that of the other target, m; with a negative value this target is nearer."""
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         leader = self.other(np.asarray(frames, dtype=np.float64) - self.lag_frames, context)
@@ -70,7 +70,8 @@ class Thrown(RelativePath):
     velocity_m_s: Velocity = (0.0, 0.0, -20.0)
     """Velocity relative to the other target, [right, ahead, up] along its heading, m/s."""
     slow_s: Positive = 1.0
-    """Time constant of the drag, s: the velocity approaches g slow_s downwards as exp(-t / slow_s) (linear drag)."""
+    """Time constant of the drag, s. Drag is linear in the velocity, which approaches g times `slow_s` downwards; the
+    difference falls as exp(-t / slow_s)."""
 
     @property
     def begins(self) -> float:
@@ -101,30 +102,32 @@ class Crossing(RelativePath):
     """Straight line that meets another target's path at a given frame and angle."""
 
     at_frame: NotNegative
-    """Frame of the closest approach of the two positions."""
+    """Frame in which the two targets are closest."""
 
     @abstractmethod
     def separation_speed_px(self, context: SceneContext) -> float:
-        """Return the relative speed at that frame, px per frame at the other's range."""
+        """Return the speed relative to the other target at `at_frame`, px per frame at the other target's range."""
 
 
 class Crosses(Crossing):
     """Straight line in the picture that meets another target's path at a given frame and angle."""
 
     angle_deg: Angle = 90.0
-    """Angle from the direction of the other target, degrees, positive clockwise, in the picture of a fixed camera;
-    camera motion changes the angle. Another target at rest counts as moving right."""
+    """Angle from the other target's direction of motion to this target's, degrees, positive clockwise, in the picture
+    of a fixed camera; camera motion changes the angle. If the other target is at rest, its direction is taken as
+    right."""
     miss_px: Number = 0.0
-    """Miss distance at that frame, across the relative motion, px; positive: to the right of the other target, as seen
+    """Miss distance at `at_frame`, across the relative motion, px; positive: to the right of the other target, as seen
     along the relative motion."""
     speed: PixelSpeed = 2.0
     """Speed, px per frame."""
     farther_m: Number = 0.0
-    """Range beyond that of the other target at that frame, m; negative: nearer, so this target occludes the other."""
+    """Range minus that of the other target at `at_frame`, m; with a negative value this target is nearer and occludes
+    the other."""
 
     def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, float]:
-        """Return at that frame the other's position (2,) px, both velocities (2,) px per frame, the other's first, and
-        the other's range, m."""
+        """Return the other target's position (2,) px at `at_frame`, its velocity and this target's, (2,) px per frame,
+        and the other target's range, m."""
         around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
         before, here, after = context.geometry.project(around)
         step = after - before
@@ -155,22 +158,23 @@ class CrossesM(Crossing):
     """
 
     angle_deg: Angle = 90.0
-    """Angle in space between the two directions, degrees, positive to the right of the other's. A target at rest counts
-    as moving right in the picture."""
+    """Angle in space from the other target's direction of motion to this target's, degrees, positive to the right. If
+    the other target is at rest, its direction is taken as right in the picture."""
     tilt_deg: Degrees = 0.0
-    """Rotation of the plane of the two directions about the other's, degrees: 0 level to the right, 90 upwards. For a
-    target across the line of sight, 0 is towards the camera or away, 90 across the picture."""
+    """Rotation of the plane of the two directions about the other target's direction, degrees: 0 level to the right, 90
+    upwards. If the other target moves across the line of sight, this target comes from or goes to the camera at 0, and
+    moves across the picture at 90."""
     miss_m: NotNegative = 0.0
-    """Miss distance at that frame, across the relative motion, m."""
+    """Miss distance at `at_frame`, across the relative motion, m."""
     miss_deg: Degrees = 0.0
     """Side of the miss as seen along the relative motion, degrees: 0 right and 180 left in the plane of the two
-    directions (before or behind the other); 90 perpendicular to that plane (above, if the plane is level)."""
+    directions (before or behind the other target); 90 perpendicular to the plane (above, if the plane is level)."""
     speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
     """Speed, m/s."""
 
     def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return at that frame the other's position (3,) m, both velocities (3,) m/s, the other's first, and the unit
-        normal (3,) of their plane, first camera frame."""
+        """Return the other target's position (3,) m at `at_frame`, its velocity and this target's, (3,) m/s, and the
+        unit vector (3,) normal to the plane of both, first camera frame."""
         before, here, after = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
         velocity = (after - before) * context.rate_hz
         course, speed = level_heading(velocity, context), np.linalg.norm(velocity)

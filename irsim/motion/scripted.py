@@ -72,7 +72,7 @@ class StraightM(MetrePath):
 
 
 class Turns(HeadedPixelPath):
-    """Constant speed in the picture, turning at given rates over given frames and straight between."""
+    """Motion at constant speed in the picture: turns at given rates between given frames, straight lines elsewhere."""
 
     turns: Legs = ()
     """List of [from frame, to frame, degrees per frame]; positive turns clockwise."""
@@ -90,7 +90,7 @@ class Turns(HeadedPixelPath):
 
 
 class TurnsM(HeadedPath):
-    """Level flight at constant speed in space, turning at given rates over given frames and straight between."""
+    """Level flight at constant speed: turns at given rates between given frames, straight lines elsewhere."""
 
     turns: Legs = ()
     """List of [from frame, to frame, degrees a second]; positive turns right."""
@@ -107,7 +107,7 @@ class TurnsM(HeadedPath):
 
 
 def swing(times: Floats, period: float, phase_deg: float) -> Floats:
-    """Return a unit sine minus its value at time 0; times and period in one unit."""
+    """Return a sine of amplitude 1 minus its value at time 0; times and period are in one unit."""
     phase = np.radians(phase_deg)
     return np.asarray(np.sin(2 * np.pi * times / period + phase) - np.sin(phase))
 
@@ -146,8 +146,8 @@ class WeaveM(HeadedPath):
     phase_deg: Degrees = 0.0
     """Phase at frame 0, degrees; the path starts at `start_m` for any phase."""
     tilt_deg: Degrees = 0.0
-    """Rotation of the plane of the weave about the line, degrees: 0 level, first to the right; 90 vertical, first
-    up."""
+    """Rotation of the plane of the weave about the line, degrees: 0 level, with the first swing to the right; 90
+    vertical, with the first swing up."""
 
     def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         seconds = np.asarray(frames, dtype=np.float64) / context.rate_hz
@@ -161,7 +161,7 @@ class WeaveM(HeadedPath):
 def _check_waypoints(
     points: tuple[tuple[float, ...], ...], frames: tuple[float, ...] | None, speed: float | None
 ) -> None:
-    """Check frames and speed of waypoints; PydanticCustomError at the wrong key."""
+    """Raise PydanticCustomError at the wrong key unless waypoints have frames or a speed that fit them."""
     if frames is None and speed is None:
         raise path_error("neither 'frames' nor a speed is given; allowed: one of them")
     if frames is not None and speed is not None:
@@ -176,7 +176,8 @@ def _check_waypoints(
 
 
 def _along(points: tuple[tuple[float, ...], ...], at: tuple[float, ...] | None, speed: float, frames: Floats) -> Floats:
-    """Return positions (n, d) at frame numbers (n,): `points` at frames `at`, or `speed` units per frame."""
+    """Return positions (n, d) at frame numbers (n,) on a spline through `points`: at frames `at`, or at `speed` per
+    frame."""
     places = np.array(points)
     frames = np.asarray(frames, dtype=np.float64)
     if at is not None:
@@ -228,7 +229,7 @@ Steepness = Annotated[float, Field(gt=0, le=90)]
 
 
 def _check_dive(at_frame: float, pull_out_frame: float | None) -> None:
-    """Check that the pull-out follows the dive; PydanticCustomError at `pull_out_frame`."""
+    """Raise PydanticCustomError at `pull_out_frame` unless the pull-out follows the dive."""
     if pull_out_frame is not None and pull_out_frame <= at_frame:
         message = "the pull-out comes before the dive; allowed: a frame after at_frame {first}"
         raise path_error(message, "pull_out_frame", first=at_frame)
@@ -239,7 +240,7 @@ def _dive(
 ) -> Floats:
     """Return the displacement ahead and down since frame 0, (n, 2), at frame numbers (n,).
 
-    speed: length per frame;  rate: pitch rate, rad per frame
+    speed: distance per frame; rate: pitch rate, rad per frame
     """
     duration = math.radians(angle_deg) / rate
     end = at_frame + duration
@@ -264,7 +265,7 @@ class Dive(MetrePath):
     angle_deg: Steepness = 30.0
     """Dive angle, degrees below level."""
     pull_g: Positive = 3.0
-    """Normal acceleration on the arcs, in g; their radius is v^2 / (pull g)."""
+    """Acceleration across the path on the arcs, in g; the radius of the arcs is v^2 / (`pull_g` g)."""
     pull_out_frame: NotNegative | None = None
     """Frame at which the pull-out to level begins. Default: no pull-out."""
 
@@ -296,7 +297,7 @@ class DivePx(HeadedPixelPath):
     turn_deg: Annotated[float, Field(gt=0, le=90)] = 3.0
     """Turn rate on the arcs, degrees per frame."""
     pull_out_frame: NotNegative | None = None
-    """Frame at which the pull-out to the first direction begins. Default: no pull-out."""
+    """Frame at which the target begins to turn back to its direction before the dive. Default: it does not."""
 
     @model_validator(mode="after")
     def _in_order(self) -> DivePx:

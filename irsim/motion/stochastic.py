@@ -18,7 +18,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def _response(times: Floats, correlation: float) -> Floats:
-    """Return (n, 3) position, speed, acceleration at `times` (n,) after a unit step of a decaying acceleration."""
+    """Return (n, 3) position, speed, acceleration at `times` (n,) of a body whose acceleration begins at 1 and
+    decays."""
     x = times / correlation
     # (x - 1 + e^-x) / x^2 cancels near 0; its series there is exact to 1e-16 at 1e-3.
     small = x < 1e-3
@@ -28,7 +29,8 @@ def _response(times: Floats, correlation: float) -> Floats:
 
 
 def singer(step: float, sigma: float, correlation: float) -> tuple[Floats, Floats]:
-    """Return F and Q, (3, 3) each, of (position, speed, acceleration) over `step`.
+    """Return the transition matrix F and the noise covariance Q, (3, 3) each, of (position, speed, acceleration) over a
+    time `step`.
 
     The acceleration is an Ornstein-Uhlenbeck process of standard deviation `sigma` and correlation
     time `correlation`. R. A. Singer, IEEE Trans. AES-6(4), 1970, eqs. 8 and 12. Q is integrated by Gauss's rule, as its
@@ -44,7 +46,8 @@ def singer(step: float, sigma: float, correlation: float) -> tuple[Floats, Float
 def _displacement(
     frames: Floats, context: SceneContext, name: str, step: float, sigma: float, correlation: float, axes: int
 ) -> Floats:
-    """Return the displacement (n, axes) from constant velocity, with a stationary acceleration at frame 0."""
+    """Return the displacement (n, axes) from motion at constant velocity; the acceleration is stationary from frame 0
+    on."""
     frames = np.asarray(frames, dtype=np.float64)
     whole = np.maximum(np.floor(frames), 0).astype(np.int64)
     count = int(whole.max(initial=0)) + 2
@@ -60,7 +63,8 @@ def _displacement(
 
 
 def _between(before: Floats, after: Floats, part: Floats, step: float) -> Floats:
-    """Return positions (n, axes) at fraction 0..1 between states, by the quintic through both states."""
+    """Return positions (n, axes) at fractions `part`, 0..1, of a step, on the quintic through the states at both
+    ends."""
     s = part[:, None]
     p0, v0, a0 = np.moveaxis(before, -1, 0) * np.array([1.0, step, step**2])[:, None, None]
     p1, v1, a1 = np.moveaxis(after, -1, 0) * np.array([1.0, step, step**2])[:, None, None]
@@ -123,7 +127,7 @@ Share = Annotated[float, Field(ge=0, le=0.9)]
 class StopAndGoProfile:
     """Speed profile of stop-and-go motion, in any unit of length.
 
-    speed  while moving, length per frame
+    speed  while moving, distance per frame
     go     duration of a movement, frames, with acceleration and braking; the first begins at full speed
     stop   duration of a stop, frames
     ease   duration of acceleration and of braking, frames; at most half a movement
@@ -184,7 +188,7 @@ class StopAndGo(HeadedPixelPath):
 
 
 class StopAndGoM(HeadedPath):
-    """Straight line in space with alternating movement and stops; speed and climb are those while moving."""
+    """Straight line in space with alternating movement and stops; speed and climb rate hold while the target moves."""
 
     speed_m_s: Annotated[NotNegative, TOP_SPEED] = 10.0
     """Ground speed while moving, m/s."""

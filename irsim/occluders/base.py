@@ -1,4 +1,4 @@
-"""Base classes of occluders: placement keys, intent, and drawing of flat facets."""
+"""Base classes of occluders: keys of position and size, placement by a target to hide, drawing of flat facets."""
 
 from __future__ import annotations
 
@@ -29,28 +29,30 @@ Size = Annotated[tuple[Positive, Positive], Field(strict=False)]
 
 
 class Occluder(NamedKind):
-    """An object between the camera and the targets behind it; fixed in space, except smoke, which drifts.
+    """An object that hides the targets behind it; it is fixed in space, except smoke, which drifts.
 
-    Its keys give either a place or an intent: a target to hide and the frames. `irsim.scenario.placement` turns an
-    intent into a place.
+    The keys give either position and size (`placement_keys`), or a target to hide (`hides`) and the frames in which to
+    hide it (`frames`), from which `irsim.scenario.placement` computes position and size. The unmoved camera is the
+    camera at its first position and pointing, with a zoom of 1.
     """
 
     placement_keys: ClassVar[tuple[str, ...]] = ()
-    """Keys that define the place."""
+    """Keys of position and size."""
     translucent: ClassVar[bool] = False
-    """True if a smaller fraction is hidden by a lower density; False: by a smaller size."""
+    """True if placement by `hides` lowers the opacity for a `fraction` below 1; False if it lowers the size."""
     slender: ClassVar[bool] = False
-    """True if a large width is implausible: `irsim check` warns if a moving camera requires it."""
+    """True for a kind that is narrow in nature, such as a pole."""
 
     range_m: Range
     """Distance from the first camera position, m; the occluder hides farther objects."""
     hides: Name | None = None
-    """Id of the target to hide; it replaces the keys of the place. Default: none."""
+    """Id of the target to hide; position and size of the occluder then follow from the path of the target. Default:
+    none."""
     frames: Stretch | None = None
-    """[first, last] frame, inclusive, in which the target is hidden; required with `hides`."""
+    """[first, last] frame, inclusive, between which the target is hidden; required with `hides`."""
     fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Least hidden fraction, in those frames, of the part of the target inside the picture; accurate to 0.001. An
-    excess of 0.2 raises a warning."""
+    """Share of the target that the occluder hides, at least, in each of `frames`; parts of the target outside the
+    picture do not count. Accurate to 0.001; if 0.2 more is hidden, a warning is given."""
 
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:
@@ -75,41 +77,43 @@ class Occluder(NamedKind):
     def draw(self, pose: CameraPose) -> Sprite | None:
         """Return the sprite for a camera pose; None if the occluder is out of view.
 
-        The `range_m` of the sprite is the distance of its middle from the camera (`CameraPose.distance_m`).
+        The `range_m` of the sprite is the distance from the camera to the middle of the occluder
+        (`CameraPose.distance_m`).
         """
 
     def extent(self, context: SceneContext) -> Box | None:
-        """Return the bounding box over all frames, px of the first camera; None if unknown."""
+        """Return the bounding box over all frames, px of the unmoved camera; None if unknown."""
         return None
 
     def covering(self, window: Box, density: float, context: SceneContext) -> Self:
-        """Return a copy placed to cover `window`, px of the first camera, without intent.
+        """Return a copy without `hides` whose position and size make it cover `window`, px of the unmoved camera.
 
-        density  opacity 0..1 of a `translucent` kind
-        Raises ValueError if this kind cannot be placed by intent.
+        density  opacity 0..1 of a `translucent` kind; other kinds ignore it
+        Raises ValueError if this kind cannot be placed by `hides`.
         """
         raise ValueError(f"a {self.kind} cannot be placed by 'hides'; allowed: its place")
 
     def standing_at(self, y: float) -> Self:
-        """Return a copy whose foot is no lower than `y` px of the first camera, if its shape permits."""
+        """Return a copy whose foot lies no lower than row `y`, px of the unmoved camera, if its shape permits."""
         return self
 
     def shortfall(self, placed: Occluder) -> tuple[str, str] | None:
-        """Return (key, reason) of a value that the placement by intent does not meet; None if it meets all."""
+        """Return (key, reason) for a key whose value the copy `placed` by `hides` could not keep; None if it kept
+        all."""
         return None
 
     def placed(self, **place: object) -> Self:
-        """Return a copy with a place and without intent."""
+        """Return a copy with the given position and size, and without `hides` and `frames`."""
         return self.model_copy(update={"hides": None, "frames": None, **place})
 
 
 def misplaced(key: str, reason: str) -> PydanticCustomError:
-    """Return the error for a key of the place."""
+    """Return the validation error for a key, with its reason."""
     return PydanticCustomError("place", "{reason}", {"reason": reason, "at": (key,)})
 
 
 def required(value: T | None) -> T:
-    """Return the value of a placement key. Raises ValueError if it is unset, as before placement by intent."""
+    """Return the value of a placement key. Raises ValueError if it is None, as it is until `hides` is resolved."""
     if value is None:
         raise ValueError("the occluder has no place yet: irsim.scenario.placement finds it")
     return value
@@ -123,7 +127,7 @@ def bounding_box(points: Floats) -> Box:
 def cached_by_pose(
     draw: Callable[[AnyOccluder, CameraPose], Sprite | None],
 ) -> Callable[[AnyOccluder, CameraPose], Sprite | None]:
-    """Decorate a time-independent drawing function: the sprites of a static camera are reused."""
+    """Return a drawing function that reuses its last sprites for a camera at rest; they must not depend on time."""
 
     @lru_cache(maxsize=32)
     def drawn(
@@ -137,7 +141,7 @@ def cached_by_pose(
 
 
 Facet = tuple[Floats, float]
-"""A convex polygon (n, 2), px of the first camera, and its temperature, K."""
+"""A convex polygon (n, 2), px of the unmoved camera, and its temperature, K."""
 
 
 class Opaque(Occluder):
@@ -150,7 +154,7 @@ class Opaque(Occluder):
 
     @abstractmethod
     def facets(self, context: SceneContext) -> Sequence[Facet]:
-        """Return the facets, the nearest first, in px of the first camera."""
+        """Return the facets, the nearest first, in px of the unmoved camera."""
 
     def extent(self, context: SceneContext) -> Box | None:
         return bounding_box(np.concatenate([points for points, _ in self.facets(context)]))

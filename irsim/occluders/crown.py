@@ -1,4 +1,4 @@
-"""The crown of an occluding tree: a normalised leaf mask, its largest gapless window, and its light.
+"""The crown of an occluding tree: masks of leaves and wood, the largest window without gaps, and radiance.
 
 Numbers without a source were chosen by eye.
 """
@@ -21,19 +21,20 @@ from irsim.types import Bools, Floats, arrays_frozen
 CELLS = 512
 """Cells along the longer side of a crown's texture."""
 PROPORTIONS = 4
-"""Number of textures per factor of two in height to width; they are stretched to proportions in between."""
+"""Number of textures per factor of two in the ratio of height to width. The nearest one is stretched to ratios in
+between."""
 SLIMMEST = 3.0
-"""Largest log2 of height to width for which textures exist; slimmer crowns are stretched."""
+"""Largest log2 of the ratio of height to width for which textures exist; for slimmer crowns they are stretched."""
 CORE = 0.6
 """Extent of the gapless elliptic core, as a share of the crown's width and height."""
 FADING = 0.2
-"""Width of the transition around the core, as a share of the crown's width and height."""
+"""Width of the transition from the core to leaves with gaps, as a share of the crown's width and height."""
 CENTRE = np.array([0.0, -0.5])
-"""Middle of the crown relative to its foot, in crown widths and heights."""
+"""Middle (x, y) of the crown relative to its foot, in widths and heights of the crown."""
 RIM = 1
-"""Gapless margin around a covered window, cells: drawing interpolates between cells."""
+"""Margin without gaps around a covered window, cells; drawing interpolates between cells."""
 HALVINGS = 10
-"""Bisection steps of the search for the smallest crown: to a thousandth of its size."""
+"""Bisection steps of `largest_gapless`, which give the size of the crown to a thousandth."""
 THICK = 0.065
 """Width of the trunk at the crown, as a share of the crown's width."""
 BARK = 0.8
@@ -44,14 +45,14 @@ SAMPLES = 2
 
 @dataclass(frozen=True, eq=False)
 class CrownTexture:
-    """Normalised crown; arrays (rows, cols).
+    """Texture of a crown of any size and temperature; arrays are (rows, cols).
 
     leaves  mask of opaque leaves
-    warmth  of a lone crown, mean 0 and variance 1 over the leaves
+    warmth  temperature pattern of a lone crown, of mean 0 and variance 1 over the leaves
     joined  warmth of one of several stacked crowns: shaded from side to side only, so that no dark lower edge lies on
             the lit top of the next crown
     wood    mask of boughs behind the leaves
-    side    illumination of the boughs, -1 to 1
+    side    illumination of the boughs, -1 (dark side) to 1 (lit side)
     reach   (2, 2) left, top and right, bottom of the arrays from the crown's foot, in widths and heights of the crown
     """
 
@@ -71,7 +72,7 @@ def crown_texture(slim: float, leaves: float, context: SceneContext, name: str) 
 
 @lru_cache(maxsize=32)
 def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTexture:
-    """Return the texture of a crown whose height to width is 2 ** proportion."""
+    """Return the texture of a crown whose height is 2 ** `proportion` times its width."""
     draw = stream(seed, name, "crown")
     high, wide = CELLS * min(1.0, 2**proportion), CELLS * min(1.0, 2**-proportion)
     crown = broadleaf(high, wide, draw)
@@ -104,9 +105,9 @@ def _texture(proportion: float, leaves: float, seed: int, name: str) -> CrownTex
 
 
 def largest_gapless(texture: CrownTexture, wide: float, tall: float) -> tuple[float, Floats]:
-    """Return the largest scale factor at which a rectangle fits into a crown without gaps, and its middle (2,).
+    """Return the largest scale factor at which a rectangle covers no gaps of a crown, and the rectangle's middle (2,).
 
-    wide, tall  of the rectangle at factor 1, at which it fits into the core of the crown
+    wide, tall  size of the rectangle at factor 1, at which it fits into the core of the crown
 
     All lengths are in crown widths and heights; the middle is relative to the crown's foot.
     """
@@ -137,13 +138,13 @@ class TreeTemperatures:
 
 
 def projected_fields(light: Floats, corners: Floats, grid: Grid) -> Floats:
-    """Return area, y moment and x moment of (cover, light) in the cells of a grid, (3, 2, rows, columns).
+    """Return area, y moment and x moment of cover and radiance in the cells of a grid, (3, 2, rows, columns).
 
-    light    (rows, cols, 2) float32 of a flat upright picture, as of `crown_light`
+    light    (rows, cols, 2) float32 cover and radiance of a flat upright picture (`crown_light`)
     corners  (4, 2) px, projected outer corners of the picture, clockwise from the top left one
 
-    The picture is averaged to the size of the samples, then sampled at the quarters of each cell: it keeps its area,
-    blurred by half a cell.
+    The picture is averaged to the size of the samples, then sampled in the quarters of each cell. This keeps its area
+    and blurs it by half a cell.
     """
     rows, columns, _ = light.shape
     own = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], np.float32)
@@ -170,9 +171,9 @@ def projected_fields(light: Floats, corners: Floats, grid: Grid) -> Floats:
 def crown_light(
     texture: CrownTexture, temperatures: TreeTemperatures, lowest: bool, several: bool, context: SceneContext
 ) -> Floats:
-    """Return the covered share of each cell of a crown and that share times its radiance, (rows, cols, 2) float32.
+    """Return cover, 0..1, and cover times radiance, W/m2/sr, of the cells of a crown, (rows, cols, 2) float32.
 
-    Of several crowns only the lowest has visible wood: leaves of the next crown lie behind the gaps of the others.
+    Of `several` stacked crowns only the lowest shows wood; behind the gaps of the others lie leaves of the next crown.
     """
     warmth = texture.joined if several else texture.warmth
     kelvin = temperatures.leaves_k + temperatures.spread_k * warmth

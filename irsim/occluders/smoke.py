@@ -1,7 +1,7 @@
 """An occluding cloud of smoke: partly transparent, growing, drifting, fading.
 
-The optical depth is a smooth profile with puffs; billows displace the edge and modulate optical depth and temperature.
-Numbers without a source were chosen by eye.
+The optical depth is a smooth profile with round puffs at the edge. Billows, which are random fields, displace the edge
+and vary optical depth and temperature. Numbers without a source were chosen by eye.
 """
 
 from __future__ import annotations
@@ -29,33 +29,35 @@ from irsim.types import Box, Floats
 _PUFFS = 24
 """Number of puffs around the edge."""
 _REACH = 2.2
-"""Extent of the drawing in half sizes; the optical depth beyond is below a thousandth."""
+"""Distance from the middle to which smoke is drawn, in half sizes of the cloud; the optical depth beyond is below a
+thousandth."""
 _YOUNG = 0.35
 """Initial size as a share of the full size."""
 _DENSEST = 0.999
 """Largest opacity: opacity 1 would need an infinite optical depth."""
 _RISES = 0.5
-"""Least height to width of billowing smoke placed by intent."""
+"""Least ratio of height to width of billowing smoke placed by `hides`."""
 _SIDE = 256
 """Side of the periodic fields of billows, texels."""
 _TEXELS = 40.0
-"""Texels per half of the shorter side; the largest billows have that size."""
+"""Texels per half of the cloud's shorter side, which is also the size of the largest billows."""
 _DEPTH_SLOPE = 11 / 3
-"""Spectral slope of depth and warmth: that of a scalar mixed by turbulence (Obukhov 1949)."""
+"""Spectral slope of optical depth and temperature, as of a scalar mixed by turbulence (Obukhov 1949)."""
 _EDGE_SLOPE = 5.5
 """Spectral slope of the edge's displacement: steeper, so that billows are round."""
 _ROLLING = 0.35
-"""Speed of the two counter-moving fields, in halves of the shorter side a second; the vertical speed is 0.6 of that."""
+"""Horizontal speed of the two fields of billows, which move in opposite directions, in halves of the cloud's shorter
+side a second; the vertical speed is 0.6 of the horizontal one."""
 _DISPLACEMENT = 0.32
-"""Standard deviation of the edge's displacement, half sizes."""
+"""Standard deviation of the edge's displacement, half sizes of the cloud."""
 _MOST = 1.5
-"""Largest displacement in units of _DISPLACEMENT."""
+"""Largest displacement of the edge, in units of `_DISPLACEMENT`."""
 _INNER = 0.9
-"""Radius, in half sizes, within which billows displace nothing, so that the opacity there is the nominal one."""
+"""Radius, in half sizes, within which billows displace nothing, so that `opacity` holds there."""
 _OUTER = 1.4
-"""Radius from which on billows displace in full."""
+"""Radius, in half sizes, from which on billows displace in full."""
 _MODULATION = 0.5
-"""Standard deviation of the logarithm of optical depth outside the dense part."""
+"""Standard deviation, beyond `_OUTER`, of the logarithm of the optical depth."""
 
 
 class Smoke(Occluder):
@@ -72,11 +74,13 @@ class Smoke(Occluder):
     }
 
     center_px: Pair | None = None
-    """[x, y] of the middle at full size, px of the first camera."""
+    """[x, y] of the middle in the frame in which growth ends (frame 0 without growth), px of the unmoved camera."""
     size_px: Size | None = None
-    """[width, height] of the dense part at full size, px of the first camera."""
+    """[width, height] of the dense middle, an ellipse, when the cloud has grown to full size, px of the unmoved camera.
+    Thinner smoke surrounds it."""
     opacity: Annotated[float, Field(ge=0, le=_DENSEST)] = 0.9
-    """Share of the background's light absorbed by the dense part at full size; smoke with `hides` uses `fraction`."""
+    """Share of the background's light that the dense middle absorbs when the cloud has grown to full size. With `hides`
+    it follows from `fraction`."""
     temperature_k: Kelvin = 288.0
     """Temperature, kelvin; emissivity equals absorptance."""
     billows: Fraction = 1.0
@@ -93,7 +97,7 @@ class Smoke(Occluder):
     fade_frames: NotNegative = 30.0
     """Duration of fading, frames."""
     drift_px_s: Pair = (0.0, 0.0)
-    """Drift with the wind, [right, down], px of the first camera a second."""
+    """Drift with the wind, [right, down], px of the unmoved camera a second."""
 
     def draw(self, pose: CameraPose) -> Sprite | None:
         context = pose.context
@@ -136,7 +140,11 @@ class Smoke(Occluder):
         return Sprite(x0, y0, alpha, alpha, emission, center, center, box, distance_m, float(alpha.sum()))
 
     def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:
-        """Return optical depth, relative to the dense part, and temperature, K, at (u, v) in `halves`, px."""
+        """Return relative optical depth, at least 1 in the dense middle, and temperature, K.
+
+        u, v    columns and rows from the middle, in half sizes of the cloud
+        halves  (2,) px, half width and half height of the cloud
+        """
         if self.billows == 0 and self.spread_k == 0:
             return _profile(u[None, :], v[:, None], seed, self.name, time), self.temperature_k
         across, down = halves / halves.min()
@@ -150,7 +158,7 @@ class Smoke(Occluder):
     def covering(self, window: Box, density: float, context: SceneContext) -> Smoke:
         first, last = required(self.frames)
         drift = np.asarray(self.drift_px_s) * (last - first) / 2 / context.rate_hz
-        # The dense part is an ellipse through the window's corners, with room for its drift.
+        # The dense middle is an ellipse through the window's corners, with room for its drift.
         size = (math.sqrt(2) * (window.w + 2 * abs(drift[0])), math.sqrt(2) * (window.h + 2 * abs(drift[1])))
         # Billowing smoke is higher, and still passes through the window's lower corners.
         high = max(size[1], _RISES * size[0] if self.billows else 0.0)
@@ -162,7 +170,7 @@ class Smoke(Occluder):
 
 
 def _ease(age: float, span: float) -> float:
-    """Return the smoothstep of an age: 0 before 0, 1 after `span`."""
+    """Return the smoothstep of an age, which rises from 0 at age 0 to 1 at age `span`."""
     if span <= 0 or age >= span:
         return float(age >= 0)
     part = max(age / span, 0.0)
@@ -170,7 +178,8 @@ def _ease(age: float, span: float) -> float:
 
 
 def _profile(u: Floats, v: Floats, seed: int, name: str, time: float) -> Floats:
-    """Return the optical depth (rows, columns): at least 1 within the unit circle of (u, v), uneven around its edge.
+    """Return the optical depth of smooth smoke (rows, columns): at least 1 within the unit circle of (u, v), uneven
+    around it.
 
     u, v  (1, columns) and (rows, 1), or (rows, columns) each
     """
@@ -185,7 +194,8 @@ def _profile(u: Floats, v: Floats, seed: int, name: str, time: float) -> Floats:
 
 @lru_cache(maxsize=64)
 def _puffs(seed: int, name: str) -> tuple[Floats, Floats, Floats]:
-    """Return places (n, 2) and sizes (n,) of puffs, half sizes of the cloud, and their angular rates (n,), rad/s."""
+    """Return positions (n, 2) and sizes (n,) of puffs, half sizes of the cloud, and the rates at which they circle,
+    rad/s."""
     rng = stream(seed, name, "puffs")
     angles = 2 * np.pi * (np.arange(_PUFFS) + rng.uniform(-0.4, 0.4, _PUFFS)) / _PUFFS
     sizes = rng.uniform(0.15, 0.4, _PUFFS)
@@ -195,9 +205,10 @@ def _puffs(seed: int, name: str) -> tuple[Floats, Floats, Floats]:
 
 
 def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> Floats:
-    """Return displacement of the edge, depth and warmth (rows, cols, 3), of mean 0 and variance 1 each.
+    """Return random fields of mean 0 and variance 1 for edge displacement, optical depth and temperature (rows, cols,
+    3).
 
-    x (cols,), y (rows,)  places from the middle, in halves of the shorter side
+    x (cols,), y (rows,)  positions from the middle, in halves of the shorter side
     time                  s
     """
     field = _periodic_fields(seed, name)
@@ -213,7 +224,8 @@ def _billow_fields(x: Floats, y: Floats, time: float, seed: int, name: str) -> F
 
 
 def _displaced(u: Floats, v: Floats, displacement: Floats, billows: float) -> tuple[Floats, Floats]:
-    """Return the places (rows, cols) each in smooth smoke that billows move to u (cols,), v (rows,), in half sizes."""
+    """Return the positions (u, v), (rows, cols) each, from which billows move smoke to `u` (cols,), `v` (rows,). The
+    unit is half the size of the cloud."""
     radius = np.hypot(u, v[:, None])
     share = np.clip((radius - _INNER) / (_OUTER - _INNER), 0, 1)
     out = billows * _DISPLACEMENT * _MOST * np.tanh(displacement / _MOST) * share
@@ -222,14 +234,14 @@ def _displaced(u: Floats, v: Floats, displacement: Floats, billows: float) -> tu
 
 
 def _modulated(u: Floats, v: Floats, depth: Floats, billows: float) -> Floats:
-    """Return the factor (rows, cols) of optical depth due to billows, at least 1 within the dense part."""
+    """Return the factor on the optical depth due to billows, (rows, cols), at least 1 in the dense middle."""
     outside = np.clip((np.hypot(u, v[:, None]) - 1) / (_OUTER - 1), 0, 1)
     return np.exp(billows * _MODULATION * (np.maximum(depth, 0) + outside * np.minimum(depth, 0)))
 
 
 @lru_cache(maxsize=8)
 def _periodic_fields(seed: int, name: str) -> Floats:
-    """Return periodic fields (side, side, 3) of mean 0 and variance 1."""
+    """Return the periodic fields of `_billow_fields`, (side, side, 3), of mean 0 and variance 1."""
     slopes = {"pushed": _EDGE_SLOPE, "thick": _DEPTH_SLOPE, "warm": _DEPTH_SLOPE}
     parts = (power_law((_SIDE, _SIDE), slope, _TEXELS, 1.0, seed, name, field) for field, slope in slopes.items())
     return np.stack(list(parts), axis=-1)

@@ -16,12 +16,12 @@ from irsim.types import Box, Floats
 Panes = Annotated[int, Field(ge=0, le=20)]
 
 _BELOW_PX = 2.0
-"""Depth of the foot below the lower edge of the picture for placement by intent, unless `standing_at` raises it to
-ground at the same range."""
+"""Distance of the foot below the lower edge of the picture, px, for an occluder placed by `hides`; `standing_at` raises
+the foot to ground at the same range."""
 
 
 def rectangle(center: tuple[float, float], size: tuple[float, float], angle_deg: float = 0.0) -> Floats:
-    """Return the corners (4, 2) of a rectangle rotated clockwise."""
+    """Return the corners (4, 2) of a rectangle rotated clockwise by `angle_deg`."""
     angle = np.radians(angle_deg)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     halves = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(size) / 2
@@ -39,11 +39,11 @@ class Bar(Opaque):
     placement_keys: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
 
     center_px: Pair | None = None
-    """[x, y] of the middle, px of the first camera."""
+    """[x, y] of the middle, px of the unmoved camera."""
     size_px: Size | None = None
-    """[width, height], px of the first camera."""
+    """[width, height], px of the unmoved camera."""
     angle_deg: Degrees = 0.0
-    """Clockwise rotation, degrees; 0 if placed by intent."""
+    """Clockwise rotation, degrees; 0 with `hides`."""
 
     def facets(self, context: SceneContext) -> list[Facet]:
         corners = rectangle(required(self.center_px), required(self.size_px), self.angle_deg)
@@ -62,13 +62,13 @@ class Pole(Opaque):
     switches: ClassVar[Switches] = {"arm": ("arm_px", 0.0)}
 
     foot_px: Pair | None = None
-    """[x, y] of the middle of the foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the unmoved camera."""
     height_px: Positive | None = None
-    """Height from foot to top, px of the first camera."""
+    """Height from foot to top, px of the unmoved camera."""
     width_px: Positive | None = None
-    """Width, px of the first camera."""
+    """Width, px of the unmoved camera."""
     arm_px: NotNegative = 0.0
-    """Length of the cross-arm near the top, px of the first camera; 0 if placed by intent."""
+    """Length of the cross-arm near the top, px of the unmoved camera; 0 with `hides`."""
 
     def facets(self, context: SceneContext) -> list[Facet]:
         (x, y), high, wide = required(self.foot_px), required(self.height_px), required(self.width_px)
@@ -95,9 +95,9 @@ class Building(Opaque):
     switches: ClassVar[Switches] = {"windows": ("windows", (0, 0))}
 
     foot_px: Pair | None = None
-    """[x, y] of the middle of the foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the unmoved camera."""
     size_px: Size | None = None
-    """[width, height], px of the first camera."""
+    """[width, height], px of the unmoved camera."""
     windows: Annotated[tuple[Panes, Panes], Field(strict=False)] = (4, 3)
     """Number of windows [across, down]; [0, 0] is a bare wall."""
     window_k: Kelvin = 285.0

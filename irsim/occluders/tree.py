@@ -37,21 +37,22 @@ from irsim.types import Box, Floats, arrays_frozen
 CORNER = math.radians(60.0)
 """Angle from the vertical at which the corners of a covered window lie, seen from the crown's middle."""
 LEAST_TRUNK = 1.15
-"""Least height of a tree placed by intent, in heights of its crown."""
+"""Least height of a tree placed by `hides`, in heights of its crown."""
 FLARE = 1.35
-"""Widening of the trunk at its foot."""
+"""Ratio of the trunk's width at its foot to its width at the crown."""
 LEVELS = np.array([0.0, 0.25, 0.5, 0.7, 0.85, 1.0])
-"""Ends of the trunk's pieces, as shares of its length from the top: it widens most at the foot."""
+"""Ends of the trunk's pieces, as shares of its length from the top. Pieces are shorter towards the foot, where the
+trunk widens most."""
 STRIPS = 6
-"""Pieces of the trunk across, from its lit side to the other."""
+"""Number of pieces across the trunk, from its lit side to its dark one."""
 ROUND = 0.3
 """Rise of the foot's edges above its middle, as a share of its width: a round trunk seen from above."""
 STREAKS = 0.4
-"""Standard deviation of temperature between the trunk's pieces, in units of that of the leaves."""
+"""Standard deviation of temperature between the trunk's pieces over the standard deviation between the leaves."""
 LONE = 1.8
-"""Largest height of a tree with one crown, in heights of the crown."""
+"""Largest height of a tree that gets one crown by default, in heights of the crown."""
 LOWER = 0.38
-"""Offset of a crown's top below that of the crown above, in heights of the latter."""
+"""Distance of a crown's top below the top of the crown above, in heights of the crown above."""
 WIDER = 1.25
 """Size of a crown relative to the crown above."""
 MOST_TIERS = 20
@@ -61,7 +62,7 @@ LEAVES_K = 290.0
 WARMER_K = 1.0
 """Default temperature of the trunk minus that of the leaves, K."""
 BARE = 0.12
-"""Share of a tree's height that its crowns leave free above the foot."""
+"""Share of a tree's height, above the foot, that a default number of crowns leaves free."""
 NEARLY = 1e-9
 """Rounding tolerance of a crown's lower end, as a share of its height."""
 
@@ -73,15 +74,16 @@ class Tree(Occluder):
     slender: ClassVar[bool] = True
 
     temperature_k: Kelvin | None = None
-    """Mean temperature of the leaves, kelvin; default: by the background's `hour`, else 290."""
+    """Mean temperature of the leaves, kelvin; default: the temperature of foliage at the background's `hour`, or 290
+    without an hour."""
     emissivity: Fraction = 0.95
     """Emissivity."""
     foot_px: Pair | None = None
-    """[x, y] of the middle of the foot, px of the first camera."""
+    """[x, y] of the middle of the foot, px of the unmoved camera."""
     height_px: Positive | None = None
-    """Height from foot to top, px of the first camera."""
+    """Height from foot to top, px of the unmoved camera."""
     crown_px: Size | None = None
-    """[width, height] of the crown, px of the first camera."""
+    """[width, height] of the crown, px of the unmoved camera."""
     tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
     """Number of stacked crowns, each larger than the one above, as on a fir; all end above the foot. Default: 1, or
     with `hides` as many as the trunk has room for; the top crown then hides the target. With `hides` a number too large
@@ -89,8 +91,8 @@ class Tree(Occluder):
     leaves: Fraction = 0.8
     """Opaque share of the outer part of the crown: 0.4 is a bare tree. The middle is always opaque."""
     trunk_k: Kelvin | None = None
-    """Temperature of trunk and boughs, kelvin; default: 1 K above that of leaves at the background's `hour`, else
-    291."""
+    """Temperature of trunk and boughs, kelvin; default: 1 K above the temperature of foliage at the background's
+    `hour`, or 291 without an hour."""
     spread_k: KelvinSpread = 1.0
     """Standard deviation of temperature within the crown, kelvin: the lit sides of crown, trunk and clumps are
     warmer."""
@@ -112,7 +114,7 @@ class Tree(Occluder):
         return _draw_tree(self, pose)
 
     def crowns(self, context: SceneContext) -> list[tuple[CrownTexture, Floats]]:
-        """Return each crown's texture and its corners (4, 2), px of the first camera; the top crown first."""
+        """Return each crown's texture and its corners (4, 2), px of the unmoved camera; the top crown first."""
         (x, y), high, (wide, tall) = required(self.foot_px), required(self.height_px), required(self.crown_px)
         found = []
         for tier, (down, times) in enumerate(_stacked(self.tiers or 1)):
@@ -122,7 +124,7 @@ class Tree(Occluder):
         return found
 
     def trunk(self, context: SceneContext) -> tuple[Floats, Floats]:
-        """Return corners (n, 4, 2), px of the first camera, and temperatures (n,) of the pieces of the trunk.
+        """Return corners (n, 4, 2), px of the unmoved camera, and temperatures (n,), K, of the trunk's pieces.
 
         The trunk reaches a little into the lowest crown; n is 0 if the crown reaches the foot.
         """
@@ -159,7 +161,7 @@ class Tree(Occluder):
         aside, above = (CORE * function(CORNER) for function in (math.sin, math.cos))
         wide = window.w / aside
         tall = max(window.h / above, 0.9 * wide)
-        # Parts of the crown beyond its core are gapless too, so a smaller crown covers the window, and less around it.
+        # Parts of the crown beyond its core are gapless too, so a smaller crown, which hides less, covers the window.
         times, (right, down) = largest_gapless(self._texture(tall / wide, context), window.w / wide, window.h / tall)
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall
@@ -193,23 +195,24 @@ class Tree(Occluder):
 
 
 def _stacked(tiers: int) -> list[tuple[float, float]]:
-    """Return, for each crown, the offset of its top below the tree's top and its size, in heights of the first."""
+    """Return for each crown from the top its offset below the tree's top and its height, in heights of the top
+    crown."""
     sizes = [WIDER**tier for tier in range(tiers)]
     return list(zip(accumulate((LOWER * size for size in sizes[:-1]), initial=0.0), sizes, strict=True))
 
 
 def _lower_ends() -> list[float]:
-    """Return the lower end of each possible crown below the tree's top, in heights of the first."""
+    """Return how far below the tree's top each of MOST_TIERS stacked crowns ends, in heights of the top crown."""
     return [down + size for down, size in _stacked(MOST_TIERS)]
 
 
 def _fitting(slim: float) -> int:
-    """Return the number of crowns that fit a tree `slim` times as high as its top crown."""
+    """Return the largest number of crowns of a tree whose height is `slim` heights of its top crown."""
     return bisect_right(_lower_ends(), (1 + NEARLY) * slim)
 
 
 def _tiers(slim: float) -> int:
-    """Return the default number of crowns of a tree `slim` times as high as its top crown."""
+    """Return the default number of crowns of a tree whose height is `slim` heights of its top crown."""
     return 1 if slim <= LONE else max(_fitting((1 - BARE) * slim), 1)
 
 
@@ -245,9 +248,9 @@ def _draw_tree(tree: Tree, pose: CameraPose) -> Sprite | None:
 
 
 def _in_front(near: Floats, far: Floats) -> Floats:
-    """Return areas and moments (3, 2, rows, columns) of (cover, light) of one picture in front of another.
+    """Return areas and moments of cover and radiance, (3, 2, rows, columns), of a near picture in front of a far one.
 
-    Within a cell the two are assumed to overlap at random.
+    Within a cell the two pictures are assumed to overlap at random.
     """
     both = near + far * (1 - near[0, :1])
     both[1:] -= far[0] * near[1:, :1]

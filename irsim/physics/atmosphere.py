@@ -67,7 +67,7 @@ _TOP_KM = 40.0
 HIGHEST_M = 20_000
 """Greatest height of the camera above the sea, m."""
 GAS_TOLERANCE = 0.1
-"""Relative difference of a path's gas from that of the fitted level path above which `beyond_fit` reports it."""
+"""Relative difference between the gas on a path and on the fitted path above which `beyond_fit` reports it."""
 _STEPS = 40
 _SKY_STEPS = 120
 """Steps of a path from each of its ends. Apparent temperatures of black bodies are within 0.05 K of those with 4000
@@ -87,21 +87,24 @@ class Atmosphere(Part):
     preset: ClimateName | Literal["none"] = "none"
     """Model atmosphere: its absorption and its temperatures."""
     visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
-    """Visibility in haze, km. It is fitted at 5 and 23; elsewhere extinction is proportional to its inverse."""
+    """Visibility in haze, km. The model is fitted at 5 and 23 km; elsewhere the extinction of haze is proportional to
+    the inverse of the visibility."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
     """Height of the camera above the sea, m. The height above the background's ground replaces a lower value; above a
     `sea` it replaces any value."""
     temperature_k: AirKelvin | None = None
-    """Air temperature at sea level, kelvin; all heights shift with it. By default that of the preset."""
+    """Air temperature at sea level, kelvin, by default that of the preset. Temperatures at all heights shift with
+    it."""
     surroundings_k: Kelvin | None = None
     """Temperature of the surroundings that targets and occluders reflect, kelvin. By default the mean of the clear sky
-    and of ground as warm as the air; without a preset that of the background's own sky and ground."""
+    and of ground as warm as the air; without a preset the mean of the background's own sky and ground."""
     rain_mm_h: Annotated[float, Field(ge=0, le=300)] = 0.0
     """Rain, mm/h."""
     fog_visibility_km: Annotated[float, Field(ge=0.01, le=5)] | None = None
     """Visibility in fog up to 200 m above the sea, km; by default there is no fog."""
     fog: Literal["radiation", "advection"] = "radiation"
-    """radiation: small drops, more transparent in LWIR. advection: large drops, equal in all bands."""
+    """`radiation` fog has small drops and is more transparent in LWIR; `advection` fog has large drops, equal in all
+    bands."""
     turbulence: Turbulence = Turbulence()
 
     @property
@@ -114,8 +117,8 @@ class Atmosphere(Part):
     ) -> tuple[Floats, Floats]:
         """Return (transmittance, path radiance in W/m2/sr) from the camera to a range, m, at an elevation, rad.
 
-        `height_gain_m`: height of a moving camera above its first place. Arrays broadcast; each element costs some
-        80 steps, so images should be interpolated from a few nodes.
+        `height_gain_m` is the height of a moving camera above its first position, m. Arrays broadcast; each element
+        costs some 80 steps, so images should be interpolated from a few nodes.
         """
         along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
         return self._path(band, along, elevation, _STEPS, height_gain_m)
@@ -166,7 +169,7 @@ class Atmosphere(Part):
         return np.asarray(np.interp(height_km, heights, kelvin) + shift)
 
     def depth(self, band: Band, gas_km: Floats, haze_km: Floats) -> Floats:
-        """Return the optical depth of level paths with the given columns of gas and haze, km.
+        """Return the optical depth of a path whose gas and haze equal those of level paths `gas_km` and `haze_km` long.
 
         With the depth D_V = a R^b at the visibilities V = 5 and 23 km, haze adds A = (D_5 - D_23) / (1/5 - 1/23) for
         each inverse km of visibility, and D_23 - A/23 is the depth without haze. Below 0.5 km A is proportional to R:
@@ -184,7 +187,7 @@ class Atmosphere(Part):
         return np.asarray(clean + haze(haze_km) / self.visibility_km)
 
     def notices(self, band: Band) -> Iterator[Notice]:
-        """Yield a notice for each value that is allowed but outside the fit; places are relative to this part."""
+        """Yield a notice for each value that is allowed but outside the fit; key paths are relative to this part."""
         if self.preset == "none":
             return
         near, far = FIT_VISIBILITY_KM
@@ -206,7 +209,7 @@ class Atmosphere(Part):
             )
 
     def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, height_gain_m: float = 0.0) -> str | None:
-        """Return the reason why a path lies outside the fit; None inside it. Arguments as of `path`."""
+        """Return the reason why a path lies outside the fit; None inside it. The arguments are those of `path`."""
         if self.preset == "none":
             return None
         shortest, longest = FIT_KM
@@ -244,8 +247,8 @@ class Atmosphere(Part):
     def _stations(
         self, along: Floats, elevation: Floats, steps: int, height_gain_m: float = 0.0
     ) -> tuple[Floats, Floats]:
-        """Return stations along paths and their heights, (..., n) km each: dense near both ends, with the tops of rain
-        and fog."""
+        """Return stations along paths and their heights, (..., n) km each. Stations are dense near both ends and
+        include the crossings of the tops of rain and fog."""
         along, rise = along[..., None], np.sin(elevation)[..., None]
         base = EARTH_KM + (self.altitude_m + height_gain_m) * 1e-3
         places = along * relative_stations(steps)

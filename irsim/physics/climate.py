@@ -45,8 +45,9 @@ class Climate:
               AFGL-TR-86-0110 (1986), within 0.1 K to 13 km and 2 K to 40 km; the U.S. Standard Atmosphere 1976 is
               linear itself
     gas_km    scale height of the water absorption, km, in each band, fitted to LOWTRAN7's clear-sky temperatures (see
-              `OZONE`). It lies below the water column over the vapour at the ground (1.4/5.9, 2.9/14 g/cm2 over g/m3:
-              2.4 and 2.1 km), as the continuum of LWIR grows with the square of the vapour: more so in humid air.
+              `OZONE`). It is below the ratio of the water column to the vapour density at the ground (1.4/5.9 and
+              2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as continuum absorption in LWIR grows with the square of the
+              density, above all in humid air.
     """
 
     fit: dict[BandName, tuple[tuple[float, float], tuple[float, float]]]
@@ -73,10 +74,10 @@ OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
 band at 9.6 um saturates). In MWIR it is negligible, 0.015.
 
 `OZONE`, `MIXED` and `Climate.gas_km` are fitted together to runs of LOWTRAN7 (revision 4.2, rural haze of 23 km): clear
-skies of the four climates at elevations of 90, 30, 10, 5, 1 and 0 degrees from 0, 0.1, 1.5, 3, 5, 8, 10, 12, 15 and 20
-km. From sea level the error is at most 2.6 K, from all heights 7 K, root mean square 2.1 K; for level paths of 2 to
-50 km at these heights at most 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ
-by 15 % either way)."""
+skies of the four climates at elevations of 90, 30, 10, 5, 1 and 0 degrees from heights of 0, 0.1, 1.5, 3, 5, 8, 10, 12,
+15 and 20 km. From sea level the error is at most 2.6 K, from all heights 7 K, root mean square 2.1 K; for level paths
+of 2 to 50 km at these heights at most 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ by 15
+% either way)."""
 OZONE_KM = (22.0, 5.0)
 """Height of ozone, and its standard deviation, km: most ozone lies at 15 to 30 km, with the maximum at 22 km
 (U.S. Standard Atmosphere 1976, its ozone of mid latitudes). Below 8 km there is less than 1 %: the ozone there is

@@ -20,8 +20,8 @@ FADE = 0.9
 """Share of the support from which the PSF fades to zero: its edge must not jump as the point moves."""
 
 TERMS = 8
-"""Separable terms that blur extended bodies, beside one that conserves light: no pixel is off by more than 1e-4 of a
-point's light."""
+"""Number of separable terms of the PSF that blur extended bodies, beside one that conserves light. No pixel is off by
+more than 1e-4 of a point's light."""
 
 WING_SUPPORTS = 4
 """Half width of the wings, in supports of the cosine series: at their end they have fallen to a 64th."""
@@ -30,16 +30,16 @@ LATTICE_SUM = 9.03362
 """Sum of (m^2 + n^2)^(-3/2) over all integers m and n except (0, 0): 4 zeta(3/2) beta(3/2)."""
 
 NEAR_PERIODS = [(m, n) for m in range(-2, 3) for n in range(-2, 3) if (m, n) != (0, 0)]
-"""Periods of the cosine series whose wings are subtracted one by one."""
+"""Periodic images of the point, (down, across) in periods, whose wings are subtracted one by one."""
 
 _FAR_PERIODS = LATTICE_SUM - sum((m * m + n * n) ** -1.5 for m, n in NEAR_PERIODS)
 
 
 @dataclass(frozen=True)
 class LensPSF(PSF):
-    """Diffraction of several wavelengths, a disc of defocus and a Gaussian.
+    """PSF of diffraction at several wavelengths, a disc of defocus and a Gaussian.
 
-    airy_widths: (wavelength x F-number in px, weight) of each wavelength.
+    `airy_widths` holds (wavelength x F-number in px, weight) of each wavelength.
 
     On a square of side 2 support px, taken as periodic, the PSF is a cosine series whose amplitudes are the transfer
     function. The integral of each cosine over a pixel is exact.
@@ -101,14 +101,13 @@ class _CosineSeries:
     amplitudes: Floats
 
     def cosines(self, offsets: Floats, fine: float = np.inf) -> Floats:
-        """Return each cosine integrated over pixels at offsets (m,) px, (m, n), for light spread evenly over a cell of
+        """Return the integrals (m, n) of the n cosines over pixels at offsets (m,) px, for light spread over a cell of
         1/fine px."""
         factors, ends = self._factors() * np.sinc(self.frequencies / fine), fade(offsets, self.period / 2)[:, None]
         return np.asarray(np.cos(2 * np.pi * np.outer(offsets, self.frequencies)) * factors * ends)
 
     def slopes(self, offsets: Floats, fine: int) -> Floats:
-        """Return each cosine integrated over pixels, (m, n), for light of density 12 t, t from -1/2 to 1/2 across a
-        cell."""
+        """Return the same integrals as `cosines`, for light of density 12 t, t from -1/2 to 1/2 across a cell."""
         half = np.pi * self.frequencies / fine
         with np.errstate(divide="ignore", invalid="ignore"):
             moment = np.where(half > 0, np.sin(half) / half**2 - np.cos(half) / half, 0.0)
@@ -175,9 +174,9 @@ def _fwhm_px(psf: LensPSF) -> float:
 class WingedLensPSF(LensPSF):
     """Lens PSF with far wings, for a point bright enough to show them.
 
-    Outside r the Airy pattern of width w has J0^2 + J1^2 of pi r / w of its light (Born and Wolf, Principles of Optics,
-    sec. 8.5.2), for large arguments 2 w / (pi^2 r). So a pixel at r has w / (pi^3 r^3) of the light; the rings average
-    out over a band. The cosine series contains the wings of its periodic images; these are subtracted.
+    The share of an Airy pattern's light outside radius r is J0^2 + J1^2 at pi r / w, w its width (Born and Wolf,
+    Principles of Optics, sec. 8.5.2), for large r 2 w / (pi^2 r). So a pixel at r has the share w / (pi^3 r^3); the
+    rings average out over a band. The cosine series contains the wings of its periodic images; these are subtracted.
     """
 
     @property
@@ -199,7 +198,7 @@ class WingedLensPSF(LensPSF):
 
 
 def with_wings(psf: PSF, share: float) -> PSF:
-    """Return the PSF, with far wings if the pixels at the end of its support exceed that share of a point's light."""
+    """Return the PSF, with far wings if the pixels at the end of its support exceed the `share` of a point's light."""
     if not isinstance(psf, LensPSF):
         return psf  # a Gaussian has no wings
     winged = WingedLensPSF(psf.airy_widths, psf.defocus_px, psf.sigma_px)
@@ -227,12 +226,13 @@ def _winged_integral(psf: WingedLensPSF, rows: Floats, columns: Floats) -> Float
 
 
 def _inverse_cube(square: Floats) -> Floats:
-    """Return r^-3 of r^2; ten times as fast as a power."""
+    """Return r^-3 from `square` = r^2, ten times as fast as by a power."""
     return np.asarray(1 / (square * np.sqrt(square)))
 
 
 @lru_cache(maxsize=8)
 def _winged_sum(psf: WingedLensPSF) -> float:
-    """Return the sum over all pixels about a centred point, for the lens alone: one value for all blurs."""
+    """Return the sum of the PSF over all pixels, which normalises it, without Gaussian blur: one value for all
+    blurs."""
     pixels = np.arange(-psf.support_px, psf.support_px + 1.0)
     return float(_winged_integral(psf, pixels, pixels).sum())

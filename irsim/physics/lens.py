@@ -20,7 +20,7 @@ larger than frames."""
 _WAVELENGTHS = 5
 """Wavelengths that represent a band."""
 _SOURCE_K = 300.0
-"""Temperature of the black body that weights them, K."""
+"""Temperature of the black body that weights these wavelengths, K."""
 
 
 class Lens(Part):
@@ -64,7 +64,7 @@ class Lens(Part):
         return tuple(zip(widths.tolist(), (light / light.sum()).tolist(), strict=True))
 
     def psf(self, band: Band, sigma_px: float) -> LensPSF:
-        """Return the PSF in a band, convolved with a Gaussian of that sigma."""
+        """Return the PSF in a band, convolved with a Gaussian of `sigma_px`."""
         return LensPSF(self.airy_widths(band), self.defocus_px, sigma_px)
 
     def sigma_px(self, band: Band) -> float:

@@ -9,14 +9,15 @@ import numpy as np
 from irsim.types import Floats, read_only
 
 _THIN = 1e-6
-"""Optical depth of a step below which its mean transmittance is that of its ends: the difference loses its digits."""
+"""Optical depth of a step below which its mean transmittance is the mean of that at its ends, as the exact quotient
+would lose its digits."""
 
 
 @lru_cache
 def relative_stations(steps: int) -> Floats:
-    """Return stations along a path of length 1, as many steps from the camera as from the end. Read only."""
+    """Return stations along a path of length 1, dense near both ends, with `steps` steps from each. Read only."""
     near = np.linspace(0, 1, steps + 1) ** 2
-    return read_only(np.unique(np.round([near, 1 - near], 12)))  # 0.6^2 and 1 - 0.8^2 are one place
+    return read_only(np.unique(np.round([near, 1 - near], 12)))  # 0.6^2 and 1 - 0.8^2 are one station
 
 
 def _running_sums(steps: Floats) -> Floats:
@@ -27,13 +28,13 @@ def _running_sums(steps: Floats) -> Floats:
 
 
 def equivalent_path(places: Floats, density: Floats) -> Floats:
-    """Return the length of a path of density 1 with the same column up to each station, km, (..., n)."""
+    """Return the column of an absorber up to each station as the length of a path of density 1, km, (..., n)."""
     return _running_sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
 
 
 def length_below(places: Floats, heights: Floats, top_km: float) -> Floats:
-    """Return the length of the path up to each station that lies below a height, km, (..., n); heights are linear
-    between stations."""
+    """Return the length of the path below height `top_km` up to each station, km, (..., n); heights are linear between
+    stations."""
     low = np.minimum(heights[..., 1:], heights[..., :-1])
     rise = np.abs(np.diff(heights))
     share = np.where(rise > 0, (top_km - low) / np.where(rise > 0, rise, 1.0), low < top_km)
@@ -41,7 +42,7 @@ def length_below(places: Floats, heights: Floats, top_km: float) -> Floats:
 
 
 def sphere_crossings(base: float, rise: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Return the places at which lines enter and leave a sphere about the Earth's centre; negative behind the camera.
+    """Return distances, negative behind the camera, at which lines enter and leave a sphere about the Earth's centre.
 
     The lines start at a distance `base` from the centre, `rise` is the sine of their elevation. A line that misses the
     sphere gets its closest point twice.

@@ -36,7 +36,7 @@ class PSF(ABC):
 
     @abstractmethod
     def otf(self, down: Floats, across: Floats) -> Floats:
-        """Return the optical transfer function, without the pixel's, at frequencies along both axes, cycles/px.
+        """Return the optical transfer function, without that of the pixel, at frequencies along both axes, cycles/px.
 
         Arrays broadcast; the value at 0 is 1.
         """
@@ -48,21 +48,21 @@ class PSF(ABC):
 
     @abstractmethod
     def broadened(self, sigma_px: float) -> PSF:
-        """Return this PSF convolved with a Gaussian of that sigma."""
+        """Return this PSF convolved with a Gaussian of `sigma_px`."""
 
     @abstractmethod
     def separable_kernels(self, fine: int) -> Sequence[KernelTerm]:
         """Return kernels that blur the cells of a pixel, `fine` a side, and bin them to pixels.
 
-        The PSF is a sum of separable terms, sum of weight_k s_k(y) s_k(x). For each term and cell the first array
-        holds s_k for light spread evenly over the cell. The second array holds it for a first moment of one (light
-        times cells from the cell's centre), with light linear through the cell. Read only.
+        The PSF is a sum of separable terms, sum of weight_k s_k(y) s_k(x). For each term and cell the first array holds
+        s_k for light spread evenly over the cell. The second array holds s_k for light linear across the cell with a
+        first moment of one (light times cells from the cell's centre). Read only.
         """
 
 
 @dataclass(frozen=True)
 class GaussianPSF(PSF):
-    """Gaussian of `sigma_px`, in closed form; at 0 only the pixel integrates."""
+    """Gaussian PSF of `sigma_px`, in closed form; at sigma 0 a point lights one pixel."""
 
     sigma_px: float
 
@@ -104,7 +104,7 @@ def gaussian_integral(offsets: Floats, sigma_px: float) -> Floats:
 
 
 def full_width(light: Callable[[float], float], high: float, halvings: int) -> float:
-    """Return the full width at half maximum of falling light at an offset from 0 to `high`, by bisection."""
+    """Return the full width at half maximum of `light`, which falls with the offset from 0 to `high`, by bisection."""
     low, half = 0.0, light(0.0) / 2
     for _ in range(halvings):
         middle = (low + high) / 2
@@ -143,7 +143,7 @@ def _pixel_antiderivatives(offsets: Floats, sigma: float) -> tuple[Floats, Float
 
 
 def _normal_antiderivatives(x: Floats, sigma: float) -> tuple[Floats, Floats]:
-    """Return the first and second antiderivative of the normal distribution function of that sigma."""
+    """Return the first and second antiderivative of the normal distribution function of standard deviation `sigma`."""
     if sigma == 0:
         ramp = np.maximum(x, 0.0)
         return ramp, ramp**2 / 2

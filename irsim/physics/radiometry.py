@@ -34,7 +34,8 @@ PHOTON_J_M = _H * _C
 """Energy of a photon times its wavelength, hc, J m."""
 
 TABLE_K = (10.0, 6000.0)
-"""Temperatures of the table, K; others are clamped to its ends (at 10 K the radiance is zero in effect)."""
+"""Temperatures of the table, K; temperatures outside are clamped to its ends (at 10 K the radiance is zero in
+effect)."""
 
 
 def limits(band: Band) -> tuple[float, float]:
@@ -112,7 +113,7 @@ def temperature(band: Band, radiance: float | Floats) -> Floats:
 
 
 def temperature_of(band: Band, radiance: float) -> float:
-    """Return `temperature` of one value, in a fifth of the time."""
+    """Return the black-body temperature, K, of one radiance, W/m2/sr, in a fifth of the time of `temperature`."""
     log_l, inverse_t = _table_lists(band)
     level = math.log(max(radiance, sys.float_info.min))
     after = bisect(log_l, level, 1, len(log_l) - 1)
@@ -139,11 +140,11 @@ def slope(band: Band, temperature_k: float) -> float:
 
 
 def hemisphere(sky: Callable[[Floats], Floats]) -> float:
-    """Return the mean radiance, W/m2/sr, over all directions of a sky, given by elevation, rad.
+    """Return the mean radiance, W/m2/sr, over all directions of a sky; `sky` returns radiances at elevations, rad.
 
-    Solid angle is uniform in the sine of elevation; Gauss-Legendre, within 1e-6 for the skies here. The mean of
-    max(n w, 0) over all normals n is the same for any direction w: a matt surface of random orientation reflects half
-    the mean of the sky and half the mean of the ground.
+    Solid angle is uniform in the sine of elevation. Gauss-Legendre quadrature is within 1e-6 for the skies of
+    `Atmosphere`. A matt surface of random orientation reflects half the mean of the sky and half the mean of the
+    ground, as the mean of max(n w, 0) over all normals n is the same for any direction w.
     """
     elevations, weights = _elevation_quadrature()
     return float(np.sum(weights * sky(elevations)))
@@ -158,10 +159,10 @@ def _elevation_quadrature() -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """Noiseless count of an in-band radiance L, W/m2/sr: linear L + root sqrt(L) + zero.
+    """Conversion of in-band radiance L, W/m2/sr, to a noiseless count: `linear` L + `root` sqrt(L) + `zero`.
 
-    A scale between two black bodies has no root. A photon detector has one, as hotter bodies emit fewer photons per
-    watt (`irsim.camera.response.Electrons`).
+    `root` is 0 where counts are linear in radiance. It is above 0 for a detector that counts photons, as hotter bodies
+    emit fewer photons per watt (`irsim.camera.sensor.ElectronSensor`).
     """
 
     linear: float
@@ -170,22 +171,22 @@ class Scale:
 
     @classmethod
     def between(cls, band: Band, range_k: tuple[float, float], bits: int) -> Scale:
-        """Return the scale linear in radiance between the black bodies, K, of count 0 and of full scale."""
+        """Return the scale linear in radiance on which black bodies at `range_k`, K, give count 0 and full scale."""
         dark, bright = (float(radiance(band, kelvin)) for kelvin in range_k)
         linear = (2**bits - 1) / (bright - dark)
         return cls(linear, 0.0, -linear * dark)
 
     @classmethod
     def known(cls, curve: Curve | None, band: Band, range_k: tuple[float, float], bits: int) -> Scale:
-        """Return the scale of a camera's own curve (linear, root, zero); without one, the scale between two black
-        bodies."""
+        """Return the scale of coefficients `curve` (linear, root, zero); if this is None, the linear scale of
+        `range_k`."""
         return cls.between(band, range_k, bits) if curve is None else cls(*curve)
 
     def light(self, counts: Floats) -> Floats:
         """Return the in-band radiance, W/m2/sr, of counts (any shape, float32 or float64).
 
-        With a root, sqrt(L) of linear L + root sqrt(L) = c is 2 c / (root + sqrt(root^2 + 4 linear c)); counts below
-        `zero` give 0.
+        If `root` is not 0, linear L + root sqrt(L) = c is solved by sqrt(L) = 2 c / (root + sqrt(root^2 + 4 linear c)).
+        Counts below `zero` give 0.
         """
         if not self.root:
             return counts * counts.dtype.type(1 / self.linear) - counts.dtype.type(self.zero / self.linear)
@@ -196,7 +197,7 @@ class Scale:
         return light
 
     def rise(self, before: Floats, after: Floats) -> Floats:
-        """Return the change in counts from one radiance, W/m2/sr, >= 0, to another (any shape)."""
+        """Return the change in counts from radiance `before`, W/m2/sr, 0 or more, to radiance `after` (any shape)."""
         kind = after.dtype.type
         rise: Floats = (after - before) * kind(self.linear)
         if self.root:
@@ -204,5 +205,5 @@ class Scale:
         return rise
 
     def slope(self, light: float) -> float:
-        """Return counts per W/m2/sr at a radiance above 0."""
+        """Return the slope of the scale, counts per W/m2/sr, at a radiance above 0."""
         return float(self.linear + self.root / (2 * np.sqrt(light)))

@@ -46,7 +46,7 @@ class Turbulence(Part):
         """Return the sigma of the Gaussian blur of one short exposure, rad.
 
         Its variance is that of the long exposure minus that of tilt. It is 0 for an aperture much smaller than Fried's
-        r0: such images wander without blur.
+        r0: images through such an aperture wander without blur.
         """
         if self.cn2 == 0:
             return 0.0
@@ -157,7 +157,7 @@ def aperture_averaging(ratio: float) -> float:
     if ratio == 0:
         return 1.0
     place = math.log(ratio)
-    # Beyond the table: the powers at its ends.
+    # Beyond the table, A follows the power laws of its ends.
     beyond = 7 / 6 * max(place - _LOG_RATIO[-1], 0) + 5 / 6 * min(place - _LOG_RATIO[0], 0)
     return 1 / (1 + math.exp(float(np.interp(place, _LOG_RATIO, _LOG_LOST)) + beyond))
 

@@ -1,8 +1,8 @@
 """Hypothesis strategies for scenes: parts, whole scenarios, and texts and files that are broken.
 
 Every difficulty has an integer severity from 0 (benign) to 5, so Hypothesis shrinks to the mildest scene that still
-fails, without parts that do not contribute. The scene's seed is drawn last, pixels never. Parts are mappings as in
-YAML; `scenarios` combines them.
+fails, without parts that do not contribute. The scene's seed is drawn last; pixels are rendered, never drawn. Parts are
+mappings as in YAML; `scenarios` combines them.
 
     from hypothesis import given
     from irsim import strategies

@@ -1,4 +1,4 @@
-"""Hypothesis strategies for damage: wrong scenario texts and damaged recordings. Each must end in an InputError."""
+"""Hypothesis strategies for damage: wrong scenario texts and damaged recordings, to be refused with an InputError."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _choose(draw: st.DrawFn, tree: Any, wanted: Callable[[Any], bool]) -> Place:
 
 
 def _with(tree: Any, place: Place, value: Any) -> Any:
-    """Return the tree with a value at a place."""
+    """Return a copy of the tree with `value` at the key path `place`."""
     if not place:
         return value
     changed = copy.deepcopy(tree)
@@ -148,7 +148,7 @@ _UNREADABLE = [
     "key: \ud800",
     "%TAG",
 ]
-"""Lines that are invalid YAML in any place."""
+"""Lines that are invalid YAML anywhere in a text."""
 
 
 def _not_a_mapping(draw: st.DrawFn, tree: Any) -> str:
@@ -163,7 +163,7 @@ def _deeply_nested(draw: st.DrawFn, tree: Any) -> str:
 
 
 def _alias_bomb(draw: st.DrawFn, tree: Any) -> str:
-    """Return an alias bomb: each list holds the one before it ten times."""
+    """Return an alias bomb: each list holds the list before it ten times."""
     lines = ["a0: &a0 [1]"] + [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
     return "\n".join(lines)
 
@@ -225,4 +225,5 @@ _DAMAGES: list[Callable[[st.DrawFn, bytes, bytes, bytes], bytes]] = [
     _inserted,
     _number,
 ]
-"""Damages at a span of a file: bits flipped, end, beginning or span lost, span doubled, blank, bytes inserted."""
+"""Damages to a span of a file: a byte flipped; the end, the beginning or the span lost; the span doubled or blank;
+bytes inserted or overwritten."""

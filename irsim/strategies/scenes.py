@@ -1,7 +1,7 @@
 """Hypothesis strategies for scenes: parts as mappings, and whole scenarios.
 
-Severities go from 0, no effect, to 5, more than most trackers survive. Their values are those of the shipped `stress`
-scenario of the same cause, except for `HIDING`.
+Severities go from 0, no effect, to 5, more than most trackers survive. Tables hold the parameter at each severity.
+Values are those of the shipped scenarios `stress/...`, except for `HIDING`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TOP = 5
 """The highest severity."""
 
 SPEEDS = (0.0, 0.3, 0.6, 1.0, 1.5, 2.0)
-"""px per frame."""
+"""Speeds of a target, px per frame."""
 TURNS = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Sharpest turns, degrees per frame."""
 WEAVES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0)
@@ -35,13 +35,14 @@ CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
 COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Fraction of the sky covered by cloud."""
 HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
-"""Occluded fraction of a target, and number of frames: fewer than in `stress/occlusion`, as these scenes are short."""
+"""Occluded fraction of a target, and number of frames. They are fewer than in `stress/occlusion`, as these scenes are
+short."""
 ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
 """Angle between crossing trajectories, degrees."""
 FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
 SHAKE_PX = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
 NEAREST = (0.0, 40.0, 32.0, 24.0, 18.0, 14.0)
-"""Distance of a decoy, px."""
+"""Distance of a decoy from the target, px."""
 
 
 def severities(top: int = TOP) -> SearchStrategy[int]:
@@ -51,7 +52,7 @@ def severities(top: int = TOP) -> SearchStrategy[int]:
 
 Severity = SearchStrategy[int]
 ANY = severities()
-"""Each severity, the default of a part's strategy."""
+"""Strategy of all severities, the default of the strategies below."""
 
 
 def seeds() -> SearchStrategy[int]:
@@ -62,7 +63,9 @@ def seeds() -> SearchStrategy[int]:
 def straight(pace: float, heading: float, size: Sequence[int], frames: int, range_m: float = 1000.0) -> Part:
     """Return a straight path through the middle of the picture, reached in the middle frame.
 
-    pace px per frame;  heading degrees;  size (columns, rows)
+    pace     px per frame
+    heading  degrees
+    size     (columns, rows), px
     """
     turn = math.radians(heading)
     start = [
@@ -80,7 +83,7 @@ def straights(
     speed: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
-    """Draw a `straight` path; speed: severities of `SPEEDS`; 0 stands still."""
+    """Draw a `straight` path. `speed` draws the index into `SPEEDS`; at 0 the target stands still."""
     pace = SPEEDS[draw(speed)]
     return straight(pace, 45.0 * draw(st.integers(0, 7)), size, frames, range_m)
 
@@ -94,7 +97,7 @@ def weaves(
     amplitude: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
-    """Draw a sinusoid about a straight path; amplitude: severities of `WEAVES`; 0 is straight."""
+    """Draw a sinusoid about a straight path. `amplitude` draws the index into `WEAVES`; at 0 the path is straight."""
     way = draw(straights(size, frames, speed, range_m))
     height = WEAVES[draw(amplitude)]
     return {**way, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
@@ -109,14 +112,14 @@ def manoeuvres(
     turn: Severity = ANY,
     range_m: float = 1000.0,
 ) -> Part:
-    """Draw a path of random turns; turn: severities of `TURNS`; 0 is straight."""
+    """Draw a path of random turns. `turn` draws the index into `TURNS`; at 0 the path is straight."""
     way = draw(straights(size, frames, speed, range_m))
     sharpest = TURNS[draw(turn)]
     return {**way, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
 
 
 def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 1000.0) -> SearchStrategy[Part]:
-    """Return a strategy of all these paths, which shrink to a target at rest."""
+    """Return a strategy of straight, weaving and turning paths, which shrink to a target at rest."""
     return st.one_of(
         straights(size, frames, range_m=range_m),
         weaves(size, frames, range_m=range_m),
@@ -138,7 +141,7 @@ def shapes(draw: st.DrawFn) -> Part:
 
 @st.composite
 def noises(draw: st.DrawFn, severity: Severity = ANY) -> Part:
-    """Draw keys of a camera: its NETD by `NETD_MK` and its noise terms; the simplest is white noise alone."""
+    """Draw keys of a camera: its NETD, from `NETD_MK`, and its noise terms; the simplest is white noise alone."""
     netd = NETD_MK[draw(severity)]
     terms: tuple[Part, ...] = (
         {"kind": "fixed_pattern"},
@@ -151,7 +154,7 @@ def noises(draw: st.DrawFn, severity: Severity = ANY) -> Part:
 
 @st.composite
 def clutters(draw: st.DrawFn, severity: Severity = ANY) -> Part:
-    """Draw a background of ground with false targets by `CLUTTER`; at 0 it is flat."""
+    """Draw a background of ground with false targets at a density from `CLUTTER`; at severity 0 it is uniform."""
     step = draw(severity)
     ground = {"kind": "ground", "mean_k": 285.0, "spread_k": 0.2 * step}
     if step == 0:
@@ -162,7 +165,7 @@ def clutters(draw: st.DrawFn, severity: Severity = ANY) -> Part:
 
 @st.composite
 def skies(draw: st.DrawFn, severity: Severity = ANY) -> Part:
-    """Draw a background of sky with cloud by `COVERAGE`; at 0 it is flat."""
+    """Draw a background of sky with a cloud cover from `COVERAGE`; at severity 0 it is uniform."""
     step = draw(severity)
     sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
     return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
@@ -171,7 +174,7 @@ def skies(draw: st.DrawFn, severity: Severity = ANY) -> Part:
 @st.composite
 def countries(draw: st.DrawFn) -> Part:
     """Draw a background of ground or landscape, with temperatures of an hour or given ones, and a horizon behind trees
-    that is bare, wooded, or the default. The simplest is flat ground."""
+    that is bare, wooded, or the default. The simplest is uniform ground."""
     kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
     country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
     hour = draw(st.sampled_from(["any", "day", "night"]))
@@ -186,8 +189,8 @@ def countries(draw: st.DrawFn) -> Part:
 
 @st.composite
 def cameras(draw: st.DrawFn) -> Part:
-    """Draw keys of a camera: a preset or none, some keys of its own and, where they agree, a detector. The simplest is
-    the default camera."""
+    """Draw keys of a camera: a preset or none, some further keys and, where these keys permit, a detector. The simplest
+    is the default camera."""
     plain = {"bits": 14, "netd_mk": 40.0, "time_constant_ms": 0.0, "noise": [{"kind": "white"}], "correction": None}
     own = draw(st.sets(st.sampled_from(sorted(plain))))
     preset = draw(st.sampled_from([None, *PRESETS]))
@@ -201,7 +204,7 @@ def cameras(draw: st.DrawFn) -> Part:
 
 @st.composite
 def occlusions(draw: st.DrawFn, target: str = "target", frames: int = 30, severity: Severity = ANY) -> list[Part]:
-    """Draw smoke that hides `target` from about the middle of the scene on, by `HIDING`; at 0 there is none.
+    """Draw smoke that hides `target` about the middle of the scene, as in `HIDING`; at severity 0 there is none.
 
     Unlike a wall, smoke can come and go before a target at rest.
     """
@@ -222,7 +225,7 @@ def crossings(
     shape: Part | None = None,
     severity: Severity = ANY,
 ) -> list[Part]:
-    """Draw another target that crosses `target` in the middle of the scene at one of `ANGLES`; at 0 there is none."""
+    """Draw another target that crosses `target` in mid-scene at one of `ANGLES`; at severity 0 there is none."""
     step = draw(severity)
     if step == 0:
         return []
@@ -237,7 +240,7 @@ def decoys(
     shape: Part | None = None,
     severity: Severity = ANY,
 ) -> list[Part]:
-    """Draw a decoy of the same shape beside the target's `path`, at one of `NEAREST` px; at 0 there is none."""
+    """Draw a decoy of equal shape beside the target's `path`, at one of `NEAREST` px; at severity 0 there is none."""
     step = draw(severity)
     if step == 0:
         return []
@@ -251,14 +254,14 @@ def decoys(
 
 @st.composite
 def frame_faults(draw: st.DrawFn, severity: Severity = ANY) -> list[Part]:
-    """Draw frame loss: frames dropped or doubled, by `FAULT_RATES`; at 0 there is none."""
+    """Draw frame loss: frames dropped or doubled at a rate from `FAULT_RATES`; at severity 0 there is none."""
     rate = FAULT_RATES[draw(severity)]
     return [] if rate == 0 else [{"kind": draw(st.sampled_from(["drop", "duplicate"])), "rate": rate}]
 
 
 @st.composite
 def camera_motions(draw: st.DrawFn, severity: Severity = ANY) -> list[Part]:
-    """Draw camera shake by `SHAKE_PX`; at 0 there is none."""
+    """Draw camera shake of an rms from `SHAKE_PX`; at severity 0 there is none."""
     rms = SHAKE_PX[draw(severity)]
     return [] if rms == 0 else [{"kind": "shake", "rms_px": rms}]
 
@@ -293,7 +296,7 @@ def documents(
 
     size      (columns, rows) px;  camera: keys that take precedence over drawn ones
     decoy     severities of a decoy beside the target; False: there is none
-    Each of the others is a strategy of `irsim.strategies`, `st.just(...)` for a fixed value.
+    Each of the other arguments is a strategy of `irsim.strategies`, or `st.just(...)` for a fixed value.
     """
 
     def drawn(given: SearchStrategy[Any] | None, default: SearchStrategy[Any]) -> Any:
@@ -328,5 +331,5 @@ def documents(
 
 
 def scenarios(**kwargs: Any) -> SearchStrategy[Scenario]:
-    """Return the scenarios of `documents`, with its arguments."""
+    """Return a strategy of validated scenarios; the arguments are those of `documents`."""
     return documents(**kwargs).map(write_yaml).map(loads)

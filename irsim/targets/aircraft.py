@@ -179,7 +179,7 @@ class Helicopter(Body):
     )
 
     length_m: Length = 14.0
-    """Length of the fuselage with its tail, m; the diameter of the main rotor is 1.16 times that."""
+    """Length of the fuselage with its tail, m; the diameter of the main rotor is 1.16 times this length."""
     temperature_k: Kelvin = 290.0
     """Temperature of the skin, kelvin."""
     engine_k: Kelvin = 460.0
@@ -206,7 +206,7 @@ _ROTOR_RADIUS = 0.21
 
 
 def _motor_corner(name: str) -> tuple[Solid, ...]:
-    """Return arm, motor, leg and rotor of one corner."""
+    """Return arm, motor, leg and rotor at one corner of a quadrotor."""
     x, y = _MOTORS[name]
     tip = _ROTOR_RADIUS
     blades = plate(
@@ -272,7 +272,7 @@ _BOTTOM_FIN = profile(((-0.36, 0.025), (-0.44, 0.16), (-0.5, 0.16), (-0.5, 0.025
 class Missile(Body):
     """A slender missile with wings and fins, a seeker dome heated by friction, and a bright plume.
 
-    The plume is part of the body and counts for box and centre. Its emissivity is low, but it is opaque.
+    The plume is part of the body, so box and centre include it. Its emissivity is low, but it is opaque.
     """
 
     picture_poses: ClassVar[tuple[Angles, ...]] = ((70.0, 20.0, 45.0), (90.0, 0.0, 0.0), (50.0, 35.0, 20.0))

@@ -56,7 +56,7 @@ class Bird(Body):
     )
 
     length_m: Length = 0.6
-    """Length from bill to tail, m; the wings span 2.2 times that."""
+    """Length from bill to tail, m; the wings span 2.2 times this length."""
     temperature_k: Kelvin = 300.0
     """Temperature of the plumage of the body, kelvin."""
     head_k: Kelvin = 307.0
@@ -115,7 +115,7 @@ def _body_side(side: int) -> tuple[Solid, ...]:
 
 
 def _torso(*stations: tuple[float, float, float]) -> Solid:
-    """Return an upright solid of hexagonal sections through stations (z, half width, half depth)."""
+    """Return an upright solid with hexagonal cross-sections (z, half width, half depth)."""
     hexagon = ((1, 0.5), (1, -0.5), (-1, 0.5), (-1, -0.5), (0, 1), (0, -1))
     return Solid(tuple((x * deep, y * wide, z) for z, wide, deep in stations for x, y in hexagon))
 

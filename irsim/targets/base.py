@@ -22,7 +22,7 @@ Angles = tuple[float, float, float]
 
 
 def wrong_value(reason: str, *at: str | int) -> PydanticCustomError:
-    """Return the error for a value at a key."""
+    """Return the validation error for a value, at the path of keys `at`."""
     return PydanticCustomError("target", "{reason}", {"reason": reason, "at": at})
 
 
@@ -30,10 +30,10 @@ class View(NamedTuple):
     """Pose of a target relative to the camera in one frame.
 
     position  (3,) m, camera frame
-    attitude  (3, 3) body vectors (x forward, y right, z down) to camera vectors
-    context   of the scene, zoomed to this frame
+    attitude  (3, 3) rotation from body vectors (x forward, y right, z down) to camera vectors
+    context   scene context, with the zoom of this frame
     time      s since frame 0, for moving parts and flicker
-    name      the target's id, the address of its random streams
+    name      the target's id, which addresses its random streams
     age       s since the start of its path, for flares; inf on a path without a start
     """
 
@@ -51,9 +51,9 @@ class Shape(Kind):
     switches: ClassVar[Switches] = {"flicker": ("flicker", Steady())}
 
     rotational_symmetry: ClassVar[Mapping[str, int]] = {}
-    """Keys of rotation or oscillation rates, Hz, each with the number of identical positions in one turn."""
+    """Keys of rotation or oscillation rates, Hz, each with the number of identical positions in one turn or cycle."""
     default_posture: ClassVar[Posture] = ARROW
-    """Attitude law of the kind along its path."""
+    """Law for the attitude of targets of the kind along their paths."""
     grounded: ClassVar[bool] = False
     """True if the kind stands on the ground or floats on the sea."""
     max_speed_m_s: ClassVar[float | None] = None
@@ -80,7 +80,7 @@ class Shape(Kind):
 
     @property
     def posture(self) -> Posture:
-        """Attitude along its path."""
+        """Law for the attitude of the target along its path."""
         return self.default_posture
 
     def brightness(self, view: View) -> float:
@@ -94,4 +94,4 @@ class Shape(Kind):
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:
-        """Return the target alone at its exact sub-pixel position; None if it is behind the camera."""
+        """Return the sprite of the target at its exact sub-pixel position; None if it is behind the camera."""

@@ -27,8 +27,8 @@ from irsim.types import Band, Box, Floats
 class Body(Shape):
     """A body of convex parts, each with its own temperature and emissivity.
 
-    The material of a part is a temperature key, such as `engine_k`. The emissivity of its parts is the key
-    `engine_emissivity` if the body has it, else the entry `engine` of `emissivities`, else `emissivity`.
+    The material of a part is named by a temperature key, such as `engine_k`. Its emissivity is the value of the key
+    `engine_emissivity` if the body has this key, else the entry `engine` of `emissivities`, else `emissivity`.
 
     Each part is drawn by the exact outline of its convex hull, and parts hide each other in depth order
     (`Polyhedra.depth_order`). Intersecting parts of different material are split first (`split_intersections`). Parts
@@ -144,7 +144,8 @@ def _draw_compiled(body: PosedBody) -> Sprite | None:
 
 @lru_cache(maxsize=32)
 def _psf_tables(psf: PSF) -> tuple[tuple[float, kernels.Spread], ...]:
-    """Return the largest side, px, and the table of a PSF for each fineness."""
+    """Return the largest side of a body, px, and the table of a PSF for each fineness of the drawing grid
+    (`FINENESS`)."""
     return tuple((limit, psf_table(psf, fine)) for limit, fine in FINENESS)
 
 
@@ -156,7 +157,7 @@ def _name(solid: Solid) -> str:
 
 
 def _own_emissivity(body: Body, solid: Solid) -> float | None:
-    """Return the value of the part's own emissivity key; None if the body has none."""
+    """Return the emissivity that the body's key for the part's material gives; None if the body has no such key."""
     found: float | None = getattr(body, f"{_name(solid)}_emissivity", None)
     return found
 
@@ -185,7 +186,7 @@ def _rest_pose(body: Body, band: Band, surroundings: float) -> RestPose:
 
 
 def _radiance(body: Body, band: Band, surroundings: float) -> Floats:
-    """Return the in-band radiance (parts,), W/m2/sr."""
+    """Return the in-band radiance of each part, (parts,), W/m2/sr."""
     parts = _split_parts(type(body))
     temperatures = np.array([getattr(body, solid.material) for solid in parts])
     own = (_own_emissivity(body, solid) for solid in parts)

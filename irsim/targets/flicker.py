@@ -18,7 +18,8 @@ class Flicker(Kind):
 
     @abstractmethod
     def factor(self, time: float, seed: int, name: str) -> float:
-        """Return the factor on the radiance at a time, s; random kinds use a stream of seed and target name."""
+        """Return the factor on the radiance at a time, s; random kinds draw from the stream addressed by `seed` and the
+        target's id, `name`."""
 
 
 class Steady(Flicker):
@@ -50,7 +51,7 @@ class Wave(Flicker):
     hz: Positive = 1.0
     """Frequency, Hz."""
     depth: Fraction = 0.3
-    """Amplitude, as a share of the brightness."""
+    """Amplitude, as a share of the nominal brightness."""
     phase: Fraction = 0.0
     """Phase in frame 0, as a share of the period; the period begins at the mean brightness, rising."""
 

@@ -25,9 +25,9 @@ from irsim.targets.rasterize import outline_edges, z_buffer
 from irsim.types import Band, Box, Floats
 
 SAMPLES = 3
-"""Visibility samples per cell and axis, where faces differ in temperature."""
+"""Visibility samples per grid cell along each axis, where faces differ in temperature."""
 MIN_SAMPLES = 128
-"""Least number of samples across a body, for the right share of light from each face at long range."""
+"""Least number of samples across a body, which give each face its share of the light at long range."""
 _FINEST_PX = 1e-6
 """Least spacing of samples: a body seen edge-on has no width."""
 
@@ -142,7 +142,8 @@ class MeshShape(Shape):
 
 
 def _mean_radiance(pixels: Floats, depth: Floats, faces: Ints, radiances: Floats, grid: Grid) -> Floats:
-    """Return the mean radiance (rows, columns) of the visible faces in each cell, else that of neighbouring cells."""
+    """Return the mean radiance (rows, columns) of the faces seen in each cell; a cell without faces takes its
+    neighbours'."""
     rows, columns = grid.cells
     window = np.array([grid.columns, grid.rows])
     corners = pixels[faces].reshape(-1, 2) - grid.corner
@@ -196,7 +197,7 @@ def _scaled(shape: MeshShape, triangles: Triangles) -> tuple[Triangles, Floats, 
 
 @lru_cache(maxsize=64)
 def _material_radiance(shape: MeshShape, groups: tuple[str, ...], band: Band, surroundings: float) -> Floats:
-    """Return the in-band radiance (groups,), W/m2/sr."""
+    """Return the in-band radiance of each material, (groups,), W/m2/sr."""
     temperatures = np.array([shape.materials_k.get(name, shape.temperature_k) for name in groups])
     emissivities = np.array([shape.emissivities.get(name, shape.emissivity) for name in groups])
     return grey_body(band, temperatures, emissivities, surroundings)

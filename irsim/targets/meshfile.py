@@ -93,7 +93,7 @@ def _read(path: str, stamp: Stamp) -> Triangles:
 
 
 def _gaps(faces: npt.NDArray[np.int64]) -> int:
-    """Return the number of edges that faces do not traverse equally often in both directions."""
+    """Return the number of edges that the faces beside them do not traverse equally often in both directions."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
     ways = np.bincount(which.reshape(-1), weights=np.sign(edges[:, 1] - edges[:, 0]))

@@ -44,7 +44,7 @@ class Solid:
 
 
 def tube(*stations: tuple[float, float, float, float], material: str = "temperature_k") -> Solid:
-    """Return a round solid along x through stations (x, z, half width, half height)."""
+    """Return a round solid along x with elliptic cross-sections (x, z of the centre, half width, half height)."""
     angles = 2 * np.pi * (np.arange(_SIDES) + 0.5) / _SIDES
     rings = [
         (x, float(wide * np.sin(angle)), float(z + high * np.cos(angle)))
@@ -216,7 +216,7 @@ def _ring(points: Floats, normal: Floats, corners: Ints) -> list[int]:
 class RigidTransform(NamedTuple):
     """Rigid transform in body axes: v -> rotation v + translation, the translation in body lengths.
 
-    numbers  the rotation's (3, 3) row by row, then the translation's 3: plain numbers take half the time of arrays
+    numbers  the rotation's (3, 3) row by row, then the translation's 3; plain numbers take half the time of arrays
     """
 
     numbers: tuple[float, ...]
@@ -232,7 +232,7 @@ class RigidTransform(NamedTuple):
         return np.array(self.numbers[9:])
 
     def __matmul__(self, other: RigidTransform) -> RigidTransform:
-        """Return the composition that applies `other` first: a shin on a thigh is `thigh @ knee`."""
+        """Return the composition that applies `other` first: `thigh @ knee` moves a shin with its thigh."""
         a, b, c, d, e, f, g, h, i, x, y, z = self.numbers
         j, k, l, m, n, o, p, q, r, u, v, w = other.numbers  # noqa: E741 - a row of letters
         return RigidTransform(

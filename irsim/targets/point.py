@@ -21,7 +21,7 @@ from irsim.targets.base import Shape, View, wrong_value
 from irsim.types import Band, Box, Floats
 
 FAINT_K = 0.01
-"""Radiance threshold for the wings of a point's PSF, as a temperature difference at 300 K, K."""
+"""Radiance below which the wings of a point's PSF are cut off, as a temperature difference at 300 K, K."""
 
 SMALL_PX = 1.0
 """Diameter, px, above which a point is drawn as a disc."""
@@ -32,16 +32,16 @@ _BURNT_OUT = 1e-3
 _CORNERS = 20
 """Corners of the polygon that represents an ellipse."""
 _CORNER_RADIUS = math.sqrt(2 * math.pi / (_CORNERS * math.sin(2 * math.pi / _CORNERS)))
-"""Radius of the corners that gives the polygon the ellipse's area. Rotated by half a corner, the polygon lies within
-the ellipse's box."""
+"""Distance of the corners from the centre, in semi-axes, that gives the polygon the ellipse's area. Rotated by half a
+corner, the polygon lies within the ellipse's box."""
 
 
 class Point(Shape):
     """Point target: an area smaller than a pixel, blurred by the optics.
 
-    It replaces the share phi of one pixel's light, distributed by the PSF; phi is the ratio of its solid angle to the
-    pixel's. Above one pixel in diameter it becomes a disc of that area with blurred edges. Below, the blur is widened
-    by the disc's variance, so that light and width are continuous at the transition.
+    It replaces the share phi of one pixel's light, distributed by the PSF; phi is the ratio of the target's solid angle
+    to the pixel's. Above one pixel in diameter the target becomes a disc of its area with blurred edges. Below, the
+    blur is widened by the disc's variance, so that light and width are continuous at the transition.
     """
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = dict.fromkeys(
@@ -55,11 +55,12 @@ class Point(Shape):
     emissivity: Fraction = 0.95
     """Emissivity."""
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point minus that of its background, K; replaces `temperature_k`. `without` does not
-    affect the result."""
+    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. The radiance is set with
+    nothing switched off, so --without does not change it."""
     scr: Number | None = None
     """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. Negative:
-    darker than the background, to the limit that `area_m2` allows. `without` does not affect the result."""
+    darker than the background, to the limit that `area_m2` allows. The radiance is set with nothing switched off, so
+    --without does not change it."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
@@ -92,7 +93,7 @@ class Point(Shape):
 def _unresolved(
     middle: Floats, phi: float, glow: float, range_m: float, requested: RequestedContrast | None, context: SceneContext
 ) -> Sprite:
-    """Return a point of solid angle `phi` pixels, its PSF widened by the variance of a disc."""
+    """Return the sprite of a point with a solid angle of `phi` pixels; the variance of a disc is added to the PSF."""
     x, y = middle.tolist()
     spread = context.psf.broadened(math.sqrt(phi / math.pi) / 2)
     if phi * glow > 0:
@@ -146,7 +147,7 @@ class Flare(Point):
 
 
 class HotSpot(Shape):
-    """A warm patch, such as a fire, a sun-heated rock or a vent: an ellipse across the line of sight."""
+    """A warm patch, such as a fire, a sun-heated rock or a vent: an ellipse perpendicular to the line of sight."""
 
     size_m: Annotated[tuple[Positive, Positive], Field(strict=False)] = (2.0, 1.2)
     """[width, height], m."""
@@ -171,7 +172,7 @@ class HotSpot(Shape):
 
 
 def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, context: SceneContext) -> Sprite | None:
-    """Return a uniform ellipse of radiance `glow`, W/m2/sr; None if it is larger than the frame and out of view.
+    """Return the sprite of an ellipse of radiance `glow`, W/m2/sr; None if it is larger than the frame and out of view.
 
     middle, halves  (2,) px, its centre and semi-axes
     """

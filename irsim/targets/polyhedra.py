@@ -18,8 +18,8 @@ from irsim.types import Floats
 class Topology:
     """Pose-independent connectivity of several convex polyhedra.
 
-    vertex_part  (V,) part of each vertex; those of one part are contiguous
-    face_part    (F,) part of each face, contiguous too
+    vertex_part  (V,) part of each vertex; vertices of one part are contiguous
+    face_part    (F,) part of each face; faces of one part are contiguous
     corner       (F,) one vertex of each face
     edges        (E, 5) tail vertex, head vertex, left face, right face and part of each edge; the left face is
                  counter-clockwise along it as seen from outside
@@ -46,19 +46,19 @@ class Topology:
 
     @cached_property
     def owner(self) -> npt.NDArray[np.float32]:
-        """(F, parts) 1 where a face belongs to a part: a product with it sums over each part's faces."""
+        """(F, parts) matrix, 1 where a face belongs to a part; a product with it sums over each part's faces."""
         belongs = self.face_part[:, None] == np.arange(self.count)
         return cast(npt.NDArray[np.float32], belongs.astype(np.float32))
 
     @cached_property
     def faces(self) -> Ints:
-        """(parts, most faces) faces of each part, padded with its last face."""
+        """(parts, largest number of faces) numbers of the faces of each part, padded with that of its last face."""
         begins, counts = self.firsts[1, :-1], np.diff(self.firsts[1])
         return np.asarray(begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1))
 
     @cached_property
     def different_material(self) -> npt.NDArray[np.bool_]:
-        """(parts, parts) True where the materials differ."""
+        """(parts, parts) matrix, True where the materials of two parts differ."""
         return np.asarray(self.material[:, None] != self.material)
 
     def penetration(self, vertices: Floats, normals: Floats, offsets: Floats) -> Floats:
@@ -85,12 +85,12 @@ class Polyhedra:
 
     @cached_property
     def thin(self) -> float:
-        """Rounding tolerance of penetration: a part below it lies wholly in front of a face."""
+        """Rounding tolerance of `penetration`: at or below it a part lies wholly in front of a face."""
         return float(1e-9 * self.penetration.max())
 
     @cached_property
     def in_front(self) -> npt.NDArray[np.float32]:
-        """(parts, F) 1 where a part lies wholly in front of a face."""
+        """(parts, F) matrix, 1 where a part lies wholly in front of a face."""
         return cast(npt.NDArray[np.float32], (self.penetration <= self.thin).astype(np.float32))
 
     @cached_property
@@ -100,7 +100,8 @@ class Polyhedra:
 
     @cached_property
     def least_penetrated(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
-        """(parts, parts) least penetrated face of each pair of parts, and True if it belongs to the second part."""
+        """(parts, parts) least penetrated face of each pair of parts, and True where this face belongs to the second
+        part."""
         faces, part = self.topology.faces, np.arange(self.topology.count)
         least = faces[part, np.argmin(self.penetration[:, faces], axis=2)]
         crossed = self.penetration[part[:, None], least]

@@ -1,9 +1,9 @@
 """Rasterisation of triangle meshes: the exact outline of the front faces, and a z-buffer of the nearest faces.
 
 Outline: edges shared by two front faces cancel. The remaining edges bound the field m, the number of front faces behind
-each point, and the outline is where m rises from 0. Edges are therefore cut at their crossings, and those pieces remain
-that have m = 0 on one side. Nothing is sampled: the result is continuous in the vertices, and its cost grows with the
-outline, not with the number of faces.
+each point, and the outline is where m rises from 0. Edges are therefore cut at their crossings, and the pieces with m =
+0 on one side remain. Nothing is sampled: the result is continuous in the vertices, and its cost grows with the outline,
+not with the number of faces.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def outline_edges(pixels: Floats, faces: Ints) -> tuple[Floats, Floats]:
 
 
 def _boundary_edges(faces: Ints, vertices: int) -> tuple[Ints, Ints, Ints]:
-    """Return (tail, head, count) of boundary edges: uses of an edge in opposite directions cancel, `count` uses are
-    left."""
+    """Return (tail, head, count) of boundary edges: uses of an edge by faces in opposite directions cancel, `count`
+    uses are left."""
     tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     keys, inverse = np.unique(low * vertices + high, return_inverse=True)
@@ -56,7 +56,7 @@ def _boundary_edges(faces: Ints, vertices: int) -> tuple[Ints, Ints, Ints]:
 
 
 def _overlapping_pairs(tail_y: Floats, head_y: Floats) -> tuple[Ints, Ints]:
-    """Return all ordered pairs (one, other) of distinct edges whose y spans overlap."""
+    """Return all ordered pairs (one, other) of distinct edges whose intervals in y overlap."""
     low, high = np.minimum(tail_y, head_y), np.maximum(tail_y, head_y)
     order = np.argsort(low, kind="stable")
     last = np.searchsorted(low[order], high[order], side="right")
@@ -86,7 +86,7 @@ def _cut_at_crossings(start: Floats, stop: Floats, one: Ints, other: Ints) -> tu
 def _faces_outside(start: Floats, stop: Floats, count: Ints, one: Ints, other: Ints, edge: Ints, place: Floats) -> Ints:
     """Return m (pieces,) on the outer side of each piece, from the crossings of a ray to the right from its middle.
 
-    one, other  pairs of edges whose y spans overlap: only these can be crossed
+    one, other  pairs of edges whose intervals in y overlap; a ray crosses only such edges
     """
     order = np.argsort(one, kind="stable")
     one, other = one[order], other[order]
@@ -109,7 +109,8 @@ def _faces_outside(start: Floats, stop: Floats, count: Ints, one: Ints, other: I
 
 
 def z_buffer(pixels: Floats, depth: Floats, faces: Ints, size: tuple[int, int]) -> Ints:
-    """Return the nearest triangle (rows, columns) at each point (column, row) of a grid, -1 where there is none.
+    """Return the number of the nearest triangle, (rows, columns), at each point (column, row) of a grid; -1 without
+    one.
 
     pixels  (V, 2) in grid steps
     depth   (V,) m along the optical axis

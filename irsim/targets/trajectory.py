@@ -19,8 +19,8 @@ from irsim.types import Floats
 class TargetTrajectory:
     """Positions and attitudes of a target, in the first camera frame, and the camera's trajectory.
 
-    positions  (n, 3) m at frames offset, 1 + offset, ...
-    attitudes  (n, 3, 3) body vectors to vectors of the first camera frame
+    positions  (n, 3) m at frame numbers offset, 1 + offset, ...
+    attitudes  (n, 3, 3) rotations from body vectors to vectors of the first camera frame
     camera     trajectory of the camera at these frames
     """
 

@@ -195,7 +195,7 @@ class Tank(Body):
     )
 
     length_m: Length = 7.0
-    """Length of the hull, m; the barrel extends beyond it by 0.3 of that, as common 120 and 125 mm guns do."""
+    """Length of the hull, m; the barrel extends beyond it by 0.3 hull lengths, as common 120 and 125 mm guns do."""
     temperature_k: Kelvin = 298.0
     """Temperature of the hull, kelvin."""
     engine_k: Kelvin = 350.0
@@ -203,7 +203,7 @@ class Tank(Body):
     turret_k: Kelvin = 304.0
     """Temperature of the turret, kelvin."""
     barrel_k: Kelvin = 316.0
-    """Temperature of the barrel, kelvin; the default is that of a gun fired recently."""
+    """Temperature of the barrel, kelvin; the default is for a gun fired recently."""
     tracks_k: Kelvin = 308.0
     """Temperature of the tracks, kelvin."""
     wheels_k: Kelvin = 322.0

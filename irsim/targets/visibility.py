@@ -40,7 +40,7 @@ def part_outlines(
     view: View,
     radiance: Floats,
 ) -> LayeredPolygons | None:
-    """Return the outlines of a body's parts in a view, a layer each; None if any part lies behind the camera.
+    """Return the outlines of a body's parts in a view, one layer for each; None if any part lies behind the camera.
 
     body        in its rest pose
     transforms  of the joints, translations in units of `scale`
@@ -94,9 +94,9 @@ class _Piece:
 def split_intersections(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Return solids with the same visible surface, intersecting ones split where possible.
 
-    No depth order is right for two intersecting parts: the light jumps where their order changes. Of two such parts of
-    different material on the same joint, one is therefore replaced by its pieces outside the other, cut along the
-    planes of the other's faces, if there are at most two pieces.
+    No depth order is right for two intersecting parts: the light jumps where their order changes. Therefore, of two
+    intersecting parts of different material on one joint, one is replaced by its pieces outside the other, cut along
+    the planes of the other's faces, if there are at most two pieces.
     """
     done: list[_Piece] = []
     waiting = [_piece(solid, np.array(solid.points)) for solid in reversed(solids)]
@@ -134,12 +134,12 @@ def _intersect(one: _Piece, other: _Piece) -> bool:
 
 
 def _heights(one: _Piece, other: _Piece) -> Floats:
-    """Return the signed distances (vertices, faces) of the vertices of one from the faces of the other."""
+    """Return the signed distances (vertices, faces) of the vertices of `one` from the faces of `other`."""
     return np.asarray(one.hull.vertices @ other.hull.normals.T - other.hull.offsets)
 
 
 def _outside(one: _Piece, other: _Piece, rest: Iterable[_Piece]) -> list[_Piece]:
-    """Return the pieces of one outside the other, except those hidden inside any of the rest.
+    """Return the pieces of `one` outside `other`, except those hidden inside a piece of `rest`.
 
     The search stops after `_MOST_PIECES` + 1 pieces.
     """
@@ -168,5 +168,5 @@ def _cut(piece: _Piece, normal: Floats, offset: float) -> _Piece:
 
 
 def _cost(pieces: list[_Piece]) -> tuple[int, int]:
-    """Return the number of pieces and of their vertices."""
+    """Return the number of pieces and of their vertices, by which the cheaper of two splits is chosen."""
     return len(pieces), sum(len(piece.hull.vertices) for piece in pieces)

@@ -77,6 +77,7 @@ def test_hang_or_crash_breaks_the_property() -> None:
     assert (dead.verdict, dead.why) == ("broken", DIED)
 
 
+@pytest.mark.slow
 def test_worker_killed_once_breaks_nothing(tmp_path: Path) -> None:
     """Killed while the tracker works, and before."""
     at_work, before = tmp_path / "at work", tmp_path / "before"
@@ -86,6 +87,7 @@ def test_worker_killed_once_breaks_nothing(tmp_path: Path) -> None:
     assert before.exists()
 
 
+@pytest.mark.slow
 def test_worker_process_changes_no_verdict() -> None:
     names = ["elsewhere", "resumes", "flip"]
     assert [outcome.verdict for outcome in check(Sound(), only=names, frame_limit_s=60.0)] == ["holds"] * 3

@@ -61,6 +61,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Failure]:
     return folder, find(folder, keep_in=folder.parent / "kept")
 
 
+@pytest.mark.slow
 def test_a_scene_that_kills_a_tracker_is_found_and_shrunk(known: tuple[Path, Failure]) -> None:
     """Ten frames, the lowest severity that fails, and no noise."""
     folder, found = known
