@@ -1,6 +1,6 @@
 """Calibration: noise, bad pixels, fixed pattern, PSF and texture of recordings, with 95 % intervals.
 
-Estimators are pure functions of counts (frames, rows, columns) of a real or rendered recording.
+Estimators are pure functions of the counts (frames, rows, columns) of a real or rendered recording.
 """
 
 from irsim.calibration.background_classes import CLASSES, TextureFigures, texture_figures

@@ -1,4 +1,4 @@
-"""Pictures of the background without targets and other small outlying objects."""
+"""Pictures of the background, without targets and other small outlying objects."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from irsim.calibration.statistics import Values, evenly
 from irsim.types import Bools, Floats, Source
 
 TEXTURE_PICTURES = 9
-"""Number of pictures, evenly over the recording, for the measurement of texture."""
+"""Number of pictures, evenly spaced over the recording, on which texture is measured."""
 _MEDIAN_FRAMES = 48
 _CLIP = 4.0
-"""Sigmas from its median at which a pixel's value is clipped in the mean."""
+"""Distance from a pixel's median, sigmas, at which its values are clipped before the mean."""
 _SMALL = 1 / 8
-"""Share of the shorter side below which an object is small."""
+"""Largest width of a small object, as a fraction of the picture's shorter side."""
 _USUAL = 0.98
 _FAR = 6.0
-"""Ratio to the 0.98 quantile beyond which an object is an outlier: backgrounds of the shipped scenarios have up to 5.0,
-hot targets 8 to 140."""
+"""Ratio of an object's height to the 0.98 quantile of heights beyond which it is an outlier. Backgrounds of the shipped
+scenarios reach 5.0, hot targets 8 to 140."""
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """Background picture (rows, columns), the mask of pixels that were filled in, and the number of small objects."""
+    """Background picture (rows, columns), mask of pixels filled in from around, and number of small objects."""
 
     picture: Floats
     filled: Bools
@@ -37,14 +37,15 @@ class Background:
 
     @property
     def seen(self) -> Floats:
-        """Values of the pixels that were not filled in, (N,)."""
+        """Values of the pixels that were measured, not filled in, (N,)."""
         return self.picture[~self.filled]
 
 
 def background(picture: Floats, taken: Bools | None = None) -> Background:
-    """Return the background of a picture (rows, columns) with a mask of targets, ignored above half of the picture.
+    """Return the background of a picture (rows, columns), of which `taken` masks the targets.
 
-    Targets, then small outlying objects, are filled in from around (A. Telea, J. Graphics Tools 9, 2004).
+    The targets, then small outlying objects, are filled in from around (A. Telea, J. Graphics Tools 9, 2004). A mask of
+    more than half of the picture is ignored.
     """
     held = np.zeros(picture.shape, np.bool_) if taken is None or taken.mean() > 0.5 else taken
     small, objects = small_objects(fill(picture, held))
@@ -52,7 +53,7 @@ def background(picture: Floats, taken: Bools | None = None) -> Background:
 
 
 def background_pictures(source: Source, count: int) -> npt.NDArray[np.uint8]:
-    """Return the backgrounds (T, rows, columns) of `count` 8-bit pictures, evenly over a source."""
+    """Return the backgrounds (T, rows, columns) of `count` 8-bit pictures, evenly spaced over a source."""
     found = []
     for k in evenly(len(source), count).tolist():
         picture = np.asarray(source.frame(k, "display").image, np.uint8)
@@ -62,7 +63,7 @@ def background_pictures(source: Source, count: int) -> npt.NDArray[np.uint8]:
 
 
 def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
-    """Return a picture (rows, columns) in which masked pixels are filled in from around; itself for an empty mask."""
+    """Return a picture (rows, columns) with masked pixels filled in from around; itself for an empty mask."""
     if not held.any():
         return picture
     known = picture if picture.dtype == np.uint8 else picture.astype(np.float32)
@@ -71,8 +72,10 @@ def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
 
 
 def small_objects(picture: Floats) -> tuple[Bools, int]:
-    """Return the mask (rows, columns) and the number of small hot or cold outliers in a picture, in the top hat or the
-    black hat of a square (J. Serra, "Image analysis and mathematical morphology", 1982)."""
+    """Return the mask (rows, columns) and the number of small hot or cold outliers in a picture.
+
+    They stand out in its top hat or black hat (J. Serra, "Image analysis and mathematical morphology", 1982).
+    """
     smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
     side = max(round(min(picture.shape) * _SMALL), 3)
     found = np.zeros(picture.shape, np.uint8)
@@ -87,9 +90,10 @@ def small_objects(picture: Floats) -> tuple[Bools, int]:
 
 
 def mean_picture(frames: Values, sigma: float, boxes: Boxes) -> tuple[Floats, Bools]:
-    """Return the mean (rows, columns) of still frames, and the mask of pixels that targets always cover.
+    """Return the mean (rows, columns) of frames of a still scene, and the mask of pixels that targets always cover.
 
-    Target boxes are left out, and values are clipped at 4 sigma from their median against other passing objects.
+    Pixels in `boxes` of targets are left out. Values are clipped at 4 sigma from their median, so that other passing
+    objects change the mean little.
     """
     picked = evenly(len(frames), _MEDIAN_FRAMES)
     middle = np.median(frames[picked], axis=0).astype(np.float64)

@@ -1,4 +1,4 @@
-"""Classes of background: figures of the texture of pictures, and their ranges in real infrared recordings."""
+"""Classes of background: figures of the texture of pictures, and their intervals in real infrared recordings."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from irsim.types import Floats
 Bounds = tuple[float, float]
 _LEAST_SIDE = 64
 _LOWEST, _HIGHEST = 4, 0.2
-"""Cycles a side and cycles a px between which slopes are fitted: beyond, blur, noise and sharpening prevail."""
+"""Lowest frequency, cycles a side, and highest, cycles a px, to which slopes are fitted. At other frequencies blur,
+noise and sharpening prevail."""
 _SLOPE, _AXIS = 0.2, 0.35
 """Differences in beta, and in beta along one axis, between recordings of one class."""
 _SPREAD, _UNEVEN = 1.25, 1.4
-"""Factors between spreads, and unevennesses, of recordings of one class."""
+"""Ratios of the spreads, and of the unevennesses, of recordings of one class."""
 _ROWS = 0.2
-"""Difference in the share of rows between recordings of one class."""
+"""Difference in the fraction `rows` between recordings of one class."""
 BEND = (-1.0, 1.0)
-"""Allowed bend of the spectrum: three real sequences have 0.0 to 0.1, blurred white noise 1.4 and more."""
+"""Allowed bend of the spectrum. Three real sequences have 0.0 to 0.1, blurred white noise has 1.4 and more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +31,10 @@ class TextureFigures:
     """Figures of the texture of 8-bit pictures, medians over frames.
 
     beta            2-D power spectrum ~ f^-beta, from 4 cycles a side to 0.2 cycles a px
-    beta_x, beta_y  the same in strips about the axes
-    bend            slope of the upper half of the frequencies (by log f) less that of the lower
+    beta_x, beta_y  beta in narrow strips of the spectrum along the axes
+    bend            slope of the upper half of the frequencies (in log f) less the slope of the lower half
     spread          standard deviation of grey levels
-    rows            share of the variance between the means of rows: large with a horizon
+    rows            fraction of the variance that lies between the means of rows, large with a horizon
     uneven          relative standard deviation of the standard deviations of tiles, 1/8 of the shorter side wide
     """
 
@@ -47,7 +48,7 @@ class TextureFigures:
 
 
 def texture_figures(frames: Values) -> TextureFigures:
-    """Return the figures of frames (T, rows, columns); InputError for sides below 64 px and uniform frames."""
+    """Return the texture figures of frames (T, rows, columns). InputError for sides below 64 px and uniform frames."""
     check_frames(frames)
     rows, columns = frames.shape[1:]
     if min(rows, columns) < _LEAST_SIDE:
@@ -92,7 +93,7 @@ def unevenness(picture: Floats) -> float:
 
 
 def _slope(frequency: Floats, power: Floats, lowest: float, highest: float) -> float:
-    """Return -d log power / d log f by least squares over means in bands of equal width in log f."""
+    """Return -d log power / d log f by a least-squares fit to means over bands of equal width in log f."""
     kept = (frequency >= lowest) & (frequency <= highest)
     logs = np.log(frequency[kept])
     band = np.floor((logs - logs.min()) / 0.15).astype(int)
@@ -105,7 +106,7 @@ def _slope(frequency: Floats, power: Floats, lowest: float, highest: float) -> f
 
 @dataclass(frozen=True)
 class RealTexture:
-    """Least and greatest `TextureFigures` of real recordings of a class, open where not measured."""
+    """Least and greatest `TextureFigures` of real recordings of a class; None where not measured."""
 
     beta: Bounds
     beta_x: Bounds
@@ -115,7 +116,7 @@ class RealTexture:
     uneven: Bounds | None = None
 
     def ranges(self) -> dict[str, Bounds]:
-        """Return the allowed range of each figure: that of the class, widened by the differences within a class."""
+        """Return the allowed interval of each figure: that of the class, widened by differences within a class."""
         found = {
             "beta": (self.beta[0] - _SLOPE, self.beta[1] + _SLOPE),
             "beta_x": (self.beta_x[0] - _AXIS, self.beta_x[1] + _AXIS),
@@ -137,23 +138,24 @@ CLASSES = {
     "ground": RealTexture((2.3, 2.9), (1.8, 2.7), (2.1, 2.75), (12.5, 32)),
     "city": RealTexture((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
 }
-"""Medians of infrared recordings, measured by the project from 4/N to 0.2 cycles/px, N the shorter side in px; spreads
-are those of tiles.
+"""Medians of infrared recordings, measured by the project from 4/N to 0.2 cycles/px, with N the shorter side in px.
+Spreads are those of tiles.
 
 cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and night, at long
-range, a park. treeline: between bare trees and horizon with field. Three sequences of Svanstrom et al., "A dataset for
-multi-sensor drone detection" (Data in Brief 2021), widen these, measured as `irsim realism` does without their targets:
-
+range, a park. treeline: between bare trees and a horizon with a field. Three sequences of Svanstrom et al., "A dataset
+for multi-sensor drone detection" (Data in Brief 2021), widen these intervals. They were measured without their targets,
+as `irsim realism` does:
 thin cloud over a bright horizon    beta 3.6, 2.9 / 2.8, spread 42, rows 0.88, uneven 1.24
-the same above the horizon alone    beta 3.8, 2.7 / 3.1, spread 17, rows 0.33, uneven 0.58
+part above that horizon alone       beta 3.8, 2.7 / 3.1, spread 17, rows 0.33, uneven 0.58
 a line of hot trees                 beta 3.8, 1.1 / 4.0, spread 50, rows 0.92, uneven 1.46
 bare trees before the sky           beta 2.5, 2.2 / 2.4, spread 42, rows 0.10, uneven 1.31
 
-Rows and uneven are from these alone. For cloud, beta_y is that above the horizon, and the spread there is left out.
+`rows` and `uneven` are from these sequences alone. For cloud, beta_y is that above the horizon, and the spread there is
+left out.
 """
 
 
 def check_class(like: object) -> None:
-    """Raise InputError for an unknown class."""
+    """Raise InputError for an unknown class of background."""
     if not (isinstance(like, str) and like in CLASSES):
         raise InputError(f"like {reprlib.repr(like)}: no such class; allowed: {', '.join(CLASSES)}")

@@ -1,7 +1,7 @@
-"""Bad pixels: dead, hot and blinking ones, their shares, heights and dwell times, and their replacement.
+"""Bad pixels: fractions, heights and dwell times of dead, hot and blinking pixels, and their replacement.
 
 Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it. Optics blur light over
-neighbours, so that a pixel is good where a neighbour shares its height or its changes.
+neighbouring pixels, so that a pixel is good where a neighbour shares its height or its changes.
 """
 
 from __future__ import annotations
@@ -26,40 +26,40 @@ from irsim.calibration.statistics import (
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 FULL = 0.99
-"""Least share of the highest count at which a well may be full."""
+"""Least fraction of the highest count at which a well counts as full."""
 _FAR = 8.0
-"""Robust sigmas beyond which a pixel is dead or hot: none of 10^6 Gaussian pixels."""
+"""Height, robust sigmas, beyond which a pixel is dead or hot: none of 10^6 Gaussian pixels exceeds it."""
 _RESTLESS = 3.0
-"""Least ratio of the temporal sigma of a blinking pixel to that around it."""
+"""Least ratio of a blinking pixel's temporal sigma to that around it."""
 _SHARES = 0.15
-"""Least share of the height of a pixel in a neighbour under the same light: a point centred on a pixel leaves 0.20 on
-four sides at a PSF of 0.47 px."""
+"""Least fraction of a pixel's height that a neighbour under the same light has. A point centred on a pixel gives its
+four direct neighbours 0.20 at a PSF sigma of 0.47 px."""
 _FOLLOWS = 0.8
-"""Least correlation with a neighbour of changes of the scene."""
+"""Least correlation between the changes of neighbouring pixels that a change of the scene causes."""
 _UNSTABLE = 6.0
-"""Robust sigmas of log variance in a flat region beyond which a pixel is left out of the noise figures."""
+"""Distance of the log variance from its median, robust sigmas, beyond which a pixel is not used for noise."""
 _TOGGLES = 0.51
 """Greatest temporal sigma, counts, of a pixel that alternates between two consecutive counts."""
 _SLOWEST = 0.99
-"""Quantile of the rate of change of pixels that separates frozen from slow ones."""
+"""Quantile of the pixels' fractions of unchanged frames that stands for the slowest good pixels."""
 _LEAST_JUDGED = 100
 _CLUSTERED = 2.0
-"""Pixels of a cluster that count as one event in the interval of a share."""
+"""Number of clustered bad pixels that count as one independent event in the interval of a fraction."""
 _MOST_IN_CLUSTER = 16
-"""Largest number of bad pixels in a group; clusters of 2 pixels on average exceed it once in 10^4."""
+"""Largest number of bad pixels in a group. Clusters of 2 pixels on average exceed it once in 10^4."""
 _MEDIAN_REACH = 16
 
 
 @dataclass(frozen=True, eq=False)
 class BadPixels:
-    """Disjoint masks (rows, columns) of bad pixels, compared with the pixels around them.
+    """Disjoint masks (rows, columns) of bad pixels, found by comparison with the pixels around them.
 
-    dead        never change, or far below
-    hot         far above
-    blinking    change far more
-    judged      all pixels off saturated surroundings
-    frozen_from least number of frames after which a pixel that never changes is dead; None where most never change, as
-                with noise far below one count
+    dead        pixels that never change, or are far below
+    hot         pixels that are far above
+    blinking    pixels that change far more
+    judged      all pixels except those in or next to saturated surroundings
+    frozen_from least number of frames after which a pixel that never changes is dead; None where most pixels never
+                change, as where noise is far below one count
     """
 
     dead: Bools
@@ -74,7 +74,7 @@ class BadPixels:
         return bad
 
     def without(self, taken: Bools | None) -> BadPixels:
-        """Return the bad pixels off a mask of targets, which resemble them; all where the mask covers most pixels."""
+        """Return the bad pixels outside a mask of targets, which resemble them. A mask of most pixels is ignored."""
         if taken is None or taken.mean() > 0.5:
             return self
         dead, hot, blinking, judged = (mask & ~taken for mask in (self.dead, self.hot, self.blinking, self.judged))
@@ -83,12 +83,13 @@ class BadPixels:
 
 @dataclass(frozen=True)
 class BadPixelFigures:
-    """Shares of bad pixels among those judged, and their heights, counts, and times, frame periods of the recording.
+    """Fractions of bad pixels among the judged ones, heights in counts, and times in frame periods of the recording.
 
-    cluster                 mean number of bad pixels that touch
+    cluster                 mean number of bad pixels that touch each other
     dead_level              median count of dead pixels
-    hot_height, jump        mean heights of hot pixels above their neighbours, and of the steps of blinking ones
-    on_frames, off_frames   mean dwell times of blinking pixels off their normal level, and on it
+    hot_height              mean height of hot pixels above their neighbours
+    jump                    mean step of blinking pixels between their two levels
+    on_frames, off_frames   mean dwell times of blinking pixels away from their normal level, and at it
     """
 
     dead: Estimate
@@ -113,8 +114,9 @@ class BadPixelFigures:
 def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
     """Return the bad pixels of frames (T, rows, columns) with the highest possible count `top`.
 
-    A still point of light sharper than a PSF of 0.45 px is taken for a hot pixel. Pixels that blink by less than three
-    times the noise, and dead and hot pixels on texture of that contrast, are missed. InputError for other arrays.
+    A still point of light sharper than a PSF sigma of 0.45 px is taken for a hot pixel. Pixels that blink by less than
+    three times the noise are missed, and so are dead and hot pixels on texture of similar contrast. InputError for
+    invalid arrays.
     """
     check_frames(frames)
     check_positive(top, "top", "the highest possible count")
@@ -143,20 +145,20 @@ def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
 
 
 def around(picture: Floats) -> Floats:
-    """Return the median of the 5 x 5 px around each pixel; the picture is continued by point reflection."""
+    """Return the median of the 5 x 5 px around each pixel, with the picture continued by point reflection."""
     whole = np.pad(np.asarray(picture, np.float32), 2, mode="reflect", reflect_type="odd")
     return np.asarray(cv2.medianBlur(whole, 5)[2:-2, 2:-2])
 
 
 def remove_specks(picture: Floats) -> Floats:
-    """Return a picture (rows, columns) with the median of their surroundings in place of outlying pixels."""
+    """Return a picture (rows, columns) in which outlying pixels are replaced by the median around them."""
     usual = around(picture)
     apart = (picture - usual).astype(np.float32)
     return np.where(np.abs(apart) > _FAR * _scatter(apart), usual, picture)
 
 
 def unstable_pixels(flat: Values) -> Bools:
-    """Return the mask of pixels of a flat region (T, rows, columns) with far too high variance, where they are few."""
+    """Return the mask of pixels with far too high variance in a flat region (T, rows, columns), if they are few."""
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
     found: Bools = apart > _UNSTABLE * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
@@ -166,9 +168,9 @@ def unstable_pixels(flat: Values) -> Bools:
 
 
 def patch(frames: Values, bad: Bools) -> Values:
-    """Return frames (T, rows, columns) with the nearest good pixel in place of each bad one, where there is one.
+    """Return frames (T, rows, columns) with each bad pixel replaced by the nearest good pixel, if there is one.
 
-    Offsets between the rows and columns of both pixels, medians over 33 px about the bad one, are added.
+    The level difference between the lines of both pixels, a median over 33 px about the bad one, is added.
     """
     if not bad.any() or bad.all():
         return frames
@@ -199,7 +201,7 @@ def _line_offset(level: Floats, line: int, other: int, place: int) -> float:
 def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPixelFigures:
     """Return the figures of bad pixels in frames (T, rows, columns).
 
-    periods (T - 1,) frame periods of the recording from each frame to the next
+    periods (T - 1,) time from each frame to the next, in frame periods of the recording
     """
     from scipy.ndimage import label
 
@@ -224,10 +226,10 @@ def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPix
 
 
 def _dwell_times(series: Floats, normal: Floats, periods: Floats) -> tuple[Estimate, Estimate | None, Estimate | None]:
-    """Return the mean step of two-level series (T, pixels), and the mean times off and on the level near `normal`.
+    """Return the mean step of two-level series (T, pixels), and the mean times off the level near `normal` and on it.
 
-    The mean of an exponential dwell time is the time spent over the number of exits (D. R. Cox, D. Oakes, "Analysis of
-    Survival Data", 1984, section 3.2). Changes faster than the frames are missed.
+    The estimated mean of an exponential dwell time is the time spent over the number of exits (D. R. Cox, D. Oakes,
+    "Analysis of Survival Data", 1984, section 3.2). Changes faster than the frames are missed.
     """
     high = series > (series.max(axis=0) + series.min(axis=0)) / 2
     upper, lower = (np.where(part, series, 0).sum(axis=0) / part.sum(axis=0).clip(1) for part in (high, ~high))
@@ -253,16 +255,16 @@ def _share(mask: Bools, judged: int) -> Estimate:
 
 
 def _scatter(apart: Floats) -> Floats:
-    """Return the robust sigma of differences around each pixel, or that of the picture where larger."""
+    """Return the robust sigma of differences around each pixel, or that of the whole picture where it is larger."""
     scatter = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
     return np.maximum(scatter, np.finfo(np.float32).tiny)
 
 
 def _alone(height: Floats, found: Bools) -> Bools:
-    """Return the found pixels in groups that are bad pixels instead of bright objects.
+    """Return those found pixels whose group is one of bad pixels, not the image of a bright object.
 
-    Such a group, of pixels up to 3 px apart, has up to 16 pixels; at most two of the four neighbours of its peak share
-    its height, and at most four of the eight are found.
+    A group holds pixels up to 3 px apart. It is one of bad pixels if it has up to 16 pixels, at most two of the four
+    direct neighbours of its peak share the peak's height, and at most four of all eight neighbours belong to the group.
     """
     from scipy.ndimage import label, maximum_position
 
@@ -281,7 +283,7 @@ def _alone(height: Floats, found: Bools) -> Bools:
 
 
 def _follows_neighbour(values: Floats, found: Bools) -> Bools:
-    """Return the found pixels with changes over time (T, rows, columns) like those of one of eight neighbours."""
+    """Return those found pixels whose changes over time (T, rows, columns) follow those of one of eight neighbours."""
     rows, columns = np.nonzero(found)
     unit = _unit(values[:, rows, columns])
     nearest = np.zeros(len(rows))
@@ -295,14 +297,14 @@ def _follows_neighbour(values: Floats, found: Bools) -> Bools:
 
 
 def _unit(series: Floats) -> Floats:
-    """Return series (T, pixels) less their means, normalised to length 1."""
+    """Return series (T, pixels) less their means, each normalised to a vector of length 1."""
     apart = series - series.mean(axis=0)
     return np.asarray(apart / np.maximum(np.sqrt(np.square(apart).sum(axis=0)), np.finfo(np.float32).tiny))
 
 
 def _frozen_from(frames: Values) -> int | None:
-    """Return the least number T of frames over which at most 0.1 good pixels are expected to keep their value: with
-    probability q from frame to frame, at most q^(T/2)."""
+    """Return the least number T of frames over which at most 0.1 good pixels are expected to keep their value. A pixel
+    that keeps it with probability q from frame to frame keeps it over T frames with at most q^(T/2)."""
     if len(frames) < 2:
         return None
     stays = np.mean(frames[1:] == frames[:-1], axis=0)

@@ -1,4 +1,4 @@
-"""Figures of the camera and the background of a recording, in counts, px and frames of the recording."""
+"""Figures of a recording's camera and background, in counts, px and frames of the recording."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from irsim.errors import InputError, counted
 from irsim.types import Floats
 
 FRAMES = 300
-"""Default number of frames measured: 200 MB of 640x512 px."""
+"""Default number of frames measured: 200 MB for 640 x 512 px."""
 _LEAST_SIDE = 8
 
 
@@ -43,20 +43,20 @@ _LEAST_SIDE = 8
 class Figures:
     """Figures in counts and frames of the recording; None where the recording does not determine them.
 
-    The rounding variance of 1/12 is subtracted. rows and columns, of type `Memory`, are in seconds.
+    The rounding variance of 1/12 is subtracted. Times in `rows` and `columns`, of type `Memory`, are in seconds.
 
-    noise, white, memory    temporal sigma of a pixel, of its white and of its correlated part; with motion an upper
-                            bound of white noise
+    noise, white, memory    temporal sigma of a pixel, of its white part and of its correlated part; with motion an
+                            upper bound of white noise
     memory_frames           time constant of the correlated part
     walk                    sigma of the change by drift in a frame; None where it is not significant
     row_noise, column_noise white temporal sigma of rows and columns
-    rows, columns           memory of rows and columns, where they are correlated over time
-    level, level_frames     sigma and time constant of the mean of frames
+    rows, columns           noise of rows and columns over time, where it is correlated
+    level, level_frames     sigma and time constant of the mean of whole frames
     pixel, row, column      sigmas of the fixed pattern of pixels, rows and columns
     even_rows, even_columns half of the offset of even lines above odd ones
     blur                    sigma of the sharpest point, px; None without a point
-    psf                     sigma of the blur assumed for texture and pixel, px
-    texture                 of the background, or None
+    psf                     sigma of the blur that is assumed for `texture` and `pixel`, px
+    texture                 texture of the background, or None
     mean, histogram         mean of the background, and its quantiles where they are not Gaussian
     flaws                   bad pixels
     """
@@ -88,8 +88,8 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names, such as "rows.rho" of a part, and values of all figures with an interval, without `fixed` of the
-        lines in the region, which contains the scene."""
+        """Yield names, such as "rows.rho", and values of all figures with an interval. `fixed` of rows and columns is
+        left out, as it contains the scene."""
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
@@ -99,7 +99,7 @@ class Figures:
 
     @property
     def odd_even(self) -> tuple[tuple[str, Estimate], ...]:
-        """Names and values of even_rows and even_columns if significant by four standard errors."""
+        """Names and values of `even_rows` and `even_columns`, as far as they exceed four standard errors."""
         both = (("rows", self.even_rows), ("columns", self.even_columns))
         return tuple((along, found) for along, found in both if found and abs(found.value) > found.high - found.low)
 
@@ -116,11 +116,11 @@ def measure_figures(
 ) -> Figures:
     """Return the figures of frames (T, rows, columns) in counts.
 
-    region, top, times, start   as of `measure_noise`
+    region, top, times, start   as in `measure_noise`
     points      False: assume usual blurs and search no points, which takes most of the time
-    boxes       target boxes of each frame, left out
+    boxes       target boxes of each frame, which are left out
 
-    InputError where frames are too few or below 8 x 8 px.
+    Raises InputError where frames are too few or smaller than 8 x 8 px.
     """
     check_measurable(frames, rate_hz, top, None, times)
     taken = None
@@ -152,7 +152,7 @@ def measure_figures(
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern, the number of small objects left out, and True for a layered picture."""
+    """Figures of background and fixed pattern, number of small objects left out, and whether the picture is layered."""
 
     figures: dict[str, Any]
     objects: int
@@ -160,7 +160,7 @@ class _Scene:
 
 
 def _standing(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None, top: float) -> _Scene:
-    """Return the figures of a still scene, from the mean of all frames."""
+    """Return the figures of a still scene from the mean of all frames."""
     sigma = report.fine if report.moving else math.hypot(report.terms.tvh.value, report.drift)
     mean, always = mean_picture(frames, sigma, boxes)
     behind = background(mean, always | (mean >= FULL * top) | ~report.bad.judged)
@@ -188,10 +188,10 @@ def _standing(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate 
 
 
 def _sliding(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate | None) -> _Scene:
-    """Return the figures of a scene that moves past the camera, from single frames, without fixed pattern.
+    """Return the figures of a scene that moves past the camera from single frames, without a fixed pattern.
 
-    Noise is bounded by the white floor of the spectrum, which contains the fixed pattern of pixels, where that is less
-    than the sharp changes, which contain sharp texture.
+    Two upper bounds of noise are known: the white floor of the spectrum, which contains the fixed pattern of pixels,
+    and the sharp changes from frame to frame, which contain sharp texture. The smaller one is taken.
     """
     picked = evenly(len(frames), TEXTURE_PICTURES).tolist()
     shape = frames.shape[1], frames.shape[2]
@@ -213,13 +213,13 @@ def _sliding(report: NoiseReport, frames: Values, boxes: Boxes, blur: Estimate |
 
 
 def _is_layered(picture: Floats) -> bool:
-    """Return True where the means of rows have most of the variance, as with a horizon; hot objects are clipped."""
+    """Return True where the means of rows have most of the variance, as with a horizon. Hot objects are clipped."""
     usual = np.clip(picture, *np.quantile(picture, (0.02, 0.98)))
     return bool(usual.mean(axis=1).var() > 0.5 * usual.var())
 
 
 def _over_time(report: NoiseReport) -> dict[str, Any]:
-    """Return the figures of temporal noise; with motion an upper bound of white noise."""
+    """Return the figures of temporal noise; with motion only an upper bound of white noise."""
     if report.moving or report.slides:
         sharp = remove_rounding(_sharp_bound(report), report.rounded)
         return {"noise": sharp, "white": sharp}

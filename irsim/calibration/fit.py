@@ -21,17 +21,17 @@ from irsim.scenario.model import Scenario
 from irsim.types import Source
 
 _SEAL = "# A later fit replaces this file as long as nothing is changed in it: "
-"""Beginning of the last line of a fit, before the digest of the text above it."""
+"""Beginning of the last line of a fitted scenario; the digest of the text above follows."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Camera and background of a recording.
+    """Camera and background fitted to a recording.
 
     figures     in counts, px and frames, with intervals
-    text        scenario as YAML, with intervals as comments; its last line holds a digest, by which a later
-                `irsim fit -o` recognises an unchanged fit
-    notes       limits
+    text        scenario as YAML, with intervals as comments; its last line has a digest, by which a later
+                `irsim fit -o` recognises an unchanged file
+    notes       sentences on the limits of the fit
     """
 
     name: str
@@ -44,11 +44,11 @@ class Fit:
         return loads(self.text, f"fit of {self.name}")
 
     def summary(self) -> Iterator[tuple[str, str]]:
-        """Yield labels and texts of the figures."""
+        """Yield labels and texts of the figures, to print."""
         return fit_summary(self.figures)
 
     def as_json(self) -> dict[str, Any]:
-        """Return values of JSON."""
+        """Return the fit as JSON values."""
         found, flaws = self.figures, self.figures.flaws
         estimates = dict(found.estimates())
         plain = {"flaws.cluster": flaws.cluster if flaws.any else None, "flaws.dead_level": flaws.dead_level}
@@ -73,10 +73,10 @@ def fit(
 ) -> Fit:
     """Return the fit to a recording, or to the rendering of a scenario.
 
-    region      window of noise alone, px; default: the flattest still window off the targets
-    start, stop measured frames; default: the first 300
+    region      window that shows only noise, px; default: the flattest still window outside the targets
+    start, stop frames start .. stop-1 are measured; default: the first 300
 
-    InputError where frames are too few or too small, or a source cannot be opened.
+    Raises InputError where frames are too few or too small, or the source cannot be opened.
     """
     opened = open_source(source)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
@@ -84,7 +84,7 @@ def fit(
 
 
 def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, start: int = 0) -> Fit:
-    """Return the fit to frames read from a source, from frame `start` on."""
+    """Return the fit to frames that were read from a source, of which the first is frame `start`."""
     counts, times = read
     boxes, top = target_boxes(source, start, start + len(counts)), 2.0**source.bits - 1
     figures = measure_figures(counts, source.rate_hz, region, top, start=start, times=times, boxes=boxes)
@@ -94,7 +94,7 @@ def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, 
 
 
 def _refusals(text: str) -> Iterator[str]:
-    """Yield the errors of a fit outside of the limits of scenarios, such as a small picture or strong noise."""
+    """Yield the errors of a fitted scenario beyond the limits of scenarios, as of a small picture or strong noise."""
     try:
         loads(text, "the fit")
     except InputError as error:
@@ -102,14 +102,14 @@ def _refusals(text: str) -> Iterator[str]:
 
 
 def sealed(text: str) -> str:
-    """Return the text of a fit with its digest in the last line, in place of an older one."""
+    """Return the text of a fitted scenario with a digest as its last line, which replaces an older digest."""
     before, seal, rest = text.rpartition(_SEAL)
     body = before if seal else rest
     return f"{body}{_SEAL}{hashlib.blake2b(body.encode(), digest_size=16).hexdigest()}\n"
 
 
 def check_replaced(path: Path | None) -> None:
-    """Raise InputError where the file exists and is not an unchanged fit."""
+    """Raise InputError where the file exists and is not an unchanged fitted scenario."""
     if path is None or not path.exists():
         return
     try:

@@ -1,9 +1,9 @@
 """Fixed pattern of pixels, rows and columns in the mean picture, separated from the scene.
 
-The pattern of a detector is independent from line to line and the same in all parts of the picture; a scene is neither.
-Lines: products of second differences of rows in two parts of the picture have the variance of whole rows as their mean.
-Shading over several lines is not measured. Pixels: the white floor of the spectrum, in the quietest window of a picture
-with edges.
+The offset pattern of a detector is independent from line to line and the same across the picture. A scene is neither.
+For lines, products of second differences of rows in two parts of the picture have the variance of whole rows as their
+mean. Shading over several lines is not measured. For pixels, the white floor of the spectrum is measured; in a picture
+with edges, only in its quietest window.
 """
 
 from __future__ import annotations
@@ -21,26 +21,27 @@ from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _PARTS = 6
 _BENT = 35 / 18
-"""1 + 2 (4/6)^2 + 2 (1/6)^2: factor by which the difference to neighbours reduces the number of independent lines."""
+"""1 + 2 (4/6)^2 + 2 (1/6)^2: factor by which differences of neighbours reduce the number of independent lines."""
 _OUTSTANDING = (2.6, 3.2, 4.5)
-"""Robust sigmas beyond which a line belongs to the scene, as at a horizon; the interval covers the result of each."""
+"""Distances, robust sigmas, beyond which a line belongs to the scene, as at a horizon. The interval covers all three
+results."""
 _SURELY = 6.0
 _EDGES = 1.08
-"""Ratio of rms to robust sigma of sharp changes above which the picture has edges: 1.00 for a Gaussian field, 1.02 to
-1.04 for three real sensors, 1.1 to 3.3 for rendered fields, trees and roads."""
+"""Ratio of rms to robust sigma of second differences above which the picture has edges. It is 1.00 for a Gaussian
+field, 1.02 to 1.04 for three real sensors, and 1.1 to 3.3 for rendered fields, trees and roads."""
 _LEAST_SIDE = 32
 _BLOCKS = 8
 
 
 @dataclass(frozen=True)
 class FixedPattern:
-    """Fixed pattern of a picture, in its units.
+    """Fixed pattern of a picture, in the picture's units.
 
-    spectrum    of the whole picture, texture included
-    psf         blur that is assumed, px
-    floor       variance from pixel to pixel
-    row, column sigmas of offsets from row to row and from column to column
-    window      of the floor in a picture with edges, else None
+    spectrum    spectrum of the whole picture, including texture
+    psf         sigma of the blur that is assumed, px
+    floor       variance that is independent from pixel to pixel
+    row, column sigmas of offsets of rows and of columns
+    window      window in which the floor is measured, for a picture with edges, else None
     """
 
     spectrum: Spectrum
@@ -52,7 +53,7 @@ class FixedPattern:
 
 
 def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> FixedPattern:
-    """Return the fixed pattern of a picture (rows, columns) without odd-even lines.
+    """Return the fixed pattern of a picture (rows, columns) whose odd-even offsets have been removed.
 
     blur    sigma of the sharpest point, px, or None
     filled  mask of pixels that were filled in, which have too little noise
@@ -72,7 +73,7 @@ def fixed_pattern(picture: Floats, blur: Estimate | None, filled: Bools) -> Fixe
 
 
 def _quietest(sharp: Floats) -> Region | None:
-    """Return the window, 64 px or half of the picture wide, with the least sharp changes; None in a small picture."""
+    """Return the window with the least second differences, 64 px or half the picture wide; None in a small one."""
     rows, columns = sharp.shape
     side = min(WINDOW_SIDE, min(rows, columns) // 2)
     if side < _LEAST_SIDE:
@@ -85,8 +86,8 @@ def _quietest(sharp: Floats) -> Region | None:
 def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
     """Return the sigma of the offsets of whole rows of a picture (rows, columns).
 
-    A row less the mean of its neighbours has 3/2 of the variance. In a picture with `edges`, outlying rows are of the
-    scene and are left out with their neighbours.
+    A row less the mean of its neighbours has 3/2 of the variance of the offsets. In a picture with `edges`, outlying
+    rows belong to the scene and are left out with their neighbours.
     """
     bent = _bend(picture)
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
@@ -97,7 +98,7 @@ def line_sigma(picture: Floats, edges: bool = False) -> Estimate:
 
 
 def _shared_sigma(parts: Floats, sigmas: float) -> Estimate:
-    """Return the common sigma of the lines (parts, rows) of all parts, given as second differences."""
+    """Return the sigma of line offsets that all parts of the picture share, from second differences (parts, rows)."""
     out = _outstanding(parts.mean(axis=0), sigmas)
     widened = out.copy()
     widened[1:] |= out[:-1]
@@ -124,14 +125,14 @@ def odd_even(picture: Floats, axis: int) -> Estimate:
 
 
 def remove_odd_even(picture: Floats, rows: float, columns: float) -> Floats:
-    """Return the picture without the offsets of even and odd lines, given as in `odd_even`."""
+    """Return the picture without the offsets of even and odd lines that `odd_even` found."""
     signs = [np.where(np.arange(length) % 2, -1.0, 1.0) for length in picture.shape]
     evened: Floats = picture - rows * signs[0][:, None] - columns * signs[1]
     return evened
 
 
 def _bend(levels: Floats) -> Floats:
-    """Return each inner line of (rows, ...) less the mean of its neighbours."""
+    """Return each inner line of `levels` (rows, ...) less the mean of its two neighbours."""
     return np.asarray(levels[1:-1] - (levels[:-2] + levels[2:]) / 2)
 
 

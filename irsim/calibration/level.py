@@ -1,7 +1,7 @@
-"""Level: the mean of whole frames over time, white or correlated.
+"""Level: noise of the mean of whole frames, white or correlated over time.
 
-Sigmas and time constants on a grid are weighed by the restricted likelihood of an AR(1) series (D. A. Harville,
-Biometrika 61, 1974), computed by a Kalman filter, under a prior that is uniform in both logarithms.
+Sigmas and time constants on a grid are weighted by the restricted likelihood of an AR(1) series (D. A. Harville,
+Biometrika 61, 1974), computed by a Kalman filter, with a prior that is uniform in both logarithms.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from irsim.types import Floats, Indices
 
 @dataclass(frozen=True)
 class Level:
-    """Sigma of the mean of whole frames; time constant of its correlation, frames, None where it is white."""
+    """Sigma of the means of whole frames, and time constant of their correlation, frames; None where they are white."""
 
     sigma: Estimate
     time_frames: Estimate | None
 
 
 def fit_level(levels: Floats, known: float, number: Indices) -> Level:
-    """Return the level of a series (T,) that also has white noise of variance `known`.
+    """Return the level of a series (T,) that also contains white noise of variance `known`.
 
-    Values are medians, ends are quantiles. The level is correlated where that is 20 times likelier than white. A series
-    hardly constrains time constants longer than itself; upper ends include constants of up to thirty times its length
-    where these are as likely.
+    Values are posterior medians, and ends are quantiles. The level counts as correlated where that is 20 times likelier
+    than white. A series hardly constrains time constants longer than itself. Upper ends therefore include constants of
+    up to thirty times its duration, where these are as likely.
     """
     count = len(levels)
     sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)
@@ -52,10 +52,11 @@ def fit_level(levels: Floats, known: float, number: Indices) -> Level:
 
 
 def without_means(level: Level, memories: list[tuple[Memory | None, int]], seconds: float) -> Level:
-    """Return the level less the part of correlated pixels and lines in the mean of a frame.
+    """Return the level without the variance that correlated pixels and lines leave in the mean of a frame.
 
-    memories    of pixels, rows and columns, each with their number in a frame
-    seconds     length T of the recording: a random walk of unit variance per second has T / 6 about its mean
+    memories    noise over time of pixels, rows and columns, each with their number in a frame
+    seconds     duration T of the recording: a random walk of unit variance per second has the variance T / 6 about its
+                mean
     """
     theirs = sum(
         (memory.total.value**2 + memory.walk.value**2 * seconds / 6) / count
@@ -70,7 +71,7 @@ def without_means(level: Level, memories: list[tuple[Memory | None, int]], secon
 
 
 def is_correlated(levels: Floats, number: Indices, sigma: Estimate) -> bool:
-    """Return True for levels (T,) of significant `sigma` that are correlated from frame to frame."""
+    """Return True for frame means (T,) of significant `sigma` that are correlated from frame to frame."""
     after = np.flatnonzero(np.diff(number) == 1)
     if len(after) < LEAST_MEMORY_FRAMES or sigma.low <= 0:
         return False
@@ -82,7 +83,7 @@ def _series_likelihood(levels: Floats, decays: Floats, sigmas: Floats, known: fl
     """Return the restricted log likelihood (times, sigmas) of a series (T,).
 
     decays  (T - 1, times) correlation of the level with that of the frame before
-    known   variance of white noise in addition
+    known   variance of additional white noise
     """
     level, noise = np.square(sigmas), known + 1e-12
     series = np.stack([levels - levels.mean(), np.ones(len(levels))], axis=1)

@@ -1,7 +1,7 @@
-"""Signs of motion and of a scene in frames that are taken for noise.
+"""Detection of motion and of a scene in frames that should contain only noise.
 
-Noise and fixed pattern of a detector are independent from pixel to pixel. Correlated changes of neighbouring pixels are
-motion; correlated means are texture of a scene.
+Noise and fixed pattern of a detector are independent from pixel to pixel. Correlated changes of neighbouring pixels
+reveal motion, and correlated means reveal texture of a scene.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from irsim.calibration.statistics import Values, center_lines, evenly
 from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _TOGETHER = 0.1
-"""Correlation of changes of neighbouring pixels, in a large window, above which they are correlated."""
+"""Correlation between the changes of neighbouring pixels above which they count as correlated, in a large window."""
 _CHANCE = 5.0
 _LINE_CHANCE = 4.0
-"""Standard errors beyond which a correlation of pixels, and of lines, is significant."""
+"""Standard errors beyond which a correlation of pixels (`_CHANCE`), and of lines, is significant."""
 _SHARPER = 2.0
-"""Ratio of measured to expected sharp noise above which the scene moves: filters give 1.3."""
+"""Ratio of measured to expected sharp noise above which the scene moves. Filters in the camera give 1.3."""
 _SLIDING = 0.22
-"""Share of a change, explained by one shift, above which a part of the picture moves; noise gives a few hundredths."""
+"""Fraction of a change, explained by one shift, above which a part of the picture moves. Noise gives a few 0.01."""
 LEAST_SLIDE_SIDE = 28
-"""Least side of a picture, px, for which motion and noise are distinguished."""
+"""Least side of a picture, px, for which motion and noise can be distinguished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Motion:
     """Signs of motion in a window.
 
     fine        sigma of noise that is white in time and space, counts
-    together    True where neighbouring pixels change together: by motion, or by smoothing in the camera
+    together    True where changes of neighbouring pixels are correlated, by motion or by smoothing in the camera
     moving      True where motion is certain
     """
 
@@ -45,8 +45,9 @@ class Motion:
 def motion(frames: Floats) -> Motion:
     """Return the signs of motion in a window (T, rows, columns).
 
-    The neighbour correlation of smoothed noise is the same at any lag; that of motion rises with the lag, or comes with
-    sharp noise. A Gaussian blur of neighbour correlation r leaves (6 - 8 r + 2 r^4) / 6 of a sigma in `sharp_sigma`.
+    The neighbour correlation of smoothed noise is the same at any lag. That of motion rises with the lag, or comes with
+    sharp noise. A Gaussian blur that gives neighbours the correlation r reduces a sigma to (6 - 8 r + 2 r^4) / 6 of it
+    in `sharp_sigma`.
     """
     chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
     fine = sharp_sigma(frames)
@@ -58,10 +59,10 @@ def motion(frames: Floats) -> Motion:
 
 
 def sharp_sigma(frames: Floats) -> float:
-    """Return the sigma of noise that is white in time and space, insensitive to smooth motion.
+    """Return the sigma of noise that is white in time and space. Smooth motion hardly changes it.
 
-    It is the median of absolute differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], of gain 6 (J.
-    Immerkaer, Computer Vision and Image Understanding 64, 1996).
+    It is estimated by the median of absolute differences of neighbouring frames, filtered by [1 -2 1] x [1 -2 1] with
+    gain 6 (J. Immerkaer, Computer Vision and Image Understanding 64, 1996).
     """
     changes = np.diff(np.asarray(frames, np.float64), axis=0)
     bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
@@ -69,7 +70,7 @@ def sharp_sigma(frames: Floats) -> float:
 
 
 def _change(frames: Floats, lag: int) -> tuple[float, float]:
-    """Return the neighbour correlation and the sigma of changes over a lag."""
+    """Return the correlation of neighbouring pixels, and the sigma, of changes over a lag in frames."""
     change = center_lines(frames[lag:] - frames[:-lag])
     power = float(np.square(change).mean())
     if power == 0:
@@ -78,14 +79,16 @@ def _change(frames: Floats, lag: int) -> tuple[float, float]:
 
 
 def neighbour_covariance(values: Floats) -> float:
-    """Return the mean product of neighbours in (..., rows, columns), along rows or columns, the larger one."""
+    """Return the mean product of neighbouring pixels in (..., rows, columns), along rows or columns, the larger one."""
     along = float((values[..., 1:] * values[..., :-1]).mean())
     return max(along, float((values[..., 1:, :] * values[..., :-1, :]).mean()))
 
 
 def scene_terms(picture: Floats) -> tuple[str, ...]:
-    """Return the fixed terms of "v", "h" and "vh" of a window (rows, columns) that contain a scene: in the pattern of a
-    detector neighbouring pixels, and rows and columns one and two apart, are uncorrelated."""
+    """Return the terms "v", "h" and "vh" of 3-D noise, as far as they contain a scene, for a window (rows, columns).
+
+    In the fixed pattern of a detector neighbouring pixels, and lines one and two apart, are uncorrelated.
+    """
     rest = center_lines(picture[None])[0]
     pairs = (
         (rest[:, 1:], rest[:, :-1]),
@@ -108,10 +111,11 @@ def _lines_alike(levels: Floats) -> bool:
 
 
 def scene_slides(frames: Values) -> bool:
-    """Return True where the scene of frames (T, rows, columns) moves past the camera in most of the picture.
+    """Return True where the scene in frames (T, rows, columns) moves past the camera in most of the picture.
 
-    One shift explains the change of 3 x 3 parts of a pair of frames, by least squares (B. D. Lucas and T. Kanade, IJCAI
-    1981). The median over parts and pairs decides, for pairs 1, 2, 4, 8 ... frames apart.
+    In each of 3 x 3 parts of a pair of frames, one shift is fitted to the change by least squares (B. D. Lucas and T.
+    Kanade, IJCAI 1981). The median of the explained fraction over parts and pairs decides, for pairs 1, 2, 4, 8 ...
+    frames apart.
     """
     if min(frames.shape[1:]) < LEAST_SLIDE_SIDE:
         return False

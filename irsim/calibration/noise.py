@@ -33,25 +33,25 @@ OVER_TIME = ("pair", "lags", "memory", "drift")
 class NoiseReport:
     """Noise figures in counts.
 
-    stretch     measured frames, and reasons for the others
+    stretch     measured frames, and reasons why others are left out
     frames      number of measured frames
-    terms       3-D noise; tvh, tv, th and t are whole sigmas where correlated over time, and vh is without the rest of
-                correlated noise in the mean
-    temporal    pair difference, correlations and correlated part of pixel noise
-    lines       correlated part of tv and th
-    level       mean of frames
+    terms       3-D noise. Where noise is correlated over time, tvh, tv, th and t are sigmas of all of it, and vh is
+                without the part that it leaves in the mean
+    temporal    pixel noise over time: pair difference, correlations and correlated part
+    lines       noise of rows and columns over time, where it is correlated
+    level       noise of the mean of frames
     fine        temporal sigma of noise that is white in time and space; an upper bound with motion
-    together, moving        as of `Motion`, in the region
+    together, moving        as in `Motion`, in the region
     doubtful    names of figures that may contain the scene
     slides      True where the whole scene moves past the camera
     crossed     True where a target of the truth crosses the region
     drift, slope_per_s      sigma of the means of frames, and their slope by least squares
-    dead, hot, blinking     numbers of bad pixels of the whole picture, off targets
-    pixels      number of pixels that were judged
-    clipped     share of counts of the region at an end of their range
+    dead, hot, blinking     numbers of bad pixels in the whole picture, outside targets
+    pixels      number of pixels that were judged good or bad
+    clipped     fraction of the region's counts at 0 or at the highest count
     rounded     True where rounding to whole counts hides the noise
-    frozen_from as of `BadPixels`
-    bad         masks of the bad pixels, under targets as well
+    frozen_from as in `BadPixels`
+    bad         masks of the bad pixels, including those under targets
     """
 
     region: Region
@@ -82,11 +82,11 @@ class NoiseReport:
 
     @property
     def pixel_sigma(self) -> float:
-        """Temporal sigma of a pixel; with motion that of sharp noise alone."""
+        """Temporal sigma of a pixel; with motion only that of noise white in time and space."""
         return self.fine if self.moving or self.slides else self.terms.tvh.value
 
     def as_json(self) -> dict[str, Any]:
-        """Return values of JSON; None for an infinite end."""
+        """Return the report as JSON values, with None for an infinite end."""
         stretch = self.stretch
         used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost, "rate_hz": stretch.rate_hz}
         used |= {**asdict(stretch.breaks), "used": list(stretch.index)}
@@ -108,16 +108,16 @@ def measure_noise(
     times: Floats | None = None,
     start: int = 0,
 ) -> NoiseReport:
-    """Return the noise of frames (T, rows, columns) in counts, on `region` or in the flattest still window.
+    """Return the noise of frames (T, rows, columns) in counts, measured in `region` or in the flattest still window.
 
     region  x, y, w, h, px
     top     highest possible count
-    taken   (rows, columns) mask of targets in any frame, left out
-    times   (T,) s; whole periods without a frame count as lost frames
+    taken   (rows, columns) mask of pixels that a target covers in any frame, which are left out
+    times   (T,) s; whole frame periods without a frame count as lost frames
     start   number of the first frame, for messages
 
-    The longest stretch without a break is measured; each visible step of the fixed pattern cuts it further. InputError
-    for frames that are too few, too small or not finite, and for arguments of a wrong type.
+    The longest stretch of frames without a break is measured. A visible step of the fixed pattern counts as a break.
+    Raises InputError for frames that are too few, too small or not finite, and for arguments of a wrong type.
     """
     check_measurable(frames, rate_hz, top, taken, times)
     check_size(frames)
@@ -135,7 +135,7 @@ def measure_noise(
 
 @dataclass(frozen=True, eq=False)
 class _Window:
-    """Frames (T, rows, columns) of the stretch, their bad pixels, and the region without bad pixels."""
+    """Frames (T, rows, columns) of a stretch, their bad pixels, and a region in which these are replaced."""
 
     stretch: Stretch
     frames: Values
@@ -154,7 +154,7 @@ def _window(frames: Values, stretch: Stretch, given: Region | None, top: float, 
 
 
 def _still_region(frames: Values, bad: Bools, top: float, taken: Bools | None) -> Region:
-    """Return the flattest window without motion and texture; else the flattest still one; else the flattest."""
+    """Return the flattest window without motion and texture; else the flattest still window; else the flattest one."""
     flattest = still = None
     for region in flat_windows(frames, top, taken):
         flattest = flattest or region
@@ -209,7 +209,7 @@ def _report(window: _Window, rate_hz: float, top: float, taken: Bools | None) ->
 def _decompose(
     flat: Floats, number: Indices, rate_hz: float, moving: bool
 ) -> tuple[Noise3dTerms, Temporal, dict[str, Memory], Level]:
-    """Return the terms, the noise of pixels over time, the correlated noise of lines, and the level."""
+    """Return the 3-D terms, the noise of pixels over time, the correlated noise of lines, and the level."""
     over_time = temporal_noise(flat, rate_hz, number)
     memory = over_time.memory
     terms = noise_3d(flat, time_freedom(memory, number), moving)
@@ -236,5 +236,5 @@ def _decompose(
 
 
 def _bounded(sigma: Estimate, whole: Estimate, moving: bool) -> Estimate:
-    """Return a sigma; an upper bound with motion or where it is 0."""
+    """Return a sigma; with motion, or where it is 0, with an interval from 0 that includes that of `whole`."""
     return Estimate(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma

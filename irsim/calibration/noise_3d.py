@@ -1,8 +1,8 @@
-"""Three-dimensional noise: seven terms of frames of a flat scene; t is time, v row to row, h column to column.
+"""Three-dimensional noise: seven variance terms of frames of a flat scene, along time (t), rows (v) and columns (h).
 
 J. A. D'Agostino and C. M. Webb, "Three-dimensional analysis framework and measurement methodology for imaging system
-noise", Proc. SPIE 1488 (1991). Their directional averages leave a part of each finer term in the coarser ones; the
-expected mean squares of a three-way layout with one observation a cell remove it (H. Scheffe, "The Analysis of
+noise", Proc. SPIE 1488 (1991). Their directional averages leave a part of each finer term in the coarser ones. The
+expected mean squares of a three-way layout with one observation per cell remove it (H. Scheffe, "The Analysis of
 Variance", 1959, section 7.4), so that variances are unbiased.
 """
 
@@ -22,7 +22,7 @@ _DRAWS = 4000
 
 @dataclass(frozen=True, slots=True)
 class Noise3dTerms:
-    """Sigmas in the units of the frames."""
+    """Sigma of each noise term, in the units of the frames."""
 
     t: Estimate
     v: Estimate
@@ -34,13 +34,13 @@ class Noise3dTerms:
 
 
 def noise_3d(frames: Values, time_freedom: float | None = None, moving: bool = False) -> Noise3dTerms:
-    """Return the terms of frames (T, rows, columns) of a flat scene, in their units.
+    """Return the noise terms of frames (T, rows, columns) of a flat scene, in their units.
 
     time_freedom    degrees of freedom of a series about its mean; T - 1 for noise that is white in time
     moving          True with motion: each term is bounded by the whole variation along its axes
 
-    Intervals are generalised pivotal quantities (S. Weerahandi, JASA 88, 1993): mean squares over chi-squares, drawn
-    with a fixed seed. InputError for other arrays, and fewer than 4 frames, rows or columns.
+    Intervals are those of generalised pivotal quantities (S. Weerahandi, JASA 88, 1993): mean squares over chi-squares,
+    drawn with a fixed seed. Raises InputError for other arrays, and for fewer than 4 frames, rows or columns.
     """
     check_frames(frames)
     check_size(frames)
@@ -84,10 +84,10 @@ def _mean_squares(frames: Values) -> dict[str, Floats]:
 
 
 def _components(squares: dict[str, Floats], shape: tuple[int, ...]) -> dict[str, Floats]:
-    """Return the unbiased variances of the terms from mean squares; an estimate may be negative.
+    """Return the unbiased variances of the terms from their mean squares; an estimate may be negative.
 
-    E[MS_tvh] = s_tvh, E[MS_tv] = s_tvh + H s_tv, E[MS_t] = s_tvh + H s_tv + V s_th + V H s_t, and so on in turn (s the
-    variances; T, V, H the numbers of frames, rows and columns).
+    E[MS_tvh] = s_tvh, E[MS_tv] = s_tvh + H s_tv, E[MS_t] = s_tvh + H s_tv + V s_th + V H s_t, and likewise for the
+    other terms (s are the variances; T, V and H the numbers of frames, rows and columns).
     """
     times, rows, columns = shape
     s = squares

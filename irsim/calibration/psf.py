@@ -1,7 +1,7 @@
 """PSF: sigma of the sharpest point, by elliptical Gaussians fitted to still and passing points.
 
-The minor axis is the blur, as motion blur and most of the size of an object lie along the major axis. An object may be
-larger than a point, so that the sigma is an upper bound of the blur of the lens.
+The minor axis measures the blur, as motion blur and most of an object's size lie along the major axis. An object may be
+larger than a point, so that the sigma is an upper bound of the lens's blur.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from irsim.calibration.statistics import Estimate, Values, evenly, order_median
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 SIGMAS = (0.3, 1.7)
-"""Range of sigmas of a point, px: hot pixels are sharper, extended objects wider."""
+"""Least and greatest sigma of a point, px: hot pixels are sharper, extended objects wider."""
 _REACH = 5
-"""Half width of a window about a point, px."""
+"""Half width of the window about a point, px."""
 _FRAMES = 48
 _LEAST_POINTS = 6
 _POINTS = 3
-"""Number of the brightest points of a picture that are fitted."""
+"""Number of points fitted in a picture, the brightest ones."""
 _BRIGHT = 25.0
-"""Least height of a point, robust sigmas of the picture."""
+"""Least height of a point, in robust sigmas of the picture."""
 _MISFIT = 0.03
-"""Largest rms of the residual, a share of the height: a bar of 3 px leaves 0.05."""
+"""Largest rms of the fit's residual, as a fraction of the point's height. A bar of 3 px leaves 0.05."""
 _RIM = 0.2
-"""Largest rms of a window's rim about a plane, a share of the height: edges have 0.4 and more."""
+"""Largest rms of a window's rim about a plane, as a fraction of the point's height. Edges have 0.4 and more."""
 _OVERSAMPLED = 4
 _SYSTEMATIC = 0.01
-"""Relative error of a sigma by lag, gain differences and the sampling of the model."""
+"""Relative error of a sigma by response time, gain differences and the sampling of the model."""
 _STILL_ERROR = 2.5
-"""Factor on the error of a still point, as the background beneath it is the same in all frames and not white."""
+"""Factor on the error of a still point. The background beneath it is the same in all frames and not white."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Gaussian fitted to a window: sigmas of its axes, px, the standard error of the minor one, and the rms of the
-    residual as a share of the height, `misfit`."""
+    """Gaussian fitted to a window: sigmas of its axes, px, standard error of the minor one, px, and rms of the residual
+    as a fraction of the height, `misfit`."""
 
     minor: float
     major: float
@@ -59,9 +59,9 @@ def point_blur(frames: Values, bad: Bools, top: float, still: bool) -> tuple[Est
 
     bad     (rows, columns) mask of bad pixels
     top     highest possible count; points near it are clipped
-    still   True for a still scene: points are searched in the mean, and in frames less their median
+    still   True for a still scene: points are searched in the mean, and in each frame less the median of frames
 
-    The interval of a passing point is that of the median over frames, of a still point that of the fit.
+    For a passing point the interval is that of the median over frames, for a still point that of the fit.
     """
     picked = evenly(len(frames), _FRAMES)
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
@@ -108,7 +108,7 @@ def _windows(picture: Floats, counts: Values, bad: Bools) -> Iterator[tuple[Floa
 
 
 def _isolated(window: Floats) -> bool:
-    """Return True where the middle exceeds the whole rim, unlike at an edge or a bar."""
+    """Return True where the middle of a window stands out from its whole rim, unlike at an edge or a bar."""
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
     rim = np.maximum(np.abs(x), np.abs(y)) == _REACH
     plane = np.stack([np.ones(rim.sum()), x[rim], y[rim]], axis=1)
@@ -118,7 +118,7 @@ def _isolated(window: Floats) -> bool:
 
 
 def fit_spot(window: Floats) -> Spot:
-    """Return the least-squares fit of an elliptical Gaussian, integrated over pixels, on a plane to a window."""
+    """Return the least-squares fit to a window of an elliptical Gaussian, integrated over pixels, plus a plane."""
     from scipy.optimize import least_squares
 
     side = 2 * _REACH + 1
@@ -147,7 +147,7 @@ def fit_spot(window: Floats) -> Spot:
 
 
 def _major_angle(window: Floats) -> float:
-    """Return the angle of the major axis, rad, by second moments about the middle."""
+    """Return the angle of a peak's major axis, rad, from second moments about the window's middle."""
     height = window - np.median(window)
     height = np.clip(height * np.sign(height[_REACH, _REACH]), 0, None)
     y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]

@@ -1,4 +1,4 @@
-"""Realism: texture and noise of a source compared with those of real infrared recordings."""
+"""Realism: comparison of a source's texture and noise with those of real infrared recordings."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from irsim.errors import InputError, expect_source
 from irsim.types import Source
 
 _FACTOR = 2.0
-"""Factor between fixed patterns of one sort of sensor: one uncooled camera has 2.5 to 6.4 over eight clips."""
+"""Allowed ratio between fixed patterns of one sort of camera. One uncooled camera has 2.5 to 6.4 over eight clips."""
 _WHITE, _MEMORY = 0.05, 0.15
-"""Differences in lag-1 correlation between cooled cameras, and between uncooled ones of different rates."""
+"""Differences in lag-1 correlation between cooled cameras, and between uncooled ones of different frame rates."""
 _FRAMES = 120
 _PICTURES = "its noise is not judged: pictures of 8 bits hold no sensor's noise; allowed: a sensor's counts"
 _HEAD = "95 % interval (all but correlation: in units of a pixel's noise)"
@@ -50,16 +50,17 @@ CAMERAS: dict[str, dict[str, Bounds]] = {
         "row": _wide(0.11, 0.93),
     },
 }
-"""Lag-1 correlation of a pixel's noise; fixed patterns and the frame's level in units of the pixel's noise.
+"""Least and greatest figures of each sort of camera: lag-1 correlation of a pixel's noise; fixed patterns and the noise
+of the frame's level in units of the pixel's noise.
 
-Measured by the project on raw counts of a cooled LWIR camera after correction and a cooled MWIR camera without (samples
-of pyradi), and of an uncooled Lepton 3 over eight clips (python-cptv).
+They were measured by the project on raw counts of a cooled LWIR camera with correction and a cooled MWIR camera without
+(samples of pyradi), and of an uncooled Lepton 3 over eight clips (python-cptv).
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Figure and its allowed range; the figure is outside where its whole interval (else its value) is."""
+    """Figure and its allowed interval. It is outside where all of its own interval is, or without one its value."""
 
     figure: str
     value: float
@@ -74,7 +75,7 @@ class Verdict:
 
     @property
     def measured(self) -> str:
-        """Value to hundredths, or with the digits that show it outside of the range."""
+        """Value to hundredths, or with as many digits as show that it is outside the allowed interval."""
         places = 2
         while not self.inside and self.low <= float(f"{self.value:.{places}f}") <= self.high and places < 6:
             places += 1
@@ -87,11 +88,11 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Figures compared with the ranges of all classes of background, or of all sorts of camera.
+    """Comparison of figures with the allowed intervals of all classes of background, or of all sorts of camera.
 
-    figures     figure -> value as text
-    by_name     name of a class or sort -> verdicts
-    required    name of the deciding verdicts, or None
+    figures     value of each figure as text
+    by_name     verdicts on all figures for each class or sort
+    required    name of the class or sort that decides, or None
     head        heading of the column of values
     """
 
@@ -106,18 +107,17 @@ class Comparison:
 
     @property
     def failing(self) -> dict[str, tuple[Verdict, ...]]:
-        """Names with verdicts outside of their ranges -> these verdicts."""
+        """Verdicts on figures outside their allowed intervals, by name of the class or sort."""
         outside = {name: tuple(each for each in verdicts if not each.inside) for name, verdicts in self.by_name.items()}
         return {name: verdicts for name, verdicts in outside.items() if verdicts}
 
     @property
     def fitting(self) -> tuple[str, ...]:
-        """Names with no figure outside of their ranges."""
+        """Names of the classes or sorts for which no figure is outside."""
         return tuple(name for name in self.by_name if name not in self.failing)
 
     def lines(self, head: str, none: str) -> Iterator[str]:
-        """Yield lines of the figures, of the names that fit (`head` and names, or `none`), and of the figures that
-        exclude others."""
+        """Yield lines with the figures, the names that fit (`head` and the names, or `none`), and why others do not."""
         heading = self.head if self.required is None else f"allowed for {self.required}"
         yield f"{'figure':11} measured  {heading}".rstrip()
         if self.required is None:
@@ -134,11 +134,11 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Realism:
-    """Texture and noise compared with real ones.
+    """Texture and noise of a source, compared with those of real recordings.
 
     texture, classes    figures of texture and their comparison; empty and None where not measured
     noise, sorts        figures of noise and their comparison; empty and None where not determined
-    noise_unknown       reason for undetermined noise, or None
+    noise_unknown       reason why noise is not determined, or None
     """
 
     texture: Mapping[str, float]
@@ -153,18 +153,18 @@ class Realism:
 
     @property
     def inside(self) -> bool:
-        """True where all figures are inside of the required class and sort."""
+        """True where all figures are inside the intervals of the required class and sort."""
         return all(verdict.inside for each in self._comparisons for verdict in each.verdicts)
 
     def lines(self) -> Iterator[str]:
-        """Yield lines of text, without `noise_unknown`."""
+        """Yield the comparisons as lines of text, without `noise_unknown`."""
         if self.classes is not None:
             yield from self.classes.lines("looks like", "no class of real recordings")
         if self.sorts is not None:
             yield from self.sorts.lines("its noise is like", "that of no real camera")
 
     def as_json(self) -> dict[str, Any]:
-        """Return values of JSON."""
+        """Return the comparisons as JSON values."""
         found: dict[str, Any] = {}
         if self.classes is not None:
             found = {**self.texture, "like": self.classes.required, "classes": self.classes.fitting}
@@ -184,12 +184,12 @@ class Realism:
 def measure_realism(
     source: Source, like: str | None = None, camera: str | None = None, progress: Progress | None = None
 ) -> Realism:
-    """Return texture and noise of a source compared with those of real recordings.
+    """Return texture and noise of a source, compared with those of real recordings.
 
     like        required class of background, one of `CLASSES`
     camera      required sort of camera, one of `CAMERAS`; texture is then measured only with `like`
 
-    InputError for unknown names, pictures too small for texture, and undetermined noise with `camera`.
+    Raises InputError for unknown names, for pictures too small for texture, and for undetermined noise with `camera`.
     """
     expect_source("a comparison", source)
     if like is not None:
@@ -217,7 +217,7 @@ def measure_realism(
 
 
 def noise_figures(found: Figures) -> dict[str, Estimate]:
-    """Return the figures of `CAMERAS`; InputError where the recording does not determine them."""
+    """Return the figures listed in `CAMERAS`. Raises InputError where the recording does not determine them."""
     if found.pixel is None or found.row is None or found.column is None or found.level is None:
         raise InputError("its noise cannot be judged: the scene moves; allowed: a still camera")
     unit = found.noise.value
@@ -235,7 +235,7 @@ def noise_figures(found: Figures) -> dict[str, Estimate]:
 
 
 def _correlation(found: Figures) -> Estimate:
-    """Return the lag-1 correlation of white and AR(1) noise; 0 without memory."""
+    """Return the lag-1 correlation of a pixel's noise, white plus AR(1); 0 where no correlated part is found."""
     memory, frames, white = found.memory, found.memory_frames, found.white
     if memory is None or frames is None:
         return Estimate(0.0, 0.0, 0.0)
@@ -251,7 +251,7 @@ def _correlation(found: Figures) -> Estimate:
 
 
 def compare_texture(found: TextureFigures, like: str | None = None) -> Comparison:
-    """Return the comparison of a texture with all classes; InputError for an unknown class."""
+    """Return the comparison of a texture with all classes of background. Raises InputError for an unknown class."""
     if like is not None:
         check_class(like)
     by_name = {
@@ -262,7 +262,7 @@ def compare_texture(found: TextureFigures, like: str | None = None) -> Compariso
 
 
 def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
-    """Return the comparison of noise with all sorts of camera; InputError for an unknown sort or undetermined noise."""
+    """Return the comparison of noise with all sorts of camera. InputError for an unknown sort or undetermined noise."""
     if camera is not None:
         check_sort(camera)
     values = noise_figures(found)

@@ -1,4 +1,4 @@
-"""Lines of `irsim noise`, summary of `irsim fit`, and notes on the limits of their figures."""
+"""Text of `irsim noise` and `irsim fit`: lines, a summary, and notes on the limits of their figures."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _MEANINGS = (
     "pixel to pixel, in time",
 )
 _CLIPPED = 0.005
-"""Least share of clipped counts that is reported; it reduces the sigma of normal noise by half a percent."""
+"""Least fraction of clipped counts that is reported. It reduces the sigma of Gaussian noise by half a percent."""
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number of YAML with `digits` significant digits; rounding errors of floats are 0."""
+    """Return a number as YAML text with `digits` significant digits. Rounding errors of floats become 0."""
     return "0" if abs(value) < 1e-9 else decimal_text(value, digits)
 
 
 def interval(value: Estimate, digits: int = 4) -> str:
-    """Return '1.2 to 1.4', '1.2 or more' or 'at most 1.4'."""
+    """Return an interval as text: '1.2 to 1.4', '1.2 or more' or 'at most 1.4'."""
     if math.isinf(value.high):
         return f"{number(value.low, digits)} or more"
     if value.bound:
@@ -43,12 +43,12 @@ def interval(value: Estimate, digits: int = 4) -> str:
 
 
 def estimate(value: Estimate) -> str:
-    """Return '1.3 (1.2 to 1.4)', or the bound."""
+    """Return an estimate as text: '1.3 (1.2 to 1.4)', or only the interval of a bound."""
     return interval(value, 3) if value.bound else f"{number(value.value, 3)} ({interval(value, 3)})"
 
 
 def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of a noise report, with frames numbered from `start`."""
+    """Yield labels and texts of a noise report, whose frames are numbered from `start`."""
     doubt = dict.fromkeys(report.doubtful, "; may contain the scene")
     yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
     for term, meaning in zip(TERMS, _MEANINGS, strict=True):
@@ -84,7 +84,7 @@ def _memory_lines(label: str, pixels: str, memory: Memory, doubt: str) -> Iterat
 
 
 def noise_notes(report: NoiseReport) -> Iterator[str]:
-    """Yield the limits of a noise report as sentences."""
+    """Yield sentences on the limits of a noise report."""
     count = report.stretch.length
     memory, level = report.temporal.memory, report.level.time_frames
     if report.slides:
@@ -127,13 +127,13 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
 def figure_notes(
     report: NoiseReport, psf: Estimate, blur: Estimate | None, still: int, objects: int, layered: bool, textured: bool
 ) -> Iterator[str]:
-    """Yield the limits of the figures of a recording as sentences: of noise, texture, blur and background.
+    """Yield sentences on the limits of a recording's figures of noise, texture, blur and background.
 
-    psf, blur   as of `Figures`
+    psf, blur   as in `Figures`
     still       number of points that stand still
-    objects     number of small objects that were left out of the texture
-    layered     True where rows differ most, as with a horizon
-    textured    True with texture
+    objects     number of small objects that are left out of the texture
+    layered     True where most variance lies between rows, as with a horizon
+    textured    True where texture was found
     """
     yield from noise_notes(report)
     if report.slides:
@@ -160,7 +160,7 @@ def figure_notes(
 
 
 def fit_summary(found: Figures) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of noise, fixed pattern, bad pixels and blur."""
+    """Yield labels and texts of noise, fixed pattern, bad pixels and blur, to print."""
     yield "noise", f"{estimate(found.noise)} counts in time, of each pixel"
     if found.memory is not None and found.memory_frames is not None and found.memory.value:
         yield "", f"of it {estimate(found.memory)} with a time constant of {estimate(found.memory_frames)} frames"

@@ -1,4 +1,4 @@
-"""Figures of a camera and a background as a scenario in YAML, with intervals as comments."""
+"""Writer of the figures of a camera and a background as a scenario in YAML, with intervals as comments."""
 
 from __future__ import annotations
 
@@ -28,14 +28,15 @@ from irsim.types import Band, Source
 NOMINAL_BAND: Band = "lwir"
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3
-"""Band, scale and pixel of a camera that the recording does not describe; counts do not depend on them."""
+"""Band, temperatures of count 0 and full scale, and angle of a pixel, for a camera that the recording does not
+describe. The counts of the scenario do not depend on them."""
 BY = "by irsim fit;"
-"""Part of the first line of a fit."""
+"""Words in the first line of each fitted scenario."""
 
 
 @dataclass(frozen=True)
 class ScenarioWriter:
-    """Writer of the figures of a source as a scenario."""
+    """Writer of a source's figures as a scenario."""
 
     source: Source
     figures: Figures
@@ -58,7 +59,7 @@ class ScenarioWriter:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Limits of the scenario."""
+        """Sentences on the limits of the scenario."""
         facts = self.source.camera
         scale = facts.range_k or facts.curve
         known = (("its field of view", facts.ifov_rad), ("its band", facts.band), ("its scale", scale))
@@ -69,7 +70,7 @@ class ScenarioWriter:
 
     @cached_property
     def agc(self) -> tuple[Agc, str, tuple[str, ...]]:
-        """AGC of the scenario, the reason for it, and notes: counts do not determine an AGC."""
+        """AGC of the scenario, the reason for it, and notes, as counts do not determine an AGC."""
         source = self.source
         usual, agc = default_agc(source.bits), source.agc
         if isinstance(agc, Agc) and (source.scenario_text is not None or agc != usual):
@@ -83,12 +84,12 @@ class ScenarioWriter:
         return Scale.known(self.source.camera.curve, self.band, self.range_k, self.bits)
 
     def per_kelvin(self, kelvin: float) -> float:
-        """Return the counts per kelvin of a black body."""
+        """Return the change of counts per kelvin of a black body's temperature."""
         return self.scale.slope(float(radiance(self.band, kelvin))) * slope(self.band, kelvin)
 
     @cached_property
     def electrons(self) -> ElectronSensor | None:
-        """Detector with the response of the recording; None where two black bodies give the scale."""
+        """Sensor with the response of the recording; None where the temperatures of two counts give the scale."""
         curve = self.source.camera.curve
         if curve is None:
             return None
@@ -96,14 +97,14 @@ class ScenarioWriter:
 
     @cached_property
     def unit(self) -> float:
-        """Counts of a noise ratio of 1."""
+        """Counts that correspond to a noise ratio of 1."""
         if self.electrons is None:
             return _at_least(self.figures.noise.value)
         response = self.electrons.response(SensorSettings(self.band, self.bits, 0.0, self.range_k))
         return response.noise / response.gain
 
     def lines(self, frames: int) -> Iterator[str]:
-        """Yield the lines of a scenario of `frames` frames."""
+        """Yield the lines of a scenario with `frames` frames."""
         columns, rows = self.source.size
         found, (agc, reason, _) = self.figures, self.agc
         yield f"# Fitted to {counted(found.frames, 'frame')} of {self.source.name} {BY} ranges are 95 % intervals."
@@ -127,7 +128,7 @@ class ScenarioWriter:
         yield from self.background()
 
     def detector(self) -> Iterator[str]:
-        """Yield the scale of the counts and the NETD."""
+        """Yield the lines with the scale of the counts and the NETD."""
         per_kelvin = self.per_kelvin(NETD_K)
         netd = _line("netd_mk", self.figures.noise.map(lambda counts: _at_least(counts) / per_kelvin * 1000))
         if self.electrons is None:
@@ -141,7 +142,7 @@ class ScenarioWriter:
         yield f"  # {netd}"
 
     def noises(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield kinds of noise with their keys."""
+        """Yield each kind of noise with its keys and values."""
         found = self.figures
         terms = {
             "tvh": found.white,
@@ -183,7 +184,7 @@ class ScenarioWriter:
             yield "bad_pixels", dict(self.bad_pixels())
 
     def bad_pixels(self) -> Iterator[tuple[str, Any]]:
-        """Yield the keys of kind bad_pixels."""
+        """Yield the keys and values of noise of kind bad_pixels."""
         bad, full = self.figures.flaws, 2**self.bits - 1
         for kind, share in bad.shares.items():
             yield kind, replace(share, value=min(share.value, MAX_BAD))
@@ -198,7 +199,7 @@ class ScenarioWriter:
                 yield key, self.seconds(dwell)
 
     def background(self) -> Iterator[str]:
-        """Yield a ground of the same spectrum, spread and histogram, without objects."""
+        """Yield the lines of a ground with the fitted spectrum, spread and histogram, without objects."""
         found = self.figures
         mean_k = self.kelvin(found.mean)
         yield "background:"
@@ -227,7 +228,7 @@ class ScenarioWriter:
 
 
 def _at_least(counts: float) -> float:
-    """Return noise in counts, at least 0.01: a NETD of 0 would leave noise ratios no unit."""
+    """Return noise in counts, at least 0.01. With a NETD of 0, noise ratios would have no unit."""
     return max(counts, 0.01)
 
 

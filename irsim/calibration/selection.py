@@ -1,4 +1,4 @@
-"""Selection of the pixels on which noise is measured: frames of a source, target boxes, flat windows."""
+"""Selection of what noise is measured on: frames of a source, pixels outside target boxes, flat windows."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from irsim.errors import InputError, as_int
 from irsim.types import Bools, Box, Floats, Source
 
 Progress = Callable[[int, int], None]
-"""Callback with the number of frames read, and the number of all."""
+"""Callback with the number of frames read and the number of frames to read."""
 EIGHT_BITS = (
     "8 bits: unless these are a detector's own counts, figures are those of a picture after gain control, not of a "
     "sensor"
 )
 BOX_MARGIN_PX = 4
-"""Margin about the box of a target for blur and motion blur, px."""
+"""Margin around a target's box that its blur and motion blur may reach, px."""
 WINDOW_SIDE = 64
 _WINDOW_FRAMES = 24
 _WINDOWS = 8
 _LEAST_HALF = 16
 _CLIPPED_SHARE = 0.02
 _ALIKE_ERRORS = 4.0
-"""Standard errors within which variances of windows do not differ."""
+"""Standard errors up to which variances of windows count as equal."""
 
 
 class Region(NamedTuple):
-    """Rectangle of whole pixels x .. x+w-1, y .. y+h-1."""
+    """Rectangle of the whole pixels x .. x+w-1, y .. y+h-1."""
 
     x: int
     y: int
@@ -59,7 +59,7 @@ class Region(NamedTuple):
         return slice(self.x, self.x + self.w)
 
     def of(self, frames: Values) -> Values:
-        """Return the region of frames (..., rows, columns)."""
+        """Return the region's part of frames (..., rows, columns)."""
         return frames[..., self.rows, self.columns]
 
     def __str__(self) -> str:
@@ -67,18 +67,18 @@ class Region(NamedTuple):
 
 
 Boxes = tuple[tuple[Region, ...], ...]
-"""Boxes of targets with a margin, by frame; they may reach beyond the picture."""
+"""Boxes of targets with a margin, for each frame. They may reach beyond the picture."""
 
 
 class TimedFrames(NamedTuple):
-    """Counts (T, rows, columns) of uint8 or uint16, and times (T,), s."""
+    """Counts (T, rows, columns), uint8 or uint16, and frame times (T,), s."""
 
     counts: npt.NDArray[np.integer]
     times: Floats
 
 
 def parse_region(text: str, size: tuple[int, int]) -> Region:
-    """Return the region 'x,y,w,h' of a picture of size (columns, rows); InputError for other text."""
+    """Return the region 'x,y,w,h' of a picture of `size` (columns, rows). Raises InputError for other text."""
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
         raise InputError(f"region {text!r}: is no region; {_allowed_region(size)}")
@@ -86,7 +86,7 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
 
 
 def as_region(given: object, frames: Values) -> Region:
-    """Return a region given as four whole numbers; InputError where it is not in the frames."""
+    """Return the region given as four whole numbers. Raises InputError where it is not inside the frames."""
     rows, columns = frames.shape[1:]
     try:
         if not (isinstance(given, tuple | list) and len(given) == 4):
@@ -110,7 +110,7 @@ def _allowed_region(size: tuple[int, int]) -> str:
 
 
 def read_frames(source: Source, wanted: range, progress: Progress | None = None) -> TimedFrames:
-    """Return counts and times of consecutive frames of a source; InputError where it has none of them."""
+    """Return counts and times of the frames `wanted` of a source. Raises InputError where it has none of them."""
     images, times = [], []
     for frame in source.frames("counts", wanted.start, wanted.stop):
         images.append(frame.image)
@@ -124,14 +124,14 @@ def read_frames(source: Source, wanted: range, progress: Progress | None = None)
 
 
 def scenario_keys(source: Source) -> Mapping[str, Any]:
-    """Return the unchecked top-level keys of the scenario of a source, or {}; InputError for text that is no YAML."""
+    """Return the unchecked top-level keys of a source's scenario, or {}. InputError for text that is not YAML."""
     text = source.scenario_text
     value = None if text is None else parse_yaml(text, source.name).value
     return value if isinstance(value, dict) else {}
 
 
 def may_be_pictures(source: Source) -> bool:
-    """Return True where frames of 8 bits may be pictures after gain control instead of counts of a detector."""
+    """Return True where frames of 8 bits may be pictures after gain control instead of a detector's counts."""
     if source.bits > 8:
         return False
     keys = scenario_keys(source)
@@ -140,7 +140,7 @@ def may_be_pictures(source: Source) -> bool:
 
 
 def target_boxes(source: Source, start: int, stop: int) -> Boxes | None:
-    """Return the boxes of the truth of frames start .. stop-1; None without truth."""
+    """Return the truth's boxes of frames start .. stop-1, with a margin; None without truth."""
     if not source.has_truth:
         return None
     return tuple(tuple(_with_margin(target.box) for target in truth.targets) for truth in source.truths(start, stop))
@@ -153,7 +153,7 @@ def _with_margin(box: Box) -> Region:
 
 
 def box_mask(boxes: Iterable[Region], shape: tuple[int, ...]) -> Bools:
-    """Return the mask (rows, columns) of pixels in any of the boxes."""
+    """Return the mask (rows, columns) of pixels inside any of the boxes."""
     taken = np.zeros(shape, np.bool_)
     for box in boxes:
         taken[box.rows, box.columns] = True
@@ -161,13 +161,13 @@ def box_mask(boxes: Iterable[Region], shape: tuple[int, ...]) -> Bools:
 
 
 def target_mask(source: Source, start: int, stop: int) -> Bools | None:
-    """Return the mask of pixels in a box of any of the frames; None without truth."""
+    """Return the mask of pixels that lie inside a target's box in any of frames start .. stop-1; None without truth."""
     boxes = target_boxes(source, start, stop)
     return None if boxes is None else box_mask(chain(*boxes), source.size[::-1])
 
 
 def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
-    """Return the window of least variance over pixels and frames (T, rows, columns); see `flat_windows`."""
+    """Return the window with the least variance over pixels and frames (T, rows, columns); see `flat_windows`."""
     check_frames(frames)
     check_positive(top, "top", "the highest possible count")
     check_mask(taken, frames.shape[1:])
@@ -175,11 +175,11 @@ def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
 
 
 def flat_windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[Region]:
-    """Yield square windows of frames (T, rows, columns), at least one, by rising variance.
+    """Yield square windows of frames (T, rows, columns), at least one, by increasing variance.
 
-    They are 64 px or half of the shorter side wide, then half as large; windows of one size do not overlap. Offsets of
-    rows, columns and frames are subtracted first. Of windows that differ by chance the middle one comes first, as the
-    least of many would bias the fixed pattern. Windows with targets or clipped counts come last.
+    Windows are 64 px or half of the shorter side wide, then half as wide. Windows of one size do not overlap. Offsets
+    of rows, columns and frames are subtracted first. Of windows whose variances differ only by chance the middle one
+    comes first, as the least one would bias the fixed pattern. Windows with targets or clipped counts come last.
     """
     rows, columns = frames.shape[1:]
     side = min(WINDOW_SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
@@ -213,14 +213,14 @@ def _line_offsets(level: Floats, axis: int) -> Floats:
 
 
 def _window_variance(mean: Floats, power: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
-    """Return the variances of windows and their standard errors for Gaussian pixels."""
+    """Return the variances of windows, and the standard errors of these if pixels are Gaussian."""
     level = _window_means(mean, side) ** 2
     whole, fixed = _window_means(power, side) - level, _window_means(mean**2, side) - level
     return whole, np.sqrt(2) / side * np.hypot(fixed, (whole - fixed) / np.sqrt(frames))
 
 
 def _window_means(values: Floats, side: int) -> Floats:
-    """Return the means of windows an eighth of their side apart, by their top left corners."""
+    """Return the means over windows an eighth of their side apart, indexed by the windows' top left corners."""
     step = max(side // 8, 1)
     rows, columns = values.shape
     means = cv2.boxFilter(values, -1, (side, side), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)

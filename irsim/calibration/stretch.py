@@ -1,6 +1,7 @@
 """Selection of the frames on which noise is measured: the longest stretch without a break, less repeated frames.
 
-Breaks are pauses, changes of the whole picture (shutter, splash screen, cut) and of the fixed pattern (correction).
+Breaks are pauses, changes of the whole picture (shutter, splash screen, cut) and changes of the fixed pattern (by a
+correction).
 """
 
 from __future__ import annotations
@@ -19,25 +20,25 @@ from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats, Indices
 
 _CELL = 8
 _BEYOND = 12.0
-"""Ratio to the median change beyond which the picture jumps; three real sensors have up to 8.6."""
+"""Ratio of a change to the median change beyond which the picture jumps. Three real sensors have up to 8.6."""
 _SURE = 10.0
-"""Number of changes with a reliable median: for m changes, the ratio above is 1 + (10 / m)^2 times as large."""
+"""Number of changes whose median is reliable. For m changes, `_BEYOND` is multiplied by 1 + (10 / m)^2."""
 _FEW = 0.2
-"""Largest share of jumps among the changes; more of them are motion of the scene."""
+"""Largest fraction of changes that count as jumps. More of them are motion of the scene."""
 _STEP_FRAMES = (4, 8, 16)
-"""Frames averaged on either side of a step of the fixed pattern."""
+"""Numbers of frames that are averaged before and after a possible step of the fixed pattern."""
 _STEP_ERRORS = 6.0
 _STEP_RATIO = 1.3
-"""Least ratio of the squared change at a step to that before and after it."""
+"""Least ratio of the squared change at a step to that before and after the step."""
 _STEP_BLUR = 0.25
-"""Largest neighbour correlation of a step: optics blur light over neighbours, but no fixed pattern."""
+"""Largest neighbour correlation of the change at a step. Optics blur light over neighbours, but no fixed pattern."""
 _MOST_LOST = 3000
 _NAMED = 4
 
 
 @dataclass(frozen=True)
 class Breaks:
-    """Frames that follow a pause, a jump of the picture or a step of the fixed pattern."""
+    """Indices of frames that follow a pause, a jump of the picture or a step of the fixed pattern."""
 
     pauses: tuple[int, ...] = ()
     jumps: tuple[int, ...] = ()
@@ -48,7 +49,7 @@ class Breaks:
         return sorted({*self.pauses, *self.jumps, *self.steps})
 
     def sentences(self, start: int) -> Iterator[str]:
-        """Yield a sentence for each kind of break, with frames numbered from `start`."""
+        """Yield a sentence for each kind of break, in which frames are numbered from `start`."""
         if self.pauses:
             yield f"time passes without frames before {_frames(self.pauses, start)}"
         if self.jumps:
@@ -59,16 +60,16 @@ class Breaks:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Measured frames.
+    """Measured frames of a recording.
 
     recorded    number of frames of the recording
-    repeats     number of those that repeat the one before
-    lost        number of frames of the camera that are missing, by the times of the others
-    breaks      of the recording
+    repeats     number of frames that repeat the one before
+    lost        number of the camera's frames that are missing, judging by the frame times
+    breaks      breaks in the recording
     index       indices of the measured frames in the recording
-    number      their frame numbers in the camera
-    rate_hz     of the camera
-    slower      frame periods of the recording in one of the camera
+    number      frame numbers of the measured frames in the camera
+    rate_hz     frame rate of the camera, Hz
+    slower      frame periods of the recording in one frame period of the camera
     """
 
     recorded: int
@@ -82,7 +83,7 @@ class Stretch:
 
     @property
     def length(self) -> int:
-        """Frames of the camera from the first measured one to the last."""
+        """Number of the camera's frames from the first measured one to the last."""
         return self.number[-1] - self.number[0] + 1
 
     def of(self, frames: Values) -> Values:
@@ -91,7 +92,7 @@ class Stretch:
         return frames[first : last + 1] if last - first + 1 == len(self.index) else frames[list(self.index)]
 
     def left_out(self, start: int) -> Iterator[str]:
-        """Yield sentences on frames that were left out, with frames numbered from `start`."""
+        """Yield sentences on frames that are left out, in which frames are numbered from `start`."""
         if self.repeats:
             verb = "repeats" if self.repeats == 1 else "repeat"
             yield f"{self.repeats} of {self.recorded} frames {verb} the one before bit for bit and are not measured"
@@ -106,7 +107,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class NewFrames:
-    """Frames that do not repeat the one before: (N,) `index` and `number`, and the other fields as of `Stretch`."""
+    """Frames that do not repeat the one before: (N,) `index` and `number`. All fields are as in `Stretch`."""
 
     index: Indices
     number: Indices
@@ -117,11 +118,11 @@ class NewFrames:
 
 
 def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> NewFrames:
-    """Return the frames that do not repeat the one before, and their frame numbers.
+    """Return the frames that do not repeat the one before, and their frame numbers in the camera.
 
-    A single repeat is a frame that arrived twice; no time passes. Two or more in a row are a frozen picture, over which
-    time passes unless `times` (T,), s, show otherwise. Repeats of most frames show a slower camera. Gaps of whole
-    periods between `times` are lost frames.
+    A single repeat is a frame that arrived twice, and no time passes. Two or more in a row are a frozen picture, during
+    which time passes unless `times` (T,), s, show otherwise. Where most frames are repeats, the camera is slower than
+    the recording. Gaps of whole frame periods between `times` are lost frames.
     """
     count = len(frames)
     gaps, beat, same_time = _lost_frames(count, rate_hz, times)
@@ -151,8 +152,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
 
 
 def _lost_frames(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
-    """Return (T,) numbers of frames lost before each frame, the periods of the recording in one of the camera, and the
-    mask (T,) of frames with a repeated time."""
+    """Return the number of frames lost before each frame, (T,), the frame periods of the recording in one of the
+    camera, and the mask (T,) of frames that repeat the time of the one before."""
     nothing = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
         return nothing
@@ -173,10 +174,10 @@ def _with_pauses(index: Indices, number: Indices, rate_hz: float, slower: float,
 
 
 def jumps(frames: Sequence[Values]) -> list[int]:
-    """Return the indices of frames that differ as a whole from the one before.
+    """Return the indices of frames at which the whole picture jumps.
 
-    The change is the median, over cells of 8 x 8 px, of the difference of means; a jump is beyond 12 times its median
-    over time, unless more than a fifth of all changes are.
+    The change from the frame before is the median, over cells of 8 x 8 px, of the absolute difference of their means. A
+    jump exceeds 12 times the median change over time. If more than a fifth of all changes do, none is a jump.
     """
     if len(frames) < 2:
         return []
@@ -190,10 +191,10 @@ def jumps(frames: Sequence[Values]) -> list[int]:
 def pattern_steps(flat: Floats) -> list[int]:
     """Return the frames of a flat window (T, rows, columns) at which the fixed pattern changes.
 
-    The mean of m frames is compared with that of the m before, without offsets of rows and columns. Without a step the
-    mean squared difference over n pixels is 2 sigma^2 / m with a relative error of sqrt(2 / n); a step is far above the
-    differences 2 m frames earlier and later, and uncorrelated between neighbours. Drift and correlated noise raise all
-    differences alike. Weak steps, and those of rows and columns alone, are not found.
+    The mean of m frames is compared with the mean of the m frames before, without offsets of rows and columns. Without
+    a step the mean squared difference over n pixels is 2 sigma^2 / m with a relative error of sqrt(2 / n). At a step it
+    far exceeds the differences 2 m frames earlier and later, and is uncorrelated between neighbouring pixels. Drift and
+    correlated noise raise all differences alike. Weak steps, and steps of rows and columns alone, are not found.
     """
     sums = np.concatenate([np.zeros((1, *flat.shape[1:])), np.cumsum(center_lines(flat - flat[0]), axis=0)])
     found: list[int] = []
@@ -218,7 +219,7 @@ def pattern_steps(flat: Floats) -> list[int]:
 
 
 def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -> Stretch:
-    """Return the longest stretch between breaks; InputError where it is too short to measure noise."""
+    """Return the longest stretch between breaks. Raises InputError where it is too short to measure noise."""
     ends = [0, *np.searchsorted(new.index, breaks.all), len(new.index)]
     first, last = max(itertools.pairwise(ends), key=lambda pair: pair[1] - pair[0])
     if last - first < LEAST_FRAMES <= len(new.index):
@@ -239,7 +240,7 @@ def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -
 
 
 def _frames(frames: tuple[int, ...], start: int) -> str:
-    """Return 'frame 3', or 'frames 3, 9, 12, 20 and 7 more'."""
+    """Return frame numbers as text: 'frame 3', or 'frames 3, 9, 12, 20 and 7 more'."""
     named = [str(start + frame) for frame in frames[:_NAMED]]
     more = f" and {len(frames) - _NAMED} more" if len(frames) > _NAMED else ""
     return f"frame{'s' if len(frames) > 1 else ''} {', '.join(named)}{more}"

@@ -2,13 +2,13 @@
 
 The structure function D(k), half of the mean squared difference of frames k apart, contains no fixed pattern. For white
 noise of variance w, AR(1) noise of variance s and correlation rho from frame to frame, and a random walk whose variance
-grows by d a frame,
+grows by d in each frame,
 
-    D(k) = w + s (1 - rho^k) + d k / 2
+  D(k) = w + s (1 - rho^k) + d k / 2
 
 (N. A. C. Cressie, "Statistics for Spatial Data", 1993, section 2.4; the Allan variance is a mean of the same
-differences). The parts are fitted by weighted non-negative least squares over a grid of rho; the interval is that of
-the jackknife over blocks of pixels. The walk represents any drift with a time constant far longer than the recording.
+differences). The variances are fitted by weighted non-negative least squares over a grid of rho, with intervals by the
+jackknife over blocks of pixels. The walk represents any drift with a time constant far longer than the recording.
 """
 
 from __future__ import annotations
@@ -36,30 +36,30 @@ from irsim.types import Floats, Indices
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
 LEAST_MEMORY_FRAMES = 12
 LEAST_CORRELATION = 0.02
-"""Correlation from frame to frame below which noise counts as white: cooled cameras show up to 0.01 of either sign."""
+"""Correlation from frame to frame below which pixel noise counts as white. Cooled cameras show ±0.01 at most."""
 LINE_CORRELATION = 0.3
-"""The same for rows, columns and the level, of which there are few."""
+"""Correlation below which noise of rows, columns and the level counts as white; these are fewer than pixels."""
 _LINE_BLOCKS = 12
 _FIT_LAGS = 12
 _SLOWEST = 3.0
-"""Longest time constant of the grid, in lengths of the recording."""
+"""Longest time constant of the grid, in durations of the recording."""
 _SEPARABLE = 1 / 6
-"""Time constant, in lengths of the recording, beyond which correlated noise and drift are not distinguished."""
+"""Time constant, in durations of the recording, above which correlated noise and drift cannot be distinguished."""
 _FASTEST = 0.33
-"""Shortest time constant of the grid, frames: its correlation from frame to frame is 0.05."""
+"""Shortest time constant of the grid, frames. Its correlation from frame to frame is 0.05."""
 _GRID = 20
 
 
 @dataclass(frozen=True)
 class Memory:
-    """White, AR(1) and drifting noise of pixels, rows or columns; sigmas in the units of the frames.
+    """White, AR(1) and drifting noise of pixels, rows or columns, as sigmas in the units of the frames.
 
-    white, correlated       of the white and of the AR(1) part
-    total                   of both
+    white, correlated       sigmas of the white part and of the AR(1) part
+    total                   sigma of both parts together
     rho, time_constant_s    correlation of the AR(1) part from frame to frame, and time in which it falls to 1/e
-    walk                    of the change by drift in a second; it grows as the root of time
-    left                    of all three in the mean of the frames
-    fixed                   of the mean, less `left`
+    walk                    sigma of the change by drift in a second; it grows as the root of time
+    left                    sigma that all three parts leave in the mean of the frames
+    fixed                   sigma of the fixed pattern: that of the mean of the frames, less `left`
     """
 
     white: Estimate
@@ -73,7 +73,7 @@ class Memory:
 
     @property
     def drift(self) -> Estimate | None:
-        """The walk where it is significant."""
+        """`walk` where it is significant, else None."""
         return self.walk if self.walk.low > 0 else None
 
 
@@ -81,11 +81,11 @@ class Memory:
 class Temporal:
     """Noise of pixels over time.
 
-    pair            sigma from differences of neighbouring frames, over sqrt(2)
+    pair            sigma of differences of neighbouring frames, divided by sqrt(2)
     lags            lags, frames of the camera
-    difference      root of the structure function at these lags
-    correlation     of the noise at these lags
-    memory          None where the noise is white or the frames are too few
+    difference      square root of the structure function at each lag
+    correlation     correlation of the noise at each lag
+    memory          fitted parts of the noise; None where it is white or the frames are too few
     """
 
     pair: Estimate
@@ -100,8 +100,8 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
 
     number  (T,) frame numbers of the camera at `rate_hz`; default: 0, 1, 2 ...
 
-    InputError for frames that are too few, too small or not finite, a rate that is not positive, and numbers that do
-    not rise.
+    Raises InputError for frames that are too few, too small or not finite, for a rate that is not positive, and for
+    numbers that do not rise.
     """
     check_frames(frames)
     check_size(frames)
@@ -130,9 +130,9 @@ def temporal_noise(frames: Values, rate_hz: float, number: Indices | None = None
 
 
 def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[str, Estimate]) -> dict[str, Memory]:
-    """Return the noise over time of "tv" (rows) and "th" (columns) where correlated.
+    """Return the noise over time of rows ("tv") and of columns ("th"), as far as it is correlated.
 
-    sigmas  of both terms, without the noise of pixels in the mean of a line
+    sigmas  sigmas of both terms, without the part of pixel noise in the mean of a line
     """
     found: dict[str, Memory] = {}
     if _pairs(number, 1)[0].size < LEAST_MEMORY_FRAMES:
@@ -150,8 +150,10 @@ def line_memories(frames: Floats, number: Indices, rate_hz: float, sigmas: dict[
 
 
 def time_freedom(memory: Memory | None, number: Indices) -> float:
-    """Return the degrees of freedom of a series about its mean at frame numbers (T,): (tr R)^2 / tr R^2 of the centred
-    correlation matrix R (F. E. Satterthwaite, Biometrics Bulletin 2, 1946)."""
+    """Return the degrees of freedom of a series about its mean at frame numbers (T,).
+
+    They are (tr R)^2 / tr R^2 of the centred correlation matrix R (F. E. Satterthwaite, Biometrics Bulletin 2, 1946).
+    """
     count = len(number)
     if memory is None or not memory.total.value:
         return count - 1
@@ -163,7 +165,7 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
 
 
 def _fit_lines(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> Memory:
-    """Fit series (T, lines), less the noise of the pixels (T, lines, N) in their means."""
+    """Return the noise of series (T, lines), without the part of the pixels' noise (T, lines, N) in their means."""
     lags = _fit_lags(number)
     columns = []
     for lag in lags:
@@ -178,7 +180,7 @@ def _fit_lines(series: Floats, pixels: Floats, number: Indices, rate_hz: float) 
 
 
 def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) -> Memory:
-    """Fit the model to blocks (B, lags + 1) of the structure function and of the square of the mean."""
+    """Fit the noise model to the structure function at `lags` and the square of the mean, in blocks (B, lags + 1)."""
     ages = (number - number[0]).astype(np.float64)
     apart = np.abs(np.subtract.outer(ages, ages))
     length = ages[-1] + 1
@@ -205,7 +207,7 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         found = [hull(models[0][place], [model[place] for model in models]) for place in range(len(found))]
     white, correlated, walk, total, log_time, left, fixed = found
     if log_time.high > math.log(length) and correlated.value > 0:
-        # Noise as slow as the recording is not separated from fixed pattern.
+        # Noise as slow as the recording cannot be separated from fixed pattern.
         staying = float(blocks[:, -1].mean())
         log_time = replace(log_time, high=math.inf)
         correlated, total = (replace(each, high=each.high + max(staying, 0.0)) for each in (correlated, total))
@@ -243,21 +245,21 @@ def _least_squares(
 
 
 def _fit_lags(number: Indices) -> Indices:
-    """Return lags with enough pairs of frames, evenly spaced in log up to half of the recording."""
+    """Return lags with enough pairs of frames, evenly spaced in log lag up to half of the recording."""
     length = int(number[-1] - number[0])
     lags = np.unique(np.geomspace(1, max(length // 2, 3), _FIT_LAGS).round().astype(np.intp))
     return np.array([lag for lag in lags if _pairs(number, int(lag))[0].size >= max(len(number) // 8, 2)] or [1])
 
 
 def _pairs(number: Indices, lag: int) -> tuple[Indices, Indices]:
-    """Return the indices of all pairs of frames that are `lag` apart."""
+    """Return the indices of the earlier and the later frames of all pairs that are `lag` apart."""
     later = np.searchsorted(number, number + lag).clip(max=len(number) - 1)
     first = np.flatnonzero(number[later] == number + lag)
     return first, later[first]
 
 
 def _structure(values: Floats, number: Indices, lag: int) -> Floats:
-    """Return half of the mean squared difference of values (T, ...) over a lag, (...)."""
+    """Return half of the mean squared difference over a lag, (...), of values (T, ...)."""
     total = np.zeros(values.shape[1:])
     first, later = _pairs(number, lag)
     for one, other in zip(first, later, strict=True):
@@ -266,14 +268,14 @@ def _structure(values: Floats, number: Indices, lag: int) -> Floats:
 
 
 def _covariance(series: Floats, number: Indices) -> float:
-    """Return the covariance of neighbouring frames of (T, N) series about their means."""
+    """Return the covariance between neighbouring frames of series (T, N) about their means."""
     series = series - series.mean(axis=0)
     first, later = _pairs(number, 1)
     return float(np.mean(series[first] * series[later]))
 
 
 def _model_correlation(memory: Memory, lag: int, share: float) -> Estimate:
-    """Return the correlation of the fitted model at a lag."""
+    """Return the correlation of the fitted noise model at a lag."""
     low, high = (
         min((part / total) ** 2, 1.0) * rho**lag if total else 0.0
         for part, total, rho in (

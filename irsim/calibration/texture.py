@@ -1,10 +1,10 @@
-"""Texture of the background: a power-law spectrum under the lens's blur, and a floor that is white from pixel to pixel.
+"""Texture of the background: a power-law spectrum, blurred by the lens, plus a floor that is white from pixel to pixel.
 
 The spectrum is S(f) = A G(f) / (1 + |s c fx|^bx + |c fy|^by) + w^2, as for backgrounds of kind ground (`betas`,
-`correlation_mrad`, `stretch`), with the power transfer G of a Gaussian blur. It is fitted to the periodogram by P.
-Whittle's likelihood ("Estimation and information in stationary time series", Arkiv for Matematik 2, 1953): the sum over
-frequencies of log S + P / S is least. Intervals are those of the Fisher information, for a Gaussian field; a real scene
-varies more from place to place.
+`correlation_mrad`, `stretch`), with the power transfer function G of a Gaussian blur. It is fitted to the periodogram P
+by P. Whittle's likelihood ("Estimation and information in stationary time series", Arkiv for Matematik 2, 1953): the
+sum over frequencies of log S + P / S is minimised. Intervals follow from the Fisher information of a Gaussian field. A
+real scene varies more from place to place.
 """
 
 from __future__ import annotations
@@ -19,36 +19,37 @@ from irsim.calibration.statistics import Estimate, hull
 from irsim.types import Floats
 
 TILE = 1024
-"""Side, px, of the field to which the standard deviation refers: that of rendered backgrounds."""
+"""Side, px, of the field over which the standard deviation of texture is defined, as for rendered backgrounds."""
 HANN_FREEDOM = 35 / 128 / (3 / 8) ** 2
-"""N sum w^4 / (sum w^2)^2 = 1.94 of a Hann window w: factor that divides the degrees of freedom along an axis."""
+"""N sum w^4 / (sum w^2)^2 = 1.94 of a Hann window w: it divides the degrees of freedom along each axis."""
 USUAL_BLUR = Estimate(0.6, 0.4, 0.8)
-"""Sigma, px, of the blur without a point: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G. C. Holst, Opt.
-Eng. 46, 2007)."""
+"""Sigma, px, of the blur assumed where no point is found: 0.42 F lambda / pitch, with F lambda / pitch from 1 to 2 (G.
+C. Holst, Opt. Eng. 46, 2007)."""
 _REFERENCE = 0.04
-"""Cycles a px at which the strength of the texture is fitted."""
+"""Frequency, cycles a px, at which the strength of the texture is fitted."""
 _AXIS_CYCLES = 2
-"""Half width, cycles a side, of the bands about the axes that are left out, as they contain noise of lines."""
+"""Half width, cycles a side, of the bands along the axes that are left out, as they contain noise of lines."""
 _COARSE = 512
-"""Least side of a picture, px, in which neighbouring frequencies are averaged before the fit."""
+"""Side of a picture, px, for each frequency averaged before the fit: 1024 px average 2 x 2 frequencies."""
 _PRESENT = 30.0
-"""Least gain of log likelihood by texture: four parameters gain 2 by chance, bad pixels 10."""
+"""Least gain of log likelihood by which texture is accepted. Four parameters gain 2 by chance, bad pixels 10."""
 _STEEPEST = 5.9
-"""Least slope along both axes of the spectrum of a single smooth object instead of texture."""
+"""Slope along both axes from which the spectrum is that of a single smooth object, not of texture."""
 _NEAR = 0.01
 _PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
-"""Prior weight of log c about half of the longer side and of log s about 0: pictures hardly constrain larger sizes."""
+"""Prior weights that draw log c to the log of half the longer side, and log s to 0: a picture hardly constrains sizes
+larger than itself."""
 _Z = 1.96
 
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """Texture in counts and px.
+    """Texture of a background, in counts and px.
 
     spread          standard deviation before the blur, over 1024 x 1024 px
     beta_x, beta_y  slopes of the 2-D power spectrum along the axes
     correlation_px  size of the largest features
-    stretch         ratio of their width to their height
+    stretch         ratio of the width of features to their height
     """
 
     spread: Estimate
@@ -64,8 +65,8 @@ class Spectrum:
 
     texture     power law of the texture, or None
     floor       variance that is white from pixel to pixel
-    density     of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
-    loss        negative log likelihood, but for a constant of the periodogram
+    density     spectrum of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
+    loss        negative log likelihood, up to a constant of the periodogram
     """
 
     texture: PowerLaw | None
@@ -75,8 +76,8 @@ class Spectrum:
 
 
 def periodogram(picture: Floats) -> Floats:
-    """Return the power spectrum of a picture (rows, columns) less its plane under a Hann window; 1 for white noise of
-    unit variance."""
+    """Return the power spectrum of a picture (rows, columns), less a fitted plane, under a Hann window. It is 1 for
+    white noise of unit variance."""
     rows, columns = picture.shape
     y, x = np.mgrid[:rows, :columns]
     plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
@@ -87,12 +88,12 @@ def periodogram(picture: Floats) -> Floats:
 
 
 def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -> tuple[Spectrum, Estimate]:
-    """Return the spectrum fitted to a periodogram of a picture (rows, columns), and the blur that it assumes.
+    """Return the spectrum fitted to the periodogram of a picture (rows, columns), and the blur that it assumes.
 
     blur    sigma of the sharpest point, px; None without a point
 
-    It is fitted at the ends and the middle of the possible blurs; each interval covers those of all. Without a point,
-    the likeliest blur is chosen.
+    The spectrum is fitted at the ends and the middle of the possible blurs, and each interval covers those of all three
+    fits. Without a point, the likeliest blur is chosen.
     """
     low = USUAL_BLUR.low if blur is None else min(USUAL_BLUR.low, blur.low)
     high = USUAL_BLUR.high if blur is None else blur.high
@@ -113,7 +114,7 @@ def fit_texture(powers: Floats, shape: tuple[int, int], blur: Estimate | None) -
 
 @dataclass(frozen=True, eq=False)
 class _Frequencies:
-    """Frequencies x, |y| (Y, X), cycles a px, each the mean of `count`, and the power transfer of a blur."""
+    """Frequencies x and |y|, cycles a px, (Y, X), each the mean of `count` ones, and the power transfer of a blur."""
 
     x: Floats
     y: Floats
@@ -126,7 +127,10 @@ class _Frequencies:
         return cls(x, y, np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y**2)), 1.0)
 
     def fitted(self, powers: Floats, shape: tuple[int, int]) -> tuple[_Frequencies, Floats]:
-        """Return the frequencies off the axes and their powers; means of 2 x 2 or more in a large picture."""
+        """Return the frequencies used in the fit, and their powers.
+
+        Bands along the axes are left out. Powers at fy and -fy are averaged, in a large picture also those nearby.
+        """
         down = np.flatnonzero((self.y[:, 0] * shape[0] > _AXIS_CYCLES + 0.5) & (self.y[:, 0] < 0.5))
         across = np.flatnonzero((self.x[0] * shape[1] > _AXIS_CYCLES + 0.5) & (self.x[0] < 0.5))
         step = max(max(shape) // _COARSE, 1)
@@ -191,7 +195,7 @@ def _exp(value: float) -> float:
 
 
 def _shape(theta: Floats, x: Floats, y: Floats) -> Floats:
-    """Return the power of the texture of unit strength at frequencies x and |y|."""
+    """Return the power of texture with unit strength at frequencies x and |y|."""
     along = np.exp(theta[3])
     return np.asarray(1 / (1 + (np.exp(theta[4]) * along * x) ** theta[1] + (along * y) ** theta[2]))
 
@@ -206,7 +210,7 @@ def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 
 def _log_variance(theta: Floats) -> float:
-    """Return the log variance of the texture over a field of TILE x TILE px, unblurred and without its mean."""
+    """Return the log variance of the texture in a field of TILE x TILE px, unblurred and without its mean."""
     half = np.arange(TILE // 2 + 1) / TILE
     shape = _shape(theta, half[None], half[:, None])
     shape[0, 0] = 0
@@ -215,7 +219,7 @@ def _log_variance(theta: Floats) -> float:
 
 
 def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
-    """Return d log S / d theta, (parameters, frequencies), times the root of `at.count`."""
+    """Return the derivatives d log S / d theta, (parameters, frequencies), times the square root of `at.count`."""
     ends = [
         [np.log(_density(theta + sign * step, at, floor)) for sign in (1, -1)] for step in 1e-3 * np.eye(len(theta))
     ]
@@ -223,7 +227,7 @@ def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
 
 
 def _score(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
-    """Return the parameters that minimise the sum of log S + P / S, and that sum, by Fisher scoring with the damping of
+    """Return the parameters that minimise the sum of log S + P / S, and the sum, by Fisher scoring with the damping of
     K. Levenberg (1944)."""
 
     def loss_of(theta: Floats) -> float:
@@ -254,7 +258,7 @@ def _score(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor
 
 
 def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -> Floats:
-    """Return the inverse Fisher information; 0 for parameters at a bound."""
+    """Return the inverse Fisher information of the parameters, with 0 for parameters at a bound."""
     free = np.flatnonzero((theta > bounds[:, 0] + _NEAR) & (theta < bounds[:, 1] - _NEAR))
     slopes = _slopes(theta, at, floor)[free]
     covariance = np.zeros((len(theta), len(theta)))
@@ -263,9 +267,9 @@ def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -
 
 
 def grey_levels(seen: Floats, spectrum: Spectrum) -> tuple[float, ...]:
-    """Return 17 quantiles of the pixels (N,) of a texture with skewness or kurtosis that is not Gaussian, else ().
+    """Return 17 quantiles of the pixels (N,) of a texture whose skewness or kurtosis is not Gaussian, else ().
 
-    Their variances are 6 / n and 24 / n for n = (sum S)^2 / sum S^2 independent values.
+    The variances of skewness and kurtosis are 6 / n and 24 / n for n = (sum S)^2 / sum S^2 independent values.
     """
     if spectrum.texture is None:
         return ()

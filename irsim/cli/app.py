@@ -1,6 +1,6 @@
-"""The command irsim: its sub-commands, and check, render and import.
+"""Command `irsim` with its sub-commands, of which check, render and import are defined here.
 
-Modules that are slow to import are imported inside the commands, so that `--help` takes 0.1 s.
+Modules that are slow to import are imported inside the commands, so that `--help` takes only 0.1 s.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def import_(
 
 
 def _agc(text: str) -> Agc:
-    """Return the AGC of 'plateau' or '{kind: plateau, gain_limit: 1}'."""
+    """Return the AGC described by a text such as 'plateau' or '{kind: plateau, gain_limit: 1}'."""
     from irsim.camera import DisplaySettings
     from irsim.config.yaml_text import scalar
     from irsim.scenario.loader import build
@@ -207,7 +207,7 @@ def _print_written(path: Path) -> None:
     print(f"show it: irsim show {shlex.quote(str(path))}, or open it in Foxglove or Lichtblick")
 
 
-# In the order of `--help`: write, show, render, measure.
+# In the order of `--help`: commands that write scenarios, show, render and measure.
 _COMMANDS: dict[str, Callable[..., None]] = {
     "new": new,
     "check": check,

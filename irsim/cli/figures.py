@@ -1,4 +1,4 @@
-"""Figures by matplotlib: a sheet of frames with their truth boxes, a sheet of labelled pictures."""
+"""Figures drawn by matplotlib: a sheet of frames with their truth boxes, and a sheet of labelled pictures."""
 
 from __future__ import annotations
 
@@ -21,43 +21,43 @@ if TYPE_CHECKING:
 
 POINTS_PER_IN = 72
 FULL_RANGE = (0, 255)
-"""Least and highest grey of an 8-bit picture."""
+"""Least and greatest grey level of an 8-bit picture."""
 SHEET_FRAMES = 12
-"""Highest number of frames on a sheet."""
+"""Largest number of frames on a sheet."""
 COLUMNS = 4
 CELL_IN = 3.6
 """Width of a frame on the sheet, inches."""
 MAX_ENLARGEMENT = 2
-"""Highest factor by which frames are drawn larger where fewer than COLUMNS are on the sheet."""
+"""Largest factor by which frames are enlarged where fewer than COLUMNS are on the sheet."""
 TITLE_CHARS_PER_IN = 14
 TRUTH_COLOR = "#ffb000"  # legible on black, grey and white, also for the colour-blind
 ZOOM_PX = 32
-"""Least side of the enlarged part, px."""
+"""Least side of the part of a frame that is drawn enlarged, px."""
 ZOOM_FRACTION = 0.3
-"""Height of that part on the sheet, as a fraction of the picture's."""
+"""Height of the enlarged part on the sheet, as a fraction of the frame's height."""
 NAME_PT = 7
 """Font size of targets' names, points."""
 CELL_MARGIN = 1.05
-"""Width of a cell over the least width of the frame in it: text of NAME_PT covers up to this much more of the frame."""
+"""Ratio of a cell's width to the least width of the frame in it. Text of size NAME_PT covers up to this much more of
+the frame."""
 WHITE_PERCENTILE = 97.0
-"""Percentile of the counts in a target's box, or in the enlarged part where that is higher, that is drawn white: a
-small hot spot such as an engine does not darken the body."""
+"""Percentile of counts that is drawn white in an enlarged part: that of the target's box or, where higher, of the part.
+Thus a small hot spot such as an engine does not darken the body."""
 MARGIN_PX = 6.0
-"""Width and height added to a drawn box, px, so that its line does not cover the target."""
+"""Width and height added to a drawn box, px, so that its outline does not cover the target."""
 
 
 def sheet_indices(count: int, most: int = SHEET_FRAMES) -> list[int]:
-    """Return at most so many indices, spread evenly from the first to the last."""
+    """Return at most `most` indices, spread evenly from 0 to count - 1."""
     return sorted({round(float(at)) for at in np.linspace(0, count - 1, min(count, most))})
 
 
 def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | None = None) -> Path:
     """Draw frames of a source, spread evenly over start .. stop-1, as a PNG file and return its path.
 
-    Each frame has its number and time, its targets' boxes, and an enlarged part around the followed target, whose
-    counts have a grey scale of their own. Where all the frames together use less than half of the greys, the used ones
-    are stretched from black to white, and the title gives them.
-    InputError where the file cannot be written, or is one that the source is read from.
+    Each frame has its number and time, the boxes of its targets, and an enlarged part around the followed target with a
+    grey scale of its own. Where all frames together use less than half of the grey levels, these are stretched from
+    black to white, and the title gives them. InputError where the file cannot be written, or is read by the source.
     """
     from matplotlib.figure import Figure
 
@@ -91,14 +91,14 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
 
 
 def grey_range(images: Sequence[Image]) -> tuple[int, int]:
-    """Return the greys to draw as black and as white: FULL_RANGE, or the used ones where these are less than half."""
+    """Return the grey levels drawn black and white: FULL_RANGE, or those in use where they are less than half of it."""
     low, high = min(int(image.min()) for image in images), max(int(image.max()) for image in images)
     return (low, high) if 0 < high - low < (FULL_RANGE[1] - FULL_RANGE[0]) / 2 else FULL_RANGE
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledImage:
-    """Picture (rows, cols) uint8 with its label, and a part of it to be enlarged."""
+    """Picture (rows, cols) uint8 with its label, and a part of it to enlarge."""
 
     label: str
     image: Image
@@ -106,7 +106,7 @@ class LabelledImage:
 
 
 def labelled_sheet(pictures: Sequence[LabelledImage], path: str | Path, columns: int = COLUMNS) -> Path:
-    """Draw pictures side by side, each below its label, as a PNG file and return its path."""
+    """Draw pictures side by side, each below its label, as a PNG file and return the file's path."""
     from matplotlib.figure import Figure
 
     path = path_of(path)
@@ -128,7 +128,7 @@ def labelled_sheet(pictures: Sequence[LabelledImage], path: str | Path, columns:
 
 
 def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, greys: tuple[int, int], px_per_pt: float) -> list[Box]:
-    """Draw a frame with its targets' boxes and names; return the boxes that these occupy."""
+    """Draw a frame with the boxes and names of its targets; return the boxes that both occupy."""
     from matplotlib.patheffects import withStroke
 
     rows, columns = frame.image.shape
@@ -177,10 +177,10 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
 def name_position(
     box: Box, extent: tuple[float, float], size: tuple[int, int], names: Sequence[Box] = ()
 ) -> tuple[float, float]:
-    """Return the lower left corner, px, of a name of some extent (width, height) in a picture of `size`.
+    """Return the lower left corner, px, of a name with size `extent` (width, height) in a picture of `size`.
 
-    It is above its box, or below or inside it where there is no room above; below or beside it where that overlaps less
-    of other names. It is inside the picture while any of the box is.
+    The name is above its box, or below or inside it where there is no room above. It moves below or beside the box
+    where it overlaps less of other `names` there. It is inside the picture as long as any of the box is.
     """
     (wide, high), (columns, rows) = extent, size
     left = min(max(box.left, 0.0), box.right)
@@ -197,7 +197,7 @@ def name_position(
 
 
 def _overlap(place: tuple[float, float], extent: tuple[float, float], names: Sequence[Box]) -> float:
-    """Return the area, px^2, of other names below a name at a place (its lower left corner)."""
+    """Return the area, px^2, of other names that a name covers if its lower left corner is at `place`."""
     (left, bottom), (wide, high) = place, extent
     across = (max(min(left + wide, name.right) - max(left, name.left), 0.0) for name in names)
     down = (max(min(bottom, name.bottom) - max(bottom - high, name.top), 0.0) for name in names)
@@ -205,7 +205,7 @@ def _overlap(place: tuple[float, float], extent: tuple[float, float], names: Seq
 
 
 def shortened(name: str, width_pt: float) -> str:
-    """Return the name, its middle left out where it would be wider than `width_pt` points."""
+    """Return a name, without its middle where the name would be wider than `width_pt` points."""
     kept = len(name)
     short = name
     while _text_size(short)[0] > width_pt and kept > 2:
@@ -215,16 +215,18 @@ def shortened(name: str, width_pt: float) -> str:
 
 
 def _text_size(name: str) -> tuple[float, float]:
-    """Return the width of a name and the height of a line, points."""
+    """Return the width of a name and the height of its line, points."""
     from matplotlib.textpath import TextPath
 
     return float(TextPath((0, 0), name, size=NAME_PT).get_extents().x1), 1.2 * NAME_PT
 
 
 def zoom_corner(box: Box, occupied: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
-    """Return the lower left corner, in fractions of the axes, of the enlarged part of a picture of `size`
-    (columns, rows): in the picture's corner that hides the fewest `occupied` boxes and `box` itself; among equals, in
-    the one farthest from `box`."""
+    """Return the lower left corner, in fractions of the axes, of the enlarged part in a picture of `size`, px.
+
+    It is in the picture's corner that hides the fewest `occupied` boxes and `box` itself, or in the farthest from `box`
+    of several such corners.
+    """
     columns, rows = size
     width, height = ZOOM_FRACTION * rows, ZOOM_FRACTION * rows
     best: tuple[int, float] | None = None
@@ -245,23 +247,23 @@ def zoom_corner(box: Box, occupied: Sequence[Box], size: tuple[int, int]) -> tup
 
 
 def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
-    """Return the side, px, of the part around a box to enlarge in a picture of `size`; None where it would not grow."""
+    """Return the side, px, of the part around a box to enlarge; None where it could not be enlarged."""
     columns, rows = size
     side = max(ZOOM_PX, 2 * round(max(box.w, box.h)))
     return side if side < min(ZOOM_FRACTION * rows, columns) else None
 
 
 def _pixels_in(image: Image, box: Box) -> Image:
-    """Return the pixels of a picture inside a box, at least one."""
+    """Return the pixels of a picture inside a box, at least one pixel."""
     (left, top, right, bottom), (rows, columns) = box.edges, image.shape
     x, y = (min(max(round(at), 0), most - 1) for at, most in ((left, columns), (top, rows)))
     return image[y : max(round(bottom) + 1, y + 1), x : max(round(right) + 1, x + 1)]
 
 
 def _draw_zoom(axes: Axes, image: Image, box: Box, occupied: Sequence[Box]) -> None:
-    """Draw the part around a box enlarged in a corner of the picture, unless it would not be larger there.
+    """Draw the part around a box enlarged in a corner of the picture, unless it could not be enlarged there.
 
-    It has a grey scale of its own, so that a body that is white all over in the picture shows its parts.
+    It has a grey scale of its own, so that it shows details of a body that is all white in the picture.
     """
     rows, columns = image.shape
     side = zoom_side(box, (columns, rows))

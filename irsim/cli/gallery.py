@@ -1,4 +1,4 @@
-"""Sheets of `irsim gallery`: every target kind, background, camera preset and AGC, each in a picture of its own."""
+"""Sheets of `irsim gallery`: a picture of each target kind, background, camera preset or AGC."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from irsim.targets.body import Body
 from irsim.types import Band, Box, Image
 
 CROP_PX = 64
-"""Side of a crop of one target, px."""
+"""Side of the square picture of one target, px."""
 FILL = 0.84
-"""Fraction of the crop's side that the longer side of the body's box takes."""
+"""Ratio of the longer side of the body's box to the side of the picture."""
 ENLARGEMENT = 2
 KINDS_PER_ROW = 3
 LABEL_PX = 22
@@ -39,32 +39,32 @@ LABEL_PX = 22
 NOISE_K = 0.08
 """Standard deviation of the camera's noise, K."""
 SPAN_K = 12.0
-"""Least temperature difference between black and white, K."""
+"""Least temperature difference between black and white in a picture of a target, K."""
 ZOOM_PX = 32
-"""Side of the enlarged part of a camera's picture, px."""
+"""Side of the part of a camera's picture that is enlarged, px."""
 DRONE_RANGE_M = 45
 
 
 def body_kinds() -> Iterator[str]:
-    """Yield the target kinds that are bodies and have no required key, such as a mesh file."""
+    """Yield the target kinds that are bodies and need no key, unlike a mesh, which needs a file."""
     for name, kind in SHAPES:
         if issubclass(kind, Body) and not any(field.is_required() for field in kind.model_fields.values()):
             yield name
 
 
 def default_shape(kind: str) -> Shape:
-    """Return the shape of a kind with its defaults."""
+    """Return the shape of a target kind with default values."""
     shape = SHAPES.find(kind).model_validate({})
     assert isinstance(shape, Shape)
     return shape
 
 
 def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, side: int = CROP_PX) -> Image:
-    """Return (side, side) uint8: the body before a uniform background, with a little noise.
+    """Return a picture (side, side) uint8 of a body in front of a uniform background, with a little noise.
 
     pose  yaw, pitch, roll, degrees, as for targets
 
-    Black is the 1st percentile of the temperatures, white the 99th, at least SPAN_K apart.
+    Black is the 1st percentile of the temperatures and white the 99th, at least SPAN_K apart.
     """
     background = float(radiance(band, shape.picture_background_k))
     context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=background)
@@ -77,10 +77,10 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
 
 
 def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sprite:
-    """Return the body at the centre of the frame, at the range where it takes FILL of it.
+    """Return the sprite of a body at the centre of the picture, at the distance at which it takes FILL of the side.
 
     pose  yaw, pitch, roll, degrees
-    time  of moving parts such as rotors, s
+    time  s, for moving parts such as rotors
     """
     side = context.geometry.size[0]
     down = np.radians(shape.picture_depression_deg)
@@ -101,7 +101,7 @@ def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sp
 
 
 def target_sheet() -> Image:
-    """Return (rows, columns) uint8: every target kind with its name, in each of its poses."""
+    """Return a sheet (rows, columns) uint8 with the name of every target kind and a picture of each of its poses."""
     blocks = []
     for name in body_kinds():
         shape = default_shape(name)
@@ -116,7 +116,7 @@ def target_sheet() -> Image:
 
 
 def write_target_sheet(path: Path) -> Path:
-    """Write the sheet of targets as a PNG file and return its path. InputError where the file cannot be written."""
+    """Write the sheet of targets as a PNG file and return its path. Raises InputError where it cannot be written."""
     write_png(path, target_sheet())
     return path
 
@@ -151,13 +151,13 @@ BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("landscape: village by day", _LOOK_OUT, {**_LAND, "hour": "day", **_WOOD, **_VILLAGE}),
     ("sea: wind 5 m/s, glint", _LOOK_AT_SEA, {**_SEA, "wind_m_s": 5, "sun_deg": [1, 13]}),
 ]
-"""(label, keys under camera, keys under background)."""
+"""(label, keys under `camera`, keys under `background`) of each picture."""
 
 _SIZE = {"size": [320, 256], "ifov_mrad": 0.3}
 
 
 def backgrounds() -> Iterator[LabelledImage]:
-    """Yield a frame of each background."""
+    """Yield a picture of each background."""
     for label, camera, background in BACKGROUNDS:
         keys = {"seed": 3, "frames": 2, "camera": {**_SIZE, **camera}, "background": background}
         yield LabelledImage(label, Rendering(Scenario.model_validate(keys)).frame(0, "display").image)
@@ -184,7 +184,7 @@ _FAINT_DRONE = {
 
 
 def cameras() -> Iterator[LabelledImage]:
-    """Yield the same faint drone before an almost uniform sky by each camera preset, which shows the camera's noise."""
+    """Yield a picture by each camera preset of one faint drone against an almost uniform sky, which shows the noise."""
     for preset in PRESETS:
         camera = {**_SIZE, "preset": preset, "elevation_deg": 6}
         scenario = Scenario.model_validate({"seed": 3, "frames": 2, "camera": camera, **_FAINT_DRONE})
@@ -194,12 +194,12 @@ def cameras() -> Iterator[LabelledImage]:
 
 
 AGC_EXAMPLES = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))
-"""(shipped scenario, frame) of the pictures that compare AGCs."""
+"""(shipped scenario, frame number) of the pictures that compare AGCs."""
 _AGC_KINDS = [kind for kind in AGCS.kinds if kind not in ("fixed", "none")]
 
 
 def agcs() -> Iterator[LabelledImage]:
-    """Yield the same frames by each AGC with its defaults, without those that need limits or do nothing."""
+    """Yield AGC_EXAMPLES as each AGC with default values shows them, except AGCs that need limits or do nothing."""
     for name, index in AGC_EXAMPLES:
         for kind in _AGC_KINDS:
             scenario = load(name, [f"camera.agc={{kind: {kind}}}"])
@@ -216,4 +216,4 @@ SHEETS: dict[str, Callable[[Path], Path]] = {
     "cameras": _writer(cameras, 4),
     "agcs": _writer(agcs, len(_AGC_KINDS)),
 }
-"""Function of each sheet that writes it as a PNG file and returns the path."""
+"""Function for each sheet that writes it as a PNG file and returns the path."""

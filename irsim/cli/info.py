@@ -1,4 +1,4 @@
-"""The command info: contents of a scenario or a recording, and a summary of the targets' ground truth."""
+"""Command `info`: contents of a scenario or a recording, and a summary of the targets' ground truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from irsim.types import Source, Truth
 
 SPANS = 8
-"""Spans of frames on one line at most."""
+"""Largest number of spans of frames on one line."""
 
 
 def info(
@@ -44,7 +44,7 @@ def info(
 
 
 def _names(source: Source) -> Iterator[tuple[str, str]]:
-    """Yield the names of a scenario's parts, as --without takes them."""
+    """Yield the names of a scenario's parts that `--without` accepts."""
     from irsim.render.stream import Rendering
 
     assert isinstance(source, Rendering)
@@ -57,7 +57,7 @@ def _names(source: Source) -> Iterator[tuple[str, str]]:
 
 
 def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
-    """Yield label and text of each fact about any source."""
+    """Yield the label and the text of each fact that any source has."""
     from irsim.cli.truth_summary import summarize
     from irsim.recording import Recording
 
@@ -81,7 +81,7 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
 
 
 def _truths(source: Source) -> list[Truth]:
-    """Return the truths of all frames; those of a scenario are rendered, with a progress bar."""
+    """Return the truths of all frames. Those of a scenario are rendered, with a progress bar."""
     truths = []
     with progress_bar(f"info {source.name}", len(source)) as progress:
         for truth in source.truths():
@@ -121,7 +121,7 @@ def _span(span: FrameSpan) -> str:
 
 
 def _file_facts(recording: Recording) -> Iterator[tuple[str, str]]:
-    """Yield label and text of each fact about a recording's file."""
+    """Yield the label and the text of each fact about a recording's file."""
     info = recording.info()
     for topic, count in info["topics"].items():
         yield "topic", f"{topic}: {counted(count, 'message')}"

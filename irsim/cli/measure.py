@@ -147,7 +147,7 @@ def realism(
 
 @contextmanager
 def _named(source: str) -> Iterator[None]:
-    """Put the name of the source before the message of an InputError, unless it is there."""
+    """Put the name of the source before the message of an InputError, unless the message begins with it."""
     try:
         yield
     except InputError as error:
@@ -157,7 +157,7 @@ def _named(source: str) -> Iterator[None]:
 
 
 def _write_fit(found: Fit, output: Path | None, as_json: bool) -> None:
-    """Write the scenario to a file and its figures to the screen, or the scenario to the screen."""
+    """Write the fitted scenario to a file and its figures to the screen, or else the scenario to the screen."""
     from irsim.calibration.fit import sealed
     from irsim.recording.output import atomic_text
 

@@ -32,7 +32,7 @@ WithoutOption = Annotated[
 
 
 def open_changed(source: str, overrides: list[str] | None, seed: int | None, without: str | None) -> Source:
-    """Return a scenario's source with the changes applied, or a recording; warn of overrides without effect."""
+    """Return a scenario with changes, or a recording, as a Source, and warn of overrides without effect."""
     from irsim.render.sources import open_source
 
     opened = open_source(source, overrides or (), seed, part_names(without))
@@ -41,7 +41,7 @@ def open_changed(source: str, overrides: list[str] | None, seed: int | None, wit
 
 
 def warn_unheeded(source: str, overrides: list[str] | None, without: str | None = None) -> None:
-    """Print a warning to standard error for each override that has no effect with these parts switched off."""
+    """Print a warning to standard error for each override that has no effect, given the parts switched off."""
     from irsim.lint.warnings import unheeded
 
     for warning in unheeded(source, overrides or (), part_names(without)):
@@ -50,7 +50,7 @@ def warn_unheeded(source: str, overrides: list[str] | None, without: str | None 
 
 @contextmanager
 def from_option(option: str, parameter: str) -> Iterator[None]:
-    """Name the option in place of the library's parameter in an InputError that begins with the latter."""
+    """Replace the library's parameter by the command's option in an InputError that begins with the parameter."""
     try:
         yield
     except InputError as error:
@@ -61,7 +61,7 @@ def from_option(option: str, parameter: str) -> Iterator[None]:
 
 
 def part_names(without: str | None) -> list[str]:
-    """Return ['near', 'far'] of 'near, far'. InputError where a name is empty, as of an unset shell variable."""
+    """Return the names in a text such as 'near, far'. InputError for an empty name, as of an unset shell variable."""
     names = [] if without is None else [name.strip() for name in without.split(",")]
     if not all(names):
         raise InputError(f"--without {without!r}: a name is empty; allowed: names separated by commas")

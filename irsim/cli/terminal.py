@@ -1,4 +1,4 @@
-"""Shared by the commands irsim and irtrack: errors as lines with an exit status, first options, progress bar."""
+"""Code shared by the commands irsim and irtrack: errors with an exit status, common options, progress bar."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ import typer
 from irsim.errors import InputError, IrsimError
 
 SIGNALLED = 128
-"""Exit status after a signal, as in shells: this plus the signal's number."""
+"""Exit status after a signal is this plus the signal's number, as in shells."""
 
 INTERRUPTED = SIGNALLED + signal.SIGINT
 """Exit status after Ctrl-C."""
 
 DRAWN_EVERY_S = 0.1
-"""Least time between two drawings of a bar, s, as in rich."""
+"""Least time between two drawings of a progress bar, s, as in rich."""
 PRINTED_EVERY_S = 10.0
-"""Least time between two lines of progress where standard error is no terminal, s."""
+"""Least time between two progress lines, where standard error is not a terminal, s."""
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Errors of a write to a full disk, or beyond a quota or file size limit."""
+"""Error numbers of a write to a full disk, or beyond a quota or file size limit."""
 
 
 class StoppedError(Exception):
-    """Ctrl-C with a message: raised in place of KeyboardInterrupt."""
+    """Ctrl-C with a message to the user. It is raised in place of KeyboardInterrupt."""
 
 
 UsageError: Any = typer.BadParameter.__base__
-"""Error of typer for wrong options and arguments; typer has no public name for it."""
+"""Error that typer raises for wrong options and arguments. Typer has no public name for it."""
 
 
 def commands(help: str) -> typer.Typer:
-    """Return a typer app of sub-commands in plain text, with `--version` and `--import` before the sub-command."""
+    """Return a typer app in plain text, with `--version` and `--import` before its sub-command."""
     return typer.Typer(
         help=help,
         rich_markup_mode=None,
@@ -55,8 +55,8 @@ def commands(help: str) -> typer.Typer:
 
 
 def given_path(text: str | os.PathLike[str]) -> Path:
-    """Return the path of an option or an argument. An empty one, as of an unset shell variable, is refused: it would be
-    the current folder."""
+    """Return the path in an option or an argument. An empty text, as of an unset shell variable, is refused, as it
+    would mean the current folder."""
     if not os.fspath(text):
         raise typer.BadParameter("is empty; allowed: the name of a file or folder")
     return Path(text)
@@ -69,15 +69,15 @@ OPTIONS = {
     "stop=N": "--frames N",
     "truth=CSV": "--truth CSV",
 }
-"""Parameters as the library's messages name them, and the options that set them."""
+"""Parameters as the library's messages name them, and the options that set them in the commands."""
 
 _ALONE = r"(?m)(?!^)(?<![\w.'\"/\\-]){}(?![\w'\"/\\-]|\.\w)"
-"""Pattern of a word within a message: not a part of a file name, of an override or of quoted text."""
+"""Pattern of a separate word in a message, not within a file name, an override or quoted text."""
 
 
 def in_options(text: str) -> str:
     """Return a message of the library with options in place of parameters, such as `--region X,Y,W,H` for
-    `region=X,Y,W,H`, and with `--import` for importing a module. Words of the user's, such as a path at the beginning
+    `region=X,Y,W,H`, and `--import` in place of an import statement. Words of the user, such as a path at the beginning
     of a line, are not changed."""
     for parameter, option in OPTIONS.items():
         text = re.sub(_ALONE.format(re.escape(parameter)), option, text)
@@ -85,8 +85,8 @@ def in_options(text: str) -> str:
 
 
 def run(app: typer.Typer, name: str) -> None:
-    """Run the command `name` and exit: an IrsimError becomes lines on standard error and status 2."""
-    # A user's own kinds and trackers (module:Class) may lie in the current folder.
+    """Run the command `name` and exit. An IrsimError becomes lines on standard error and exit status 2."""
+    # The current folder may contain the user's own kinds and trackers (module:Class).
     sys.path.append(os.getcwd())
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # the terminal's encoding may lack characters
@@ -94,7 +94,7 @@ def run(app: typer.Typer, name: str) -> None:
     try:
         status = _call(app, name, signals)
         if sys.stdout is not None:
-            sys.stdout.flush()  # here, where its errors are reported
+            sys.stdout.flush()  # flushed here, where errors of writing are reported
         sys.exit(status)
     except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
         print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)
@@ -126,13 +126,13 @@ def run(app: typer.Typer, name: str) -> None:
 
 
 def _discard_output() -> None:
-    """Discard further standard output, including what Python flushes at exit."""
+    """Discard all further standard output, including text that Python flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _call(app: typer.Typer, name: str, signals: list[int]) -> Any:
-    """Return the command's status. KeyboardInterrupt where it was interrupted, also where a library turned that into
-    another error, as numpy does while it compares arrays."""
+    """Return the command's exit status. Raises KeyboardInterrupt if the command was interrupted, even if a library
+    turned the interrupt into another error, as numpy does while it compares arrays."""
     try:
         status = app(prog_name=name, standalone_mode=False)
     except SystemExit as left:
@@ -147,7 +147,7 @@ def _call(app: typer.Typer, name: str, signals: list[int]) -> Any:
 
 
 def _interrupt_on_signals() -> list[int]:
-    """Raise KeyboardInterrupt on SIGTERM (batch systems) and SIGHUP (a closed terminal), too, so that they leave no
+    """Raise KeyboardInterrupt on SIGTERM (batch systems) and SIGHUP (closed terminal) too, so that commands leave no
     temporary files. Return the list to which received signals are appended."""
     received: list[int] = []
 
@@ -171,13 +171,13 @@ _EXPECTED = {
     "int_from_float": "a whole number",
     "float_parsing": "a number",
 }
-"""Text after 'must be' for each type of pydantic's errors."""
+"""Text after 'must be' for each type of error of pydantic."""
 
 
 def usage_line(error: Any) -> str:
-    """Return one line for typer's UsageError: '--jobs: must be 1 or more, not 0'.
+    """Return one line for typer's UsageError, such as '--jobs: must be 1 or more, not 0'.
 
-    Where the installed typer does not give the type of the error, its own sentence follows the option's name.
+    Where the installed version of typer does not give the type of the error, the line has typer's own sentence.
     """
     from irsim.config.base import suggestion
 
@@ -203,7 +203,7 @@ def usage_line(error: Any) -> str:
 
 
 def _choices(param: Any) -> str:
-    """Return '; allowed: a, b or c' for an argument whose help lists its choices and so begins with a small letter."""
+    """Return '; allowed: a, b or c' for an argument whose help is a list of choices, and thus begins in lower case."""
     help = getattr(param, "help", None) or ""
     return f"; allowed: {_clause(help)}" if help[:1].islower() else ""
 
@@ -233,7 +233,7 @@ def first_options(
         bool, typer.Option("--version", help="Print the version and exit.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
-    """Handle the options before the sub-command. Files cannot make a command import code; `--import` does."""
+    """Handle the options before the sub-command. Only `--import` can make a command import user code; no file can."""
     for module in modules or ():
         try:
             importlib.import_module(module)
@@ -243,13 +243,13 @@ def first_options(
 
 
 class Progress(Protocol):
-    """Function that takes the amount done, the total where it was not known before, and a note to print."""
+    """Function that takes the amount done, optionally the total if it was unknown before, and a note to print."""
 
     def __call__(self, done: int, total: int | None = None, note: str = "") -> None: ...
 
 
 def _lines(label: str, total: int | None) -> Progress:
-    """Return a Progress that prints a line every PRINTED_EVERY_S seconds, none before that."""
+    """Return a Progress that prints a line every PRINTED_EVERY_S seconds, and none before."""
     begun = printed = monotonic()
     of = total
 
@@ -266,9 +266,10 @@ def _lines(label: str, total: int | None) -> Progress:
 
 @contextmanager
 def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress]:
-    """Show a bar on standard error, with rate and time left; where that is no terminal, lines as of `_lines`.
+    """Show a progress bar on standard error with rate and remaining time; if that is not a terminal, lines.
 
-    ticking   draw by a thread, ten times a second; else only when the bar moves, so that a debugger's prompt stays
+    ticking   True: a thread draws the bar ten times a second; False: the bar is drawn only when it moves, so that it
+              does not overwrite a debugger's prompt
     """
     if not sys.stderr.isatty():
         yield _lines(label, total)

@@ -1,4 +1,4 @@
-"""Ground truth of each target summarised over all frames: size, speed, SCR, and the frames in which it is not seen."""
+"""Ground truth of each target summarised over all frames: size, speed, SCR, and when it is hidden or out of view."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 from irsim.types import Box, TargetTruth, Truth
 
 NoScr = Literal["hidden", "outside", "unknown"]
-"""Reason why a target has no signal-to-clutter ratio: in every frame with its centre more than half of it is hidden
-or cut off by the edge; its centre is never in the picture; or the truth has no ratio."""
+"""Reason why a target has no signal-to-clutter ratio. hidden: in every frame that contains its centre, more than half
+of it is hidden or cut off by the edge. outside: its centre is never in the picture. unknown: the truth has no ratio."""
 
 
 @dataclass(frozen=True)
 class FrameSpan:
-    """Frames first to last, both included, and the names of the occluders in any of them."""
+    """Frames from first to last, both included, and the names of occluders in any of them."""
 
     first: int
     last: int
@@ -30,15 +30,15 @@ class FrameSpan:
 class TargetSummary:
     """Truth of one target over all frames in which it exists.
 
-    frames    number of these frames; `first` is the first of them
+    frames    number of frames in which it exists; `first` is the first of them
     size      median width and height of its box, px
     speed     median apparent speed, px per frame; None where the truth has no velocity
     scr       5 %, 50 % and 95 % quantiles of its signal-to-clutter ratio in frames where it is not hidden, or None
     no_scr    reason why `scr` is None
     hidden    spans in which its centre is in the picture and less than half of it is visible
-    cut       such spans without an occluder in which its box reaches past the picture's edge
+    cut       like `hidden`, but only where there is no occluder and its box reaches past the picture's edge
     outside   spans in which its centre is out of the picture
-    crossing  spans in which its box meets another target's box
+    crossing  spans in which its box overlaps another target's box
     absent    spans in which it does not exist
     """
 
@@ -60,7 +60,7 @@ class TargetSummary:
 def summarize(truths: Iterable[Truth], size: tuple[int, int]) -> list[TargetSummary]:
     """Return a summary of each target, in the order of their first frames.
 
-    size  (columns, rows) of the frames
+    size  (columns, rows) of the frames, px
     """
     frames: list[int] = []
     by_target: dict[str, dict[int, TargetTruth]] = {}
@@ -103,7 +103,7 @@ def _no_scr(targets: Sequence[TargetTruth]) -> NoScr:
 
 
 def _crosses_edge(box: Box, size: tuple[int, int]) -> bool:
-    """Return whether a box reaches past the edges of frames of (columns, rows)."""
+    """Return whether a box reaches past the edges of a frame of `size` (columns, rows)."""
     return min(box.left, box.top) < -0.5 or box.right > size[0] - 0.5 or box.bottom > size[1] - 0.5
 
 
@@ -112,7 +112,7 @@ def _median(values: list[float]) -> float:
 
 
 def _spans(occluders: Mapping[int, tuple[str, ...]]) -> tuple[FrameSpan, ...]:
-    """Return runs of consecutive frames, each with the names of all occluders in it."""
+    """Return the runs of consecutive frames, each with the names of all occluders in it."""
     spans = []
     for _, run in groupby(enumerate(occluders), lambda item: item[1] - item[0]):
         frames = [frame for _, frame in run]

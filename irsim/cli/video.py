@@ -1,4 +1,4 @@
-"""Videos of a source with its truth boxes: WebM (VP9) and GIF."""
+"""Videos of a source with its truth boxes, as WebM (VP9) or GIF."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Palette = npt.NDArray[np.uint8]
 
 WHITE, BLACK, AMBER = 253, 254, 255
 PALETTE: npt.NDArray[np.uint8] = np.repeat(np.linspace(0, 255, 256)[:, np.newaxis], 3, axis=1).astype(np.uint8)
-"""(256, 3) red, green, blue: greys from 0 to WHITE, and two colours to draw with."""
+"""Red, green and blue of each index, (256, 3): greys from 0 to WHITE, and two colours for boxes and text."""
 PALETTE[: WHITE + 1] = np.rint(np.linspace(0, 255, WHITE + 1))[:, np.newaxis]
 PALETTE[BLACK] = 0
 PALETTE[AMBER] = (255, 176, 0)  # legible on black, grey and white, also for the colour-blind
 
 MIN_COLUMNS = {".webm": 640, ".gif": 320}
-"""Least width, px: smaller frames are enlarged by a whole number. GIF files of noise are large, so it is less there."""
+"""Least width of a video, px. Smaller frames are enlarged by a whole number. GIF has less, as noise makes it large."""
 
 MARGIN_PX = 3.0
-"""Distance of a drawn box from the target's box on each side, px, so that its line does not cover the target."""
+"""Distance of a drawn box from the target's box on each side, px, so that its outline does not cover the target."""
 
 VP9 = {"crf": "20", "b": "0", "deadline": "realtime", "cpu-used": "6", "row-mt": "1"}
-"""Options of libvpx-vp9: constant quality that keeps most of the noise, at about 40 frames of 640 x 480 a second."""
+"""Options of libvpx-vp9: constant quality that keeps most of the noise. A frame of 640 x 480 takes 25 ms."""
 
 GIF_MIN_CS = 2
-"""Shortest duration of a GIF's frame, hundredths of a second: browsers slow down shorter ones."""
+"""Shortest duration of a GIF frame, hundredths of a second. Browsers slow down shorter ones."""
 
 
 def write_video(
@@ -49,9 +49,9 @@ def write_video(
 ) -> Path:
     """Write frames start .. stop-1 of a source's 8-bit display with their truth boxes and return the path.
 
-    The ending is .webm (VP9) or .gif. Every frame is shown for one period of the source's rate; dropped frames leave no
-    gap. `progress` is called with the number of frames done. InputError for another ending, where the file cannot be
-    written or is one that the source is read from, or where PyAV, which WebM needs, is not installed.
+    The file's ending is .webm (VP9) or .gif. Every frame is shown for one frame period of the source, so that dropped
+    frames leave no gap. `progress` is called with the number of frames done. Raises InputError for another ending,
+    where the file cannot be written or is read by the source, or where PyAV, which WebM needs, is not installed.
     """
     path = path_of(path)
     ending = path.suffix.lower()
@@ -72,7 +72,7 @@ def write_video(
 
 
 def annotated(frame: Frame, truth: Truth | None, factor: int = 1) -> Palette:
-    """Return an 8-bit frame enlarged by a whole number, with its targets' boxes, its number and its time.
+    """Return an 8-bit frame enlarged by a whole number `factor`, with boxes of its targets, its number and its time.
 
     Of a target that is more than half hidden only the corners of the box are drawn.
     """
@@ -95,7 +95,7 @@ def _pictures(
 
 
 def _draw_box(picture: Palette, box: Box, hidden: bool, factor: int) -> tuple[int, int]:
-    """Draw a box and return its top left corner in the picture's pixels."""
+    """Draw a box and return its top left corner in pixels of the enlarged picture."""
     edges = (box.left - MARGIN_PX, box.top - MARGIN_PX, box.right + MARGIN_PX, box.bottom + MARGIN_PX)
     limit = 2 * max(picture.shape)  # OpenCV takes 32-bit integers; nothing beyond is visible
     left, top, right, bottom = (round(min(max((edge + 0.5) * factor, -limit), limit)) for edge in edges)
@@ -111,10 +111,10 @@ def _draw_box(picture: Palette, box: Box, hidden: bool, factor: int) -> tuple[in
 
 
 def _put_text(picture: Palette, text: str, at: tuple[int, int], factor: int) -> None:
-    """Draw text from (x, y) on, amber with a black outline, legible on any grey."""
+    """Draw text in amber with a black outline, legible on any grey, from `at` (x, y) on."""
     letters = np.zeros_like(picture)
     cv2.putText(letters, text, at, cv2.FONT_HERSHEY_PLAIN, 0.8 + 0.2 * min(factor, 2), 255, 1)
-    # Antialiased edges would be other colours of the palette.
+    # Antialiased edges would take other colours of the palette.
     solid = (letters > 100).astype(np.uint8)
     picture[cv2.dilate(solid, np.ones((3, 3), np.uint8)) > 0] = BLACK
     picture[solid > 0] = AMBER

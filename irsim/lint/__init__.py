@@ -1,4 +1,4 @@
-"""Lint: warnings about scenarios that are legal but doubtful, one file for each subject."""
+"""Lint: warnings about scenarios that are valid but doubtful, one file for each subject."""
 
 from __future__ import annotations
 

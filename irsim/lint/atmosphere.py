@@ -1,4 +1,4 @@
-"""Warnings about the atmosphere, ranges beyond its fit, and a sky that does not match it."""
+"""Warnings about the atmosphere, distances beyond its fit, and a sky that does not match it."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import sampled_frames
 
 _SAME_RANGE = 1e-9
-"""Fraction of a constant range that rounding leaves."""
+"""Relative rounding error of a constant distance to a target."""
 
 
 def atmosphere_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of an atmosphere outside the range of the model atmospheres."""
+    """Warn of an atmosphere outside the conditions to which its model was fitted."""
     for at, message in scenario.air.notices(scenario.camera.band):
         yield Notice(("atmosphere", *at), message)
 
 
 def target_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of each target outside the range of the fit, with the first reason."""
+    """Warn of each target at a distance or height to which the atmosphere's model was not fitted, once per target."""
     context = scenario.context
     if context.air.preset == "none":
         return
@@ -47,7 +47,7 @@ def target_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 
 
 def layer_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of occluders, and of layers of the background at a range of their own, beyond the range of the fit."""
+    """Warn of occluders and background layers (those with a `range_m`) at distances beyond the atmosphere's fit."""
     context = scenario.context
     things: list[tuple[KeyPath, float]] = [
         *((("occluders", index), occluder.range_m) for index, occluder in enumerate(scenario.occluders)),
@@ -60,7 +60,7 @@ def layer_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 
 
 def ground_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of level ground or sea in the middle of the picture, beyond the range of the fit."""
+    """Warn of level ground or sea whose distance at the picture's center lies beyond the atmosphere's fit."""
     context, depth_m = scenario.context, scenario.background.surface_m
     depression = -context.geometry.elevation_rad
     if depth_m is None or depression <= 0:
@@ -72,7 +72,7 @@ def ground_beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 
 
 def sky_unlike_atmosphere(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a sky other than that of the atmosphere in front of it."""
+    """Warn of a sky with another preset than the atmosphere in front of it."""
     air, sky = scenario.air, scenario.sky_preset
     if scenario.background.clear(scenario.context) is not None and not air.is_clear and air.preset != sky:
         given = "of its own temperatures" if sky is None else f"of {sky}"

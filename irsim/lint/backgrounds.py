@@ -20,12 +20,12 @@ from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import sampled_frames
 
 _MAX_LAYERS = 3.0
-"""Objects of clutter over each point: exp(-3), 5 % of the ground remains visible."""
+"""Most objects of clutter that overlap at a point, on average: exp(-3), 5 % of the ground, remains visible."""
 _MANY = 500_000
-"""Objects of clutter that take some 30 s to draw."""
+"""Number of clutter objects that takes some 30 s to draw."""
 _FAR = 0.5
-"""Displacement, as a fraction of a layer's range, from which its texture is distorted: 1.15 times too wide
-(1 / cos 30 degrees) for a sideways motion, 2 times too coarse towards it."""
+"""Displacement of the camera, as a fraction of a layer's distance, that distorts the layer's texture. It is 1.15 times
+too wide (1 / cos 30 degrees) after a sideways motion, 2 times too coarse after a motion towards the layer."""
 _DISTORTED = "the texture of {name}, drawn for the first position, becomes stretched or coarse"
 _PASSED = "it has passed {name}, which is no longer drawn"
 
@@ -44,8 +44,8 @@ def sky_inverted(scenario: Scenario) -> Iterator[Notice]:
 def clouds_colder_than_sky(scenario: Scenario) -> Iterator[Notice]:
     """Warn of clouds colder than the clear sky low in the picture, where it is warmest.
 
-    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. A clear sky behind it emits
-    from the air there and above, which is no warmer.
+    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. The clear sky behind it
+    emits from air at that height and above, which is no warmer.
     """
     background, context = scenario.background, scenario.context
     bottom, top = elevation_range(context)
@@ -81,7 +81,7 @@ def cloud_features_too_large(scenario: Scenario) -> Iterator[Notice]:
 
 
 def projection_distorted(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of pictures near the zenith or nadir, or too wide for the projection of the background."""
+    """Warn of pictures near the zenith or nadir, or so wide that the projection of the background distorts them."""
     if not scenario.background.has_poles:
         return
     grid = np.stack(np.meshgrid(*(np.linspace(0, length - 1, 9) for length in scenario.camera.size)), axis=-1)
@@ -126,9 +126,10 @@ def clutter_too_dense(scenario: Scenario) -> Iterator[Notice]:
 
 
 def background_layer_passed(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of clouds, trees or buildings that a moving camera passes, or comes half as far as.
+    """Warn of clouds, trees or buildings that a moving camera passes, or to which it covers half the distance.
 
-    They surround its first position, with a texture drawn for it, and are not drawn from outside.
+    Each such layer surrounds the camera's first position, and its texture is drawn as seen from there. From outside, a
+    layer is not drawn at all.
     """
     context, frames = scenario.context, sampled_frames(scenario.frames)
     level = context.geometry.world_rotation(np.zeros(3))

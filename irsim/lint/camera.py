@@ -19,20 +19,20 @@ from irsim.scenario.visibility import TargetVisibility
 from irsim.types import Floats
 
 _BEADS_PX = 1.2
-"""Distance of two blurs of the usual sigma, 0.6 px, at which they are resolved."""
+"""Distance, px, from which two blurred points are resolved, for the usual blur sigma of 0.6 px."""
 _MAX_NETD_MK = 1000.0
-"""Round limit by the authors: commercial cameras have 20 to 100 mK."""
+"""Largest plausible NETD, mK. The authors chose this round limit: commercial cameras have 20 to 100 mK."""
 _LEAST_NOISE = 0.3
-"""Counts. Rounding makes a sigma of 0.2 counts 0.11 to 0.50, as the pixel's mean lies near a count or between two; one
-of 0.3 becomes 0.31 to 0.50."""
+"""Least plausible noise sigma, counts. Rounding turns a sigma of 0.2 into one of 0.11 to 0.50, as the pixel's mean lies
+near a whole count or between two; a sigma of 0.3 becomes 0.31 to 0.50."""
 _NO_NOISE = 1e-3
-"""Counts: a fit of a camera without noise yields no more."""
+"""Largest noise sigma, counts, that `irsim fit` finds for a camera without noise."""
 _APERTURE_RATIO = 1.25
-"""Ratio of diameters up to which they count as one lens: tilt follows their power -1/6."""
+"""Ratio of two aperture diameters up to which they count as equal. Turbulent motion follows their power -1/6."""
 
 
 def netd_implausible(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of an implausible NETD, such as one in other units, unless severities or ranges set it."""
+    """Warn of an implausible NETD, such as one in other units, unless `severities` or `vary` sets it."""
     camera, key = scenario.camera, "netd_mk"
     intended = {"camera", f"camera.{key}"} & {*scenario.severities, *scenario.vary}
     if camera.netd_mk > _MAX_NETD_MK and key in camera.detector.camera_keys and not intended:
@@ -44,7 +44,7 @@ def netd_implausible(scenario: Scenario) -> Iterator[Notice]:
 
 
 def noise_below_one_count(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of noise far below one count; not for recorded frames, nor without noise."""
+    """Warn of noise far below one count, unless the frames are recorded or the camera has no noise."""
     camera = scenario.camera
     if isinstance(scenario.background, Recorded):
         return
@@ -78,7 +78,7 @@ def shot_noise_missing(scenario: Scenario) -> Iterator[Notice]:
 
 
 def motion_blur_steps_too_few(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of motion blur with so few steps that the fastest object leaves separate images."""
+    """Warn of motion blur with so few steps that the fastest object appears as separate images."""
     camera = scenario.camera
     smear = camera.smear if scenario.is_on("smear") else None
     if smear is None or camera.exposure_ms == 0 or smear.steps == 1 or scenario.frames == 1:
@@ -102,14 +102,14 @@ def motion_blur_steps_too_few(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _pan_px(camera: CameraTrajectory) -> Floats:
-    """Return the displacement of the distant center of the picture from frame to frame, px, (n - 1,)."""
+    """Return the apparent displacement between frames of a distant point at the picture's center, px, (n - 1,)."""
     ahead = np.einsum("nij,nj->ni", camera.rotations[1:], camera.rotations[:-1, 2])
     shifts = camera.geometry.project(ahead) - camera.geometry.principal
     return np.asarray(np.hypot(*shifts.T) * camera.zooms[1:])
 
 
 def exposure_mismatch(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of motion blur over a time other than the detector's integration time."""
+    """Warn of motion blur whose duration differs from the detector's integration time."""
     camera = scenario.camera
     exposure_ms = camera.detector.integration_time_ms
     if exposure_ms is not None and camera.exposure_ms not in (0, exposure_ms):
@@ -120,7 +120,7 @@ def exposure_mismatch(scenario: Scenario) -> Iterator[Notice]:
 
 
 def aperture_mismatch(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a turbulence aperture unlike that of the lens."""
+    """Warn of a turbulence aperture that differs from the diameter of the lens."""
     camera, air = scenario.camera, scenario.air.turbulence
     lens = camera.optics if scenario.is_on("optics") else None
     lens_keys = camera.detector.optics if lens is None else (lens.f_number, lens.pitch_um)

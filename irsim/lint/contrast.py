@@ -1,4 +1,4 @@
-"""Warnings about points whose contrast or signal-to-clutter ratio is unreachable."""
+"""Warnings about point targets whose requested contrast or signal-to-clutter ratio is unreachable."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
 _FRAMES = 3
-"""Frames, spread evenly, in which a point is drawn."""
+"""Number of evenly spread frames in which each point target is drawn."""
 _ENOUGH = 0.95
-"""Fraction of the requested value that counts as reached."""
+"""Fraction of the requested contrast or SCR that counts as reached."""
 
 
 def contrast_unreachable(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of each point, alone and without flicker, in the first frame where it falls short."""
+    """Warn of each point target, drawn alone and without flicker, that misses its requested contrast or SCR."""
     probe = _ContrastProbe(scenario)
     for index, target in enumerate(scenario.targets):
         if not scenario.is_on(target.id) or target.path.begins >= scenario.frames:
@@ -43,7 +43,7 @@ def contrast_unreachable(scenario: Scenario) -> Iterator[Notice]:
 
 @dataclass(frozen=True, eq=False)
 class _ContrastProbe:
-    """Renderer that draws points one by one; set up at the first."""
+    """Renderer that draws point targets one by one. It is created when the first one is drawn."""
 
     scenario: Scenario
 
@@ -52,7 +52,7 @@ class _ContrastProbe:
         return Renderer(self.scenario)
 
     def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
-        """Return the reason why the contrast falls short; None where it is reached, or the point does not exist."""
+        """Return why a target misses its contrast in a frame; None where it reaches it or does not exist."""
         piece = self._point(name, frame)
         if piece is None:
             return None
@@ -70,7 +70,7 @@ class _ContrastProbe:
         return None if self.scenario.background.has_noise else self._cut_off(light, sprite.box, frame)
 
     def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
-        """Return the reason if saturation leaves too little of the contrast of a box, else None."""
+        """Return the message if saturation removes too much of a box's contrast to its surroundings, else None."""
         sensor = self.renderer.sensor
         response = sensor.response
         whole = ring_contrast(

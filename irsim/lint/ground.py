@@ -1,4 +1,4 @@
-"""Warnings about the ground or sea: seen above the horizon, without parallax, and targets below or above it."""
+"""Warnings about the ground or sea, seen above the horizon or without parallax, and about targets below or above it."""
 
 from __future__ import annotations
 
@@ -19,27 +19,28 @@ from irsim.scenario.visibility import MAX_FRAMES, sampled_frames
 from irsim.types import Floats
 
 _SLIDE_PX = 1.0
-"""Displacement of an object over the ground beneath it that is not visible."""
+"""Displacement, px, of an object relative to the ground beneath it up to which it is not visible."""
 _MOVED_M = 1.0
-"""Motion of the camera that must show in the ground even without objects on it."""
+"""Displacement of the camera, m, from which the ground must move in the picture even without objects on it."""
 _DEPTH_M = 1.0
-"""Depth below level ground that is accepted: real ground is not quite level."""
+"""Accepted depth of a target below level ground, m: real ground is not quite level."""
 RANGE_TOLERANCE = 1.5
-"""Factor by which the range of a path in pixels, an estimate by its author, may exceed that of the ground in the same
-direction: the target is too small by the same factor. Shipped scenarios reach 1.3."""
+"""Accepted ratio of a target's distance, which its author estimated for a path in pixels, to the distance of the ground
+in the same direction. The target is drawn too small by this ratio. Shipped scenarios reach 1.3."""
 _HEIGHT_M = 5.0
-"""Height of the center of an object on the ground, without half its length and hills."""
+"""Largest accepted height of a standing object's center above the ground, m, besides half its length and the hills."""
 _HILL_SIGMAS = 4.0
-"""Height of the highest hills above the mean, in standard deviations."""
+"""Height of the highest hills above the mean ground, in standard deviations."""
 _LEVEL_TOLERANCE = 0.1
-"""Fraction of the camera's height by which a target's ground may differ: the error of its size."""
+"""Accepted difference between a target's ground and the background's, as a fraction of the camera's height. A target's
+size is wrong by the same fraction."""
 _REFRACTION = 1 / 7
-"""Curvature of a level ray in standard air over that of the earth (A. T. Young, Distance to the Horizon, aty.sdsu.edu):
-horizons are 3.86 km sqrt(height in m) away, 3.57 km without air."""
+"""Curvature of a horizontal ray in standard air over that of the earth (A. T. Young, Distance to the Horizon,
+aty.sdsu.edu): horizons are 3.86 km sqrt(height in m) away, without air 3.57 km sqrt(height in m)."""
 
 
 def ground_above_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of ground in pictures that lie above the horizon."""
+    """Warn of a ground without end that fills pictures above the horizon."""
     if not scenario.background.endless:
         return
     frames, sines = _corner_sines(scenario)
@@ -54,7 +55,7 @@ def ground_above_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 
 def ground_near_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of ground of a given depth in pictures up to the horizon, near which it is not drawn as a plane."""
+    """Warn of pictures up to the horizon over ground with a `height_m`: near the horizon it is not drawn as a plane."""
     background = scenario.background
     if not background.endless or background.surface_m is None:
         return
@@ -71,14 +72,14 @@ def ground_near_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _corner_sines(scenario: Scenario) -> tuple[Floats, Floats]:
-    """Return sampled frames (n,), and the sines of the depression angles of the picture's corners in them, (n, 4)."""
+    """Return the sampled frames, (n,), and the sines of the depression angles of the picture's four corners, (n, 4)."""
     right, bottom = (length - 1 for length in scenario.camera.size)
     frames, directions = world_directions(scenario, np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]]))
     return frames, directions[..., 1]
 
 
 def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of ground at infinity below a moving camera."""
+    """Warn of ground without parallax, as if infinitely far away, below a moving camera."""
     context, background = scenario.context, scenario.background
     if not background.endless or background.surface_m is not None:
         return
@@ -99,13 +100,13 @@ def ground_without_parallax(scenario: Scenario) -> Iterator[Notice]:
 
 
 class _PathOverGround(NamedTuple):
-    """Path of a target over level ground or sea.
+    """Path of a target over level ground or sea, at n sampled frames.
 
-    level     depth of the surface below the camera's first position, m
-    ground_m  the same as the path gives it, None if it does not
-    depth_m   (n,) depth of the target below the surface
-    range_m   (n,) range from the camera's first position
-    hills_m   (n,) height of the highest hills above the surface
+    level     depth of the background's surface below the camera's first position, m
+    ground_m  depth of the surface that the target's path itself gives, m; None if it gives none
+    depth_m   (n,) depth of the target below the background's surface
+    range_m   (n,) distance of the target from the camera's first position
+    hills_m   (n,) height of the highest hills above the mean surface
     """
 
     path: SampledPath
@@ -117,12 +118,12 @@ class _PathOverGround(NamedTuple):
 
     @property
     def half_m(self) -> float:
-        """Return half the length of the target, m: the height of its center over the ground is no more."""
+        """Return half the length of the target, m, the largest height of its center above its own ground."""
         return getattr(self.path.target.shape, "length_m", 0.0) / 2
 
 
 def _paths_over_ground(scenario: Scenario) -> Iterator[_PathOverGround]:
-    """Yield the paths of all targets, if the background has a surface at a given depth."""
+    """Yield the path of each target, if the background has a surface at a given depth."""
     background, down = scenario.background, scenario.context.geometry.down
     level = background.surface_m
     if level is None:
@@ -134,7 +135,7 @@ def _paths_over_ground(scenario: Scenario) -> Iterator[_PathOverGround]:
 
 
 def target_off_ground_level(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets on a ground (`ground_m`) other than the background's."""
+    """Warn of targets whose ground (`ground_m`) lies at another height than the background's ground or sea."""
     surface = scenario.background.surface
     for each in _paths_over_ground(scenario):
         name, level, ground_m, hills_m = each.path.target.id, each.level, each.ground_m, float(each.hills_m.max())
@@ -148,7 +149,7 @@ def target_off_ground_level(scenario: Scenario) -> Iterator[Notice]:
 
 
 def target_below_ground(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets below the ground or sea, which does not hide them; not of those with a `ground_m`."""
+    """Warn of targets below the ground or sea, which does not hide them. Targets with a `ground_m` are exempt."""
     surface = scenario.background.surface
     for each in _paths_over_ground(scenario):
         target, level, depth_m = each.path.target, each.level, each.depth_m
@@ -166,7 +167,7 @@ def target_below_ground(scenario: Scenario) -> Iterator[Notice]:
 
 
 def target_above_ground(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of standing or floating targets high above the ground or sea; not of those with a `ground_m`."""
+    """Warn of standing or floating targets high above the ground or sea. Targets with a `ground_m` are exempt."""
     for each in _paths_over_ground(scenario):
         target, level = each.path.target, each.level
         high = -each.depth_m - each.half_m - each.hills_m
@@ -181,7 +182,7 @@ def target_above_ground(scenario: Scenario) -> Iterator[Notice]:
 
 
 def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets whose center a round earth would hide, where the background gives the camera's height."""
+    """Warn of targets whose center the curvature of the earth would hide, if the camera's height is known."""
     level, down = scenario.background.surface_m, scenario.context.geometry.down
     if level is None:
         return
@@ -200,5 +201,5 @@ def target_beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 
 def horizon_km(height_m: Floats) -> Floats:
-    """Return the range of the horizon of a round earth in standard air from heights, m, (n,)."""
+    """Return the distance to the horizon, km, for heights in m above a spherical earth with standard air, (n,)."""
     return np.asarray(np.sqrt(2 * EARTH_KM / (1 - _REFRACTION) * height_m * 1e-3))

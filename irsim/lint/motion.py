@@ -1,4 +1,4 @@
-"""Warnings about the motion of camera and targets: below ground, through the camera, too fast, missed crossings."""
+"""Warnings about the motion of camera and targets: below ground, through the camera, too fast, without contact."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from irsim.scenario.visibility import MAX_FRAMES, TargetVisibility, sampled_fram
 from irsim.types import Floats
 
 _LEAST_HEIGHT_M = 0.1
-"""Least height above the ground or sea for which backgrounds are drawn."""
+"""Least height of the camera above the ground or sea, m, for which backgrounds are drawn."""
 _ROUNDING_M = 1e-6
-"""Rounding error of sums of metres."""
+"""Rounding error of sums of positions, m."""
 _NEAR_M = 1.0
-"""Distance from the camera at which a target passes through it."""
+"""Distance from the camera, m, below which a target counts as passing through it."""
 _MAX_G = 60.0
-"""Round limit by the authors, not the figure of any missile: pilots bear some 9 g, missiles tens."""
+"""Largest plausible acceleration, g. The authors chose this round limit: pilots bear some 9 g, missiles tens of g."""
 _LASTS_S = 0.25
-"""Least duration of an acceleration: a shorter one is a corner or random."""
+"""Least duration of a reported acceleration, s: a shorter one comes from a corner of the path or from random motion."""
 
 
 def camera_follows_disabled_target(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a camera that follows a disabled target."""
+    """Warn of a camera that follows a target that is switched off."""
     for index, motion in enumerate(scenario.camera.motion):
         if isinstance(motion, Tracks) and not scenario.is_on(motion.target):
             yield Notice(
@@ -69,7 +69,7 @@ def target_through_camera(scenario: Scenario) -> Iterator[Notice]:
         relative, frames = path.relative, path.frames
         steps = np.diff(relative, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
-        share = -np.sum(relative[:-1] * steps, axis=1) / lengths  # of each step, where it comes nearest
+        share = -np.sum(relative[:-1] * steps, axis=1) / lengths  # fraction of each step at which the target is nearest
         nearest = np.linalg.norm(relative[:-1] + share[:, None] * steps, axis=1)
         through = (share >= 0) & (share < 1) & (nearest < _NEAR_M) & (np.diff(frames) <= longest)
         if through.any():
@@ -82,10 +82,10 @@ def target_through_camera(scenario: Scenario) -> Iterator[Notice]:
 
 
 def acceleration_implausible(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of paths in metres whose acceleration, m/s2 over three frames, exceeds that of any aircraft or missile.
+    """Warn of paths in metres whose acceleration, over three frames, exceeds that of any aircraft or missile.
 
-    Only the first MAX_FRAMES frames count. Paths in pixels are exempt: they are drawn for the picture, and shipped
-    scenarios with a range reach 340 g.
+    Only the first MAX_FRAMES frames are checked. Paths in pixels are exempt, as authors choose them for the picture:
+    shipped scenarios whose paths in pixels have a `range_m` reach 340 g.
     """
     rate_hz = scenario.camera.rate_hz
     window, first_frames = max(3, math.ceil(_LASTS_S * rate_hz)), np.arange(float(min(scenario.frames, MAX_FRAMES)))
@@ -107,14 +107,14 @@ def acceleration_implausible(scenario: Scenario) -> Iterator[Notice]:
 
 
 def speed_implausible(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets faster through space than any of their kind, in the first MAX_FRAMES frames."""
+    """Warn of targets that are faster than any of their kind in the first MAX_FRAMES frames."""
     for path in sampled_paths(scenario, np.arange(float(min(scenario.frames, MAX_FRAMES)))):
         target, frames = path.target, path.frames
         fastest_m_s = target.shape.max_speed_m_s
         if fastest_m_s is None or len(frames) < 2:
             continue
         in_metres = isinstance(target.path, MetrePath | CrossesM)
-        # The range of a path in pixels is an estimate: speed is too high by the same factor.
+        # A path in pixels has an estimated range: speed is wrong by the same factor as the range.
         allowed_m_s = fastest_m_s if in_metres else RANGE_TOLERANCE * fastest_m_s
         steps = np.linalg.norm(np.diff(path.positions, axis=0), axis=1)
         speeds_m_s = steps / np.diff(frames) * scenario.camera.rate_hz
@@ -130,7 +130,7 @@ def speed_implausible(scenario: Scenario) -> Iterator[Notice]:
 
 
 def crossing_without_contact(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of crossings at a distance where the two targets never touch in the picture."""
+    """Warn of crossings in which the two targets never touch in the picture."""
     visibility = TargetVisibility(scenario)
     for index, target in enumerate(scenario.targets):
         path, trajectories = target.path, visibility.trajectories
@@ -152,9 +152,9 @@ def crossing_without_contact(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _nearest(gaps: Floats) -> Floats:
-    """Return the least distance of two targets between each frame and the next, px, (n,), from gaps (n, 2) px.
+    """Return the least distance of two targets between each frame and the next, px, (n,).
 
-    inf where one is behind the camera.
+    `gaps` (n, 2) px is their displacement in each frame. The distance is infinite where a target is behind the camera.
     """
     steps = np.diff(gaps, axis=0, append=gaps[-1:])
     part = -np.sum(gaps * steps, axis=1) / np.maximum(np.sum(steps**2, axis=1), 1e-12)

@@ -1,4 +1,4 @@
-"""Warnings about occluders without effect, and placed ones that hide too long, too much, or other targets as well."""
+"""Warnings about occluders that hide no target, and placed ones that hide too long, too much, or other targets."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from irsim.scenario.placement import Placed, placements, with_placements
 from irsim.scenario.visibility import MAX_FRAMES, TargetVisibility
 
 Occlusions = Mapping[int, Occlusion]
-"""Occlusions by enabled placed occluders, by index of the occluder."""
+"""Occlusions by those occluders that are switched on and placed to hide a target, by index of the occluder."""
 
 
 def occluder_without_effect(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of occluders at a place that hide no target in any frame."""
+    """Warn of occluders at a given place that hide no target in any frame."""
     visibility = TargetVisibility(scenario)
     names = visibility.trajectories
     for index, occluder in enumerate(visibility.shown.occluders):
@@ -34,13 +34,13 @@ def occluder_without_effect(scenario: Scenario) -> Iterator[Notice]:
 
 
 def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of placed occluders that hide their target much longer or more than required, alone or together, or that
-    hide other targets. Every placement must be feasible.
+    """Warn of placed occluders that hide their target much longer or more than required, or that hide other targets.
 
-    The place does not depend on disabled parts; the duration of the occlusion does.
+    Fractions count for each occluder alone and for several together. Every placement must be feasible. An occluder is
+    placed as if nothing were switched off; how long it hides its target depends on what is.
     """
     visibility = TargetVisibility(scenario)
-    # Fractions of the placement search hold for a scenario without disabled parts.
+    # Fractions from the placement search hold only while nothing is switched off.
     results = () if scenario.without else placements(scenario)
     known = {index: each.fractions for index, each in enumerate(results) if isinstance(each, Placed)}
     occlusions = {
@@ -62,9 +62,11 @@ def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _joint_excess(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
-    """Yield occluders that with others of the same target exceed the required fraction by MAX_EXCESS in their frames.
+    """Warn of occluders that, together with other occluders of their target, exceed the required fraction by
+    MAX_EXCESS.
 
-    Of several occluders with a common frame the one with the largest fraction is reported, each pair once.
+    Only frames in which an occluder must hide the target count. Of several occluders with a common frame, the one with
+    the largest required fraction is reported, and each pair once.
     """
     reported: set[tuple[int, int]] = set()
     for number, occlusion in occlusions.items():
@@ -99,7 +101,7 @@ def _requires(occlusion: Occlusion, frame: int) -> bool:
 
 
 class _Run(NamedTuple):
-    """Consecutive frames in which an occluder hides up to `most` of target `name`, which is not required."""
+    """Run of frames in which an occluder hides up to the fraction `most` of target `name` without need."""
 
     name: str
     first: int
@@ -108,10 +110,10 @@ class _Run(NamedTuple):
 
 
 def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iterator[Notice]:
-    """Yield occluders that hide more than MAX_EXCESS of another target in more than FEW_FRAMES consecutive frames.
+    """Warn of occluders that hide more than MAX_EXCESS of another target in more than FEW_FRAMES consecutive frames.
 
-    Where `follow` names a target, others count only if an occluder is placed to hide them. Companions of the hidden
-    target, and a target that it crosses while hidden, are exempt.
+    If `follow` names a target, other targets count only if some occluder is placed to hide them. A target that moves
+    relative to the hidden one, or that crosses it while it is hidden, is exempt.
     """
     if not occlusions:
         return
@@ -134,7 +136,7 @@ def _other_targets(visibility: TargetVisibility, occlusions: Occlusions) -> Iter
 
 
 def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wanted: bool) -> str:
-    """Return the remedy; for a target that no occluder is `wanted` to hide, also the key that silences the warning."""
+    """Return the proposed change; for a target not `wanted` to be hidden, also the key that silences the warning."""
     own, (first, last) = target_and_frames(occlusion.occluder)
     beyond = math.ceil(max(_ranges_m(visibility, run.name, range(run.first, run.last + 1))))
     remedy = "other frames"
@@ -147,13 +149,13 @@ def _remedy(visibility: TargetVisibility, occlusion: Occlusion, run: _Run, wante
 
 
 def _ranges_m(visibility: TargetVisibility, name: str, frames: range) -> list[float]:
-    """Return the ranges of a target from the camera's first position, m, in those frames where it is drawn."""
+    """Return the distances of a target from the camera's first position, m, in those `frames` in which it is drawn."""
     drawn = ((frame, visibility.sprite(name, frame)) for frame in frames)
     return [visibility.range_from_origin_m(name, frame, sprite) for frame, sprite in drawn if sprite is not None]
 
 
 def _intended(visibility: TargetVisibility, occlusion: Occlusion, name: str) -> bool:
-    """Return whether the paths of two targets imply that the occluder of one hides the other."""
+    """Return whether the scenario couples two targets so that the occluder of one is bound to hide the other too."""
     own, (first, last) = target_and_frames(occlusion.occluder)
     for one, other in ((name, own), (own, name)):
         path = visibility.trajectories[one].target.path
@@ -163,9 +165,9 @@ def _intended(visibility: TargetVisibility, occlusion: Occlusion, name: str) -> 
 
 
 def _longest(visibility: TargetVisibility, occlusions: Occlusions, occlusion: Occlusion, name: str) -> _Run | None:
-    """Return the longest run of more than FEW_FRAMES in which it hides more than MAX_EXCESS of the target.
+    """Return the longest run, above FEW_FRAMES frames, in which an occluder hides more than MAX_EXCESS of a target.
 
-    Frames are sampled densely enough to find every such run, up to MAX_FRAMES of them.
+    Up to MAX_FRAMES frames are sampled, densely enough to find every run of this length.
     """
     frames = visibility.scenario.frames
     own = [other for other in occlusions.values() if target_and_frames(other.occluder)[0] == name]
@@ -187,9 +189,9 @@ def _longest(visibility: TargetVisibility, occlusions: Occlusions, occlusion: Oc
 
 
 def _excess(visibility: TargetVisibility, own: list[Occlusion], occlusion: Occlusion, name: str, frame: int) -> float:
-    """Return the fraction 0..1 of target `name` that it hides in a frame beyond the occluders placed to hide it.
+    """Return the fraction 0..1 of target `name` that an occluder hides beyond the target's `own` placed occluders.
 
-    0 in the frames of those occluders, and outside the picture.
+    0 in frames in which those occluders must hide the target, and where the target is outside the picture.
     """
     if any(_requires(other, frame) for other in own):
         return 0.0

@@ -13,7 +13,7 @@ from irsim.scenario.model import Scenario
 from irsim.types import Band
 
 _TOLERANCE = 0.01
-"""Relative tolerance of rates and pixels: 29.97 Hz are 30."""
+"""Relative tolerance of frame rates and angles of a pixel: 29.97 Hz count as 30 Hz."""
 _WITHOUT_EFFECT = {
     "detector": "detector",
     "netd_mk": "netd_mk",
@@ -24,11 +24,11 @@ _WITHOUT_EFFECT = {
     "falloff": "falloff",
     "bloom": "bloom",
 }
-"""Keys of a camera that turn radiance into counts, each with the name that disables it, if any."""
+"""Keys of a camera that turn radiance into counts, each with the name under which `without` switches it off."""
 
 
 def recording_scale_unknown(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of objects drawn into frames whose counts have no known radiance."""
+    """Warn of objects drawn into recorded frames if the radiance of the recording's counts is unknown."""
     background = scenario.background
     if not isinstance(background, Recorded) or background.range_k is not None or not _draws_objects(scenario):
         return
@@ -46,7 +46,7 @@ def recording_scale_unknown(scenario: Scenario) -> Iterator[Notice]:
 
 
 def recording_camera_mismatch(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a camera other than the recording's."""
+    """Warn of a camera whose band, frame rate or pixel angle differs from the recording's."""
     background, camera = scenario.background, scenario.camera
     if not isinstance(background, Recorded):
         return
@@ -95,7 +95,7 @@ def camera_key_without_effect(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _draws_objects(scenario: Scenario) -> bool:
-    """Return whether anything is drawn into the frames."""
+    """Return whether any target or occluder is drawn into the frames."""
     return any(map(scenario.is_on, (*(each.id for each in scenario.targets), *(o.name for o in scenario.occluders))))
 
 

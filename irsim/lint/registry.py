@@ -1,4 +1,4 @@
-"""Table of the checks of a scenario: each yields warnings about values that are legal but doubtful."""
+"""Table of a scenario's checks: each yields warnings about values that are valid but doubtful."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from irsim.scenario.model import Scenario
 Check = Callable[[Scenario], Iterator[Notice]]
 
 INEFFECTIVE: tuple[Check, ...] = (values.key_overruled, values.key_without_effect)
-"""Checks for keys without effect beside others."""
+"""Checks for keys that have no effect because of other keys."""
 
 CHECKS: tuple[Check, ...] = (
     atmosphere.atmosphere_beyond_fit,
@@ -76,7 +76,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 def lint(scenario: Scenario, done: Callable[[], None] | None = None) -> Iterator[Notice]:
-    """Yield the warnings of the enabled parts of a scenario; `done` is called after each of CHECKS."""
+    """Yield the warnings of a scenario, except those of parts switched off; `done` is called after each of CHECKS."""
     for check in CHECKS:
         yield from _enabled(scenario, (check,))
         if done is not None:
@@ -84,12 +84,12 @@ def lint(scenario: Scenario, done: Callable[[], None] | None = None) -> Iterator
 
 
 def ineffective(scenario: Scenario) -> Iterator[Notice]:
-    """Yield the warnings of keys without effect beside others."""
+    """Yield warnings about keys that have no effect because of other keys."""
     yield from _enabled(scenario, INEFFECTIVE)
 
 
 def _enabled(scenario: Scenario, checks: Iterable[Check]) -> Iterator[Notice]:
-    """Yield the warnings of enabled parts."""
+    """Yield the warnings of `checks`, except those of parts that are switched off."""
     disabled = [place for name, place in scenario.settings() if not scenario.is_on(name)]
     for check in checks:
         for notice in check(scenario):
@@ -98,7 +98,7 @@ def _enabled(scenario: Scenario, checks: Iterable[Check]) -> Iterator[Notice]:
 
 
 def _is_enabled(scenario: Scenario, at: tuple[str | int, ...]) -> bool:
-    """Return whether all parts on a path are enabled."""
+    """Return whether every part along a key path is switched on."""
     part: object = scenario
     for step in at:
         if isinstance(step, int):

@@ -21,10 +21,10 @@ from irsim.types import Floats
 class SampledPath(NamedTuple):
     """Path of a target at the n >= 1 sampled frames in which it exists.
 
-    at         key path of the path
+    at         key path of the target's path in the scenario
     frames     (n,)
-    positions  (n, 3) m, first camera frame
-    camera     (n, 3) m, positions of the camera
+    positions  (n, 3) m, of the target in the first camera frame
+    camera     (n, 3) m, of the camera in the first camera frame
     """
 
     target: Target
@@ -40,7 +40,7 @@ class SampledPath(NamedTuple):
 
 
 def sampled_paths(scenario: Scenario, frames: Floats) -> Iterator[SampledPath]:
-    """Yield the path of each target at those of `frames` in which it exists."""
+    """Yield the path of each target, at those of `frames` in which the target exists."""
     context, motions = scenario.context, scenario.motions
     for index, target in enumerate(scenario.targets):
         present = frames_present(target, frames)
@@ -51,7 +51,7 @@ def sampled_paths(scenario: Scenario, frames: Floats) -> Iterator[SampledPath]:
 
 
 def target_to_follow(scenario: Scenario) -> tuple[int, Target] | None:
-    """Return the target to follow and its index; None if there is none, or it is disabled."""
+    """Return the index of the target to follow and the target; None if there is none, or it is switched off."""
     for index, target in enumerate(scenario.targets):
         if scenario.follow in (None, target.id):
             return (index, target) if scenario.is_on(target.id) else None
@@ -59,7 +59,7 @@ def target_to_follow(scenario: Scenario) -> tuple[int, Target] | None:
 
 
 def world_directions(scenario: Scenario, pixels: Floats) -> tuple[Floats, Floats]:
-    """Return the sampled frames (n,), and the directions of pixels (..., 2) in them: (n, ..., 3) right, down, ahead."""
+    """Return the sampled frames (n,), and directions (right, down, ahead) of pixels (..., 2) in them, (n, ..., 3)."""
     context, frames = scenario.context, sampled_frames(scenario.frames)
     camera = CameraTrajectory.of(scenario.motions, frames, context)
     rotations = context.geometry.world_rotation(camera.turns)

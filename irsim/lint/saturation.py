@@ -1,4 +1,4 @@
-"""Warnings about pixels and grey levels at the ends of their scale."""
+"""Warnings about saturated pixels and about grey scales that clip."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from irsim.scenario.visibility import sampled_frames
 from irsim.types import Floats
 
 _LARGE_PART = 0.2
-"""Fraction of the picture whose saturation is reported: some sun in waves always saturates."""
+"""Least fraction of the picture whose saturation is reported: sun glint on waves always saturates a little."""
 _ROUND_K = 10.0
-"""Step of the ends of a proposed scale."""
+"""Step, K, to which the ends of a proposed `range_k` are rounded."""
 _FEWEST = 16
-"""Pixels of a CLAHE tile: fewer fill less than one in sixteen of 256 greys, and noise decides its curve."""
+"""Least pixels of a CLAHE tile: fewer fill less than a sixteenth of 256 grey levels, so that noise shapes its curve."""
 _GROUND_FRAMES = 3
-"""Frames, spread evenly, at which the radiance of ground and sea is sampled."""
+"""Number of evenly spread frames at which the radiance of ground and sea is sampled."""
 _SKY_ELEVATIONS = 65
-"""Elevations, spread evenly, at which the radiance of a clear sky is sampled."""
+"""Number of evenly spread elevations at which the radiance of a clear sky is sampled."""
 
 
 def background_saturated(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a clear sky, a ground or a sea that saturates, all of it or in a large part of the picture."""
+    """Warn of a clear sky, ground or sea that saturates completely or in a large part of the picture."""
     camera, response = scenario.camera, scenario.camera.response()
     for name, light, share in _regions(scenario):
         signal = response.signal(light.astype(np.float32))
@@ -61,14 +61,14 @@ def background_saturated(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _scale(detector: Sensor) -> tuple[str, ...]:
-    """Return the path, below the camera, of the key that sets the scale of the counts."""
+    """Return the path, below the camera, of the key that sets the scale from radiance to counts."""
     if "range_k" in detector.camera_keys:
         return ("range_k",)
     return ("detector",) if detector.integration_key is None else ("detector", detector.integration_key)
 
 
 def _remedy(camera: Camera, least: float, most: float, above: bool) -> str:
-    """Return a proposal for a scale that holds the temperatures, K; empty where there is none."""
+    """Return the proposed scale that includes temperatures from `least` to `most`, K; empty if there is none."""
     if "range_k" not in camera.detector.camera_keys:
         return f"; try a shorter {camera.detector.integration_key}" if above and camera.detector.integration_key else ""
     (low, high), (lowest, highest) = camera.range_k, SCALE_K
@@ -78,7 +78,8 @@ def _remedy(camera: Camera, least: float, most: float, above: bool) -> str:
 
 
 def agc_range_unused(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of fixed ends of the grey scale outside the counts, or that leave the background all black or all white."""
+    """Warn of a fixed grey scale with an end outside the counts, or one that makes all the background black or
+    white."""
     camera = scenario.camera
     ends, full = camera.agc.fixed_range(camera.bits), 2**camera.bits - 1
     if ends is None:
@@ -94,7 +95,7 @@ def agc_range_unused(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _background_clipped(scenario: Scenario, black: int, white: int) -> Iterator[Notice]:
-    """Yield the warning of a background that is all black or all white, apart from clutter and noise."""
+    """Yield the warning of a background that is all black or all white, clutter and noise aside."""
     response = scenario.camera.response()
     signals = [response.signal(part.light.astype(np.float32)).ravel() for part in _regions(scenario)]
     if not signals:
@@ -109,7 +110,7 @@ def _background_clipped(scenario: Scenario, black: int, white: int) -> Iterator[
 
 
 def clahe_tiles_too_small(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of CLAHE tiles with so few pixels that each equalises its own noise."""
+    """Warn of CLAHE tiles with so few pixels that each tile equalises its own noise."""
     camera = scenario.camera
     agc: Agc = camera.agc
     at: tuple[str, ...] = ("camera", "agc")
@@ -128,7 +129,7 @@ def clahe_tiles_too_small(scenario: Scenario) -> Iterator[Notice]:
 
 
 class _Region(NamedTuple):
-    """Part of a background without objects: name, samples of its radiance, W/m2/sr, and fraction of the picture."""
+    """Region of a background without objects: name, samples of its radiance, W/m2/sr, and fraction of the picture."""
 
     name: str
     light: Floats
@@ -136,7 +137,7 @@ class _Region(NamedTuple):
 
 
 def _regions(scenario: Scenario) -> Iterator[_Region]:
-    """Yield the clear sky of the camera at rest, and the ground or sea, as far as visible."""
+    """Yield the visible clear sky of the camera at rest, and the visible ground or sea."""
     background, context = scenario.background, scenario.context
     bottom, top = elevation_range(context)
     lowest = bottom if background.surface_m is None else max(bottom, 0.0)
@@ -155,7 +156,7 @@ def _regions(scenario: Scenario) -> Iterator[_Region]:
 
 @dataclass(frozen=True)
 class _GroundView:
-    """Values that determine the radiance of a ground or sea without objects: a cache key that severities share."""
+    """Values that determine the radiance of ground or sea without objects: a cache key, equal at many severities."""
 
     background: Background = field(hash=False)
     context: SceneContext = field(hash=False)
@@ -166,8 +167,8 @@ class _GroundView:
 
 @lru_cache(maxsize=1)
 def _ground_radiance(view: _GroundView) -> Floats:
-    """Return the radiance of the pixels below the horizon, or of an endless ground, in _GROUND_FRAMES frames, W/m2/sr,
-    (n,); cached for all warnings and severities."""
+    """Return the radiance of ground or sea, W/m2/sr, at its visible pixels in _GROUND_FRAMES frames, (n,). The result
+    is cached for all warnings and severities."""
     light = view.background.ground_radiance(view.context)
     if light is None:
         return np.zeros(0)

@@ -1,4 +1,4 @@
-"""Warnings about targets: their shape, when they exist, and whether they are in the picture and not hidden."""
+"""Warnings about targets: implausible shapes, late events, and targets out of the picture or hidden."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from irsim.targets.target import Target
 from irsim.types import Floats
 
 _STILL = 0.05
-"""Fraction of the period at which a rotating part looks the same that its apparent rotation covers in all frames."""
+"""Largest apparent rotation in all frames that counts as standstill, in units of the angle of rotational symmetry."""
 _MOST = 0.5
-"""Fraction of frames from which a target outside the picture, or more than half hidden, is reported."""
+"""Fraction of frames outside the picture, or more than half hidden, from which a target is reported."""
 _RENDERED_FRAMES = 24
-"""Frames, spread evenly, whose ground truth is rendered."""
+"""Number of evenly spread frames whose ground truth is rendered."""
 
 
 def shape_implausible(scenario: Scenario) -> Iterator[Notice]:
@@ -34,7 +34,7 @@ def shape_implausible(scenario: Scenario) -> Iterator[Notice]:
 
 
 def rotation_aliased(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of rotating parts that look the same in every frame."""
+    """Warn of rotating parts that look alike in every frame, as the frame rate samples whole periods."""
     rate_hz = scenario.camera.rate_hz
     for index, target in enumerate(scenario.targets):
         for key, symmetry in target.shape.rotational_symmetry.items():
@@ -48,7 +48,7 @@ def rotation_aliased(scenario: Scenario) -> Iterator[Notice]:
 
 
 def event_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of events of targets and of the camera after the last frame."""
+    """Warn of events of targets and of the camera that lie after the last frame."""
     last = scenario.frames - 1
     for at, frame in _beginnings(scenario):
         if frame > last:
@@ -61,7 +61,7 @@ def event_after_last_frame(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _beginnings(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
-    """Yield path and frame of absences, and of events of the camera at listed frames."""
+    """Yield the key path and the first frame of each absence of a target and of each camera event at a listed frame."""
     for index, target in enumerate(scenario.targets):
         for number, (first, _) in enumerate(target.absent):
             yield ("targets", index, "absent", number), first
@@ -74,7 +74,7 @@ def _beginnings(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
 
 
 def target_in_no_frame(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of targets that exist in no frame: their path begins too late, or they are absent."""
+    """Warn of targets that exist in no frame, as their path begins too late or they are always absent."""
     last = scenario.frames - 1
     for index, target in enumerate(scenario.targets):
         begins = target.path.begins
@@ -86,7 +86,7 @@ def target_in_no_frame(scenario: Scenario) -> Iterator[Notice]:
 
 
 def target_out_of_picture(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of a target to follow whose center is outside the picture in most frames, of at most MAX_FRAMES."""
+    """Warn of a target to follow whose center is outside the picture in most of up to MAX_FRAMES frames."""
     followed = target_to_follow(scenario)
     if followed is None:
         return
@@ -109,7 +109,7 @@ def target_out_of_picture(scenario: Scenario) -> Iterator[Notice]:
 def target_mostly_occluded(scenario: Scenario) -> Iterator[Notice]:
     """Warn of a target to follow that is more than half hidden in most frames.
 
-    An occluder placed to hide it counts only where the target is hidden in all frames.
+    Occluders that the scenario places to hide the target count only if the target is hidden in all frames.
     """
     placed = {occluder.name for occluder in scenario.occluders if occluder.hides is not None}
     followed = target_to_follow(scenario)
@@ -141,7 +141,7 @@ def target_mostly_occluded(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _nearer(scenario: Scenario, target: Target, frames: Floats) -> set[str]:
-    """Return the names of occluders and layers nearer than the target; without any, nothing needs to be rendered."""
+    """Return the names of occluders and layers nearer than the target; if there are none, no frame is rendered."""
     positions = target.path.positions(frames, scenario.context, target.id)
     farthest_m = float(np.linalg.norm(positions, axis=1).max(initial=0.0))
     occluders = ((occluder.name, occluder.range_m) for occluder in scenario.occluders)

@@ -14,10 +14,11 @@ from irsim.scenario.model import Scenario
 
 
 def implausible_values(slot: Slot, value: Any, at: KeyPath = ()) -> Iterator[Notice]:
-    """Yield a warning for each number of a plain tree `value` outside the `Plausible` range of its field.
+    """Yield a warning for each number in `value` outside the `Plausible` interval of its field.
 
-    slot   field of the tree
-    at     its path
+    value  plain value of a field: a number, or a tree of mappings and lists
+    slot   field that holds the value
+    at     key path of the value
     """
     if isinstance(value, dict | list):
         for step, item in value.items() if isinstance(value, dict) else enumerate(value):
@@ -31,12 +32,12 @@ def implausible_values(slot: Slot, value: Any, at: KeyPath = ()) -> Iterator[Not
 
 
 def key_overruled(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of keys that another key replaces."""
+    """Warn of keys without effect because another key replaces them."""
     yield from _overruled_keys(scenario, ())
 
 
 def _overruled_keys(value: object, at: tuple[str | int, ...]) -> Iterator[Notice]:
-    """Yield the same for a part, or a list of parts, at a path."""
+    """Yield the warnings of `key_overruled` for a part, or a list of parts, at a key path."""
     if isinstance(value, tuple):
         for index, item in enumerate(value):
             yield from _overruled_keys(item, (*at, index))
@@ -51,7 +52,7 @@ def _overruled_keys(value: object, at: tuple[str | int, ...]) -> Iterator[Notice
 
 
 def key_without_effect(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of keys of the camera and the atmosphere that have no effect with the others."""
+    """Warn of keys of the camera and the atmosphere that have no effect together with the other keys."""
     camera, air = scenario.camera, scenario.atmosphere
     detector = camera.detector
     for key in ("netd_mk", "range_k"):
@@ -73,7 +74,7 @@ def _altitude_overruled(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _is_written(camera: Camera, key: str) -> bool:
-    """Return whether a key stands in the camera's text, not only in its preset."""
+    """Return whether the scenario's text sets a camera key, rather than the camera's preset."""
     if key not in camera.model_fields_set:
         return False
     return camera.preset is None or getattr(camera, key) != Camera.default_for(key, {"preset": camera.preset})

@@ -1,4 +1,4 @@
-"""Warnings of scenarios as lines with places: at each severity, for ranges under `vary`, and for overrides."""
+"""Warnings of a scenario as lines of text with their positions in the file, at all severities and for `vary`."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ from irsim.scenario.variation import Variation
 
 Progress = Callable[[int, int], None]
 Finding = tuple[Document, Notice]
-"""A notice with the document of its place."""
+"""Warning, with the document that holds the position of its key."""
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-"""Number in a message, not in a name such as jet2."""
+"""Number in a message. Digits in names, such as jet2, do not match."""
 
 
 def warnings(
     scenario: str | PathLike[str] | Scenario, overrides: Iterable[str] = (), progress: Progress | None = None
 ) -> list[str]:
-    """Return lines 'file:line:column: key: warning: message' on legal but doubtful values of a scenario.
+    """Return a line 'file:line:column: key: warning: message' for each valid but doubtful value of a scenario.
 
-    scenario    a file, a shipped name, or a loaded scenario
-    overrides   KEY=VALUE; without one of `severity` all severities are checked, and a warning of some of them names
-                them, at the place of the first
-    progress    called with the number of checks done, and of all
+    scenario    file, name of a shipped scenario, or loaded scenario
+    overrides   KEY=VALUE. Unless one of them sets `severity`, all severities are checked, and a warning that holds at
+                some of them lists them and has the position at the first
+    progress    called with the number of checks done and the number of all checks
 
-    InputError as `irsim.load`.
+    Raises InputError as `irsim.load`.
     """
     read = scenario_document(scenario) if isinstance(scenario, Scenario) else read_document(scenario, Scenario)
     document, given = apply_overrides(read, overrides)
@@ -56,10 +56,11 @@ def warnings(
 
 
 def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
-    """Return a warning for each override of a scenario, or of the one in a recording, without effect.
+    """Return a warning for each override without effect on a scenario, or on the scenario in a recording.
 
-    Other keys may replace it, or `without` may disable its part: "override camera.netd_mk: warning: does not count for
-    a detector of kind electrons: its own keys decide". InputError as `irsim.load`.
+    An override has no effect if another key replaces its key, or if `without` switches off its part: "override
+    camera.netd_mk: warning: does not count for a detector of kind electrons: its own keys decide". Raises InputError as
+    `irsim.load`.
     """
     if not overrides:
         return []
@@ -88,7 +89,7 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
 
 
 def _at_each_severity(document: Document, given: list[KeyPath], progress: Progress | None) -> list[list[Finding]]:
-    """Return the findings at each severity. Each is validated once: placing occluders takes long."""
+    """Return the warnings at each severity. Each severity is validated once, as placing occluders takes long."""
     chosen = ("severity",) in given
     scenario = validate_scenario(document, given, all_severities=chosen)
     severities = 0 if chosen else min(map(len, scenario.severities.values()), default=0)
@@ -119,8 +120,10 @@ def _findings(
 
 
 def _merged(found: Sequence[Iterable[Finding]]) -> Iterator[Finding]:
-    """Yield each finding once: the first of those that differ in numbers only represents all. It names its severities
-    unless it applies to all of them."""
+    """Yield each distinct warning once, naming its severities unless it holds at all of them.
+
+    Warnings that differ only in numbers are not distinct: the first one represents them.
+    """
     groups: dict[tuple[object, ...], list[tuple[int, Document, Notice]]] = {}
     for severity, findings in enumerate(found):
         times: Counter[tuple[object, ...]] = Counter()
@@ -137,7 +140,7 @@ def _merged(found: Sequence[Iterable[Finding]]) -> Iterator[Finding]:
 
 
 def _severities_text(severities: Sequence[int]) -> str:
-    """Return 'at severity 2', 'at severities 2, 3 and 5', 'at severities 1 to 4'."""
+    """Return severities as text: 'at severity 2', 'at severities 2, 3 and 5', 'at severities 1 to 4'."""
     *others, last = map(str, severities)
     if len(others) > 1 and severities[-1] - severities[0] == len(others):
         return f"at severities {others[0]} to {last}"
@@ -145,7 +148,7 @@ def _severities_text(severities: Sequence[int]) -> str:
 
 
 def _range_notices(document: Document, scenario: Scenario) -> Iterator[Notice]:
-    """Yield doubtful ranges under `vary`: disabled, without effect, or with impossible placements."""
+    """Yield warnings of entries under `vary`: of parts switched off, without effect, or with impossible placements."""
     off = _places_of_parts(scenario, scenario.without)
     for key, variation in scenario.vary.items():
         path = set_value(document, key, None, "vary", Scenario)[1]

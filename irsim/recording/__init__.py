@@ -1,4 +1,4 @@
-"""Recordings: MCAP files of frames, truth and the scenario, that common viewers open."""
+"""Recordings: MCAP files of frames, truth and the scenario, which common viewers open."""
 
 from irsim.recording.reader import Recording, open_recording
 from irsim.recording.recovery import damages, recover

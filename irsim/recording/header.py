@@ -26,10 +26,10 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class DigestRecord(Part):
-    """MCAP metadata record: a text for each field and a digest of all texts, as metadata records have no CRC."""
+    """MCAP metadata record with a text for each field and a digest of them, as MCAP gives no CRC."""
 
     def to_record(self) -> dict[str, str]:
-        """Return the texts of the record by key; a field that is None has no key."""
+        """Return the texts of the record by key. Fields that are None are left out."""
         values = self.model_dump(mode="json", exclude_none=True)
         as_text = self._kept_as_text()
         texts = {key: value if key in as_text else json.dumps(value) for key, value in values.items()}
@@ -37,7 +37,7 @@ class DigestRecord(Part):
 
     @classmethod
     def from_record(cls, record: Mapping[str, str]) -> Self:
-        """Return the value of a record; InputError, without the name of the file, where it is damaged."""
+        """Return the object stored in a record. InputError, without the file's name, for a damaged one."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
             raise InputError("damaged: its metadata does not match its digest")
@@ -57,7 +57,7 @@ class DigestRecord(Part):
 
     @classmethod
     def _kept_as_text(cls) -> set[str]:
-        """Return the names of fields of text; all others are stored as JSON."""
+        """Return the names of fields that are texts; all other fields are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
 
 
@@ -71,7 +71,7 @@ def _is_text(annotation: Any) -> bool:
 
 
 class Header(DigestRecord):
-    """Record before the first frame. Optional fields are None where unknown."""
+    """Metadata record before the first frame. Optional fields are None where unknown."""
 
     version: str
     """Version of irsim."""
@@ -94,7 +94,7 @@ class Header(DigestRecord):
     agc: Annotated[Agc, AGCS]
     """AGC of the 8-bit display."""
     first_frame: Count = 0
-    """Index in the source of the recording's frame 0."""
+    """Index, in the source, of the recording's frame 0."""
     ifov_rad: AboveZero | None = None
     """Field of view of one pixel, rad."""
     band: str | None = None
@@ -111,16 +111,16 @@ class TargetEntry(Part):
     id: str
     cls: str | None = None
     first: Count
-    """Index of the first frame in which it exists."""
+    """Index of the first frame in which the target exists."""
     frames: Count
-    """Number of frames in which it exists."""
+    """Number of frames in which the target exists."""
 
 
 class Contents(DigestRecord):
-    """Record after the last frame."""
+    """Metadata record after the last frame."""
 
     frames: Annotated[int, Field(ge=1)]
     targets: Several[TargetEntry] = ()
-    """In the order of their first frames."""
+    """Targets in the order of their first frames."""
     notes: Several[str] = ()
-    """Assumptions of an import, losses of a recovery."""
+    """Assumptions made by an import, and losses found by a recovery."""

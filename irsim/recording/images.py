@@ -1,4 +1,4 @@
-"""Grey images of other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
+"""Grey images made by other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from irsim.types import Image
 ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages, a .npy or .npz of such counts, or a video"
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CODEC_ROUNDING = 4
-"""Largest difference between the channels of a grey picture after a video codec, greys: colour differences that are one
-step off change red by 255/224 * 1.402 = 1.6 and blue by 255/224 * 1.772 = 2.0 the other way (ITU-R BT.601)."""
+"""Largest difference between the channels of a grey picture after a video codec, grey levels: colour differences one
+step too large change red by 255/224 * 1.402 = 1.6 and blue by 255/224 * 1.772 = 2.0 (ITU-R BT.601)."""
 
 _CHUNK_OVERHEAD = 12  # bytes of a PNG chunk around its data: length, type, CRC
 ARRAY_SUFFIXES = (".npy", ".npz")
@@ -33,7 +33,7 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its place for messages, and True in `had_colours` for colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and whether it had colours."""
 
     image: Image
     place: str
@@ -42,11 +42,11 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """Pictures of a source.
+    """Pictures of a folder or a file.
 
-    read      yields them in order
-    count     their number; None for a video
-    rate_hz   of a video, where it states a rate
+    read      function that yields the pictures in order
+    count     number of pictures; None for a video
+    rate_hz   frame rate of a video that states one, Hz
     stated    number of frames that a video states, which may be wrong
     """
 
@@ -61,7 +61,7 @@ class Pictures:
 
 
 def open_pictures(path: Path) -> Pictures:
-    """Open a folder, a TIFF, an array or a video; InputError for another file, or without pictures."""
+    """Open a folder, a TIFF, an array or a video. Raises InputError for another file, or one without pictures."""
     if path.is_dir():
         files = _folder_files(path)
         return Pictures(partial(_read_files, files), len(files))
@@ -79,7 +79,7 @@ def open_pictures(path: Path) -> Pictures:
 
 
 def _folder_files(path: Path) -> list[Path]:
-    """Return the pictures of a folder in natural order; InputError for two kinds, of which one may be masks."""
+    """Return the picture files of a folder in natural order. InputError for two formats, as one may be masks."""
     found = [[file for file in path.iterdir() if file.suffix.lower() in kind] for kind in ((".png",), TIFF_SUFFIXES)]
     if all(found):
         raise InputError(f"{path}: holds .png and .tif; allowed: pictures of one kind in a folder")
@@ -89,7 +89,7 @@ def _folder_files(path: Path) -> list[Path]:
 
 
 def _natural(file: Path) -> list[tuple[int, int, str]]:
-    """Return a sort key that puts frame_2 before frame_10."""
+    """Return a sort key for natural order, in which frame_2 precedes frame_10."""
     parts = re.split(r"(\d+)", file.name)
     return [(1, int(part), part) if part.isdigit() else (0, 0, part) for part in parts]
 
@@ -144,9 +144,9 @@ def _read_video(path: Path) -> Iterator[Picture]:
 
 
 def read_stack(file: Path) -> Image:
-    """Return frames (T, rows, columns), uint8 or uint16 in the byte order of the file; InputError for other files.
+    """Return frames (T, rows, columns), uint8 or uint16 in the byte order of the file. InputError for other files.
 
-    A .npy is memory-mapped; a .npz holds one array, which is read whole.
+    A .npy file is memory-mapped. A .npz file contains one array, which is read completely.
     """
     try:
         found = np.load(file, mmap_mode="r", allow_pickle=False)
@@ -167,7 +167,7 @@ def read_stack(file: Path) -> Image:
 
 
 def _only(file: Path, archive: Any) -> str:
-    """Return the name of the only array of an archive, which may hold other files."""
+    """Return the name of the only array in a .npz archive, which may contain other files."""
     arrays = [entry.removesuffix(".npy") for entry in archive.zip.namelist() if entry.endswith(".npy")]
     if len(arrays) != 1:
         raise InputError(
@@ -209,8 +209,8 @@ def _read_png(file: Path) -> Any:
 
 
 def _is_whole_png(data: bytes) -> bool:
-    """Return True where all chunks up to the last match their CRCs (PNG specification, 5.3), as decoders differ in how
-    they treat damaged files."""
+    """Return True where all PNG chunks up to the last match their CRCs (PNG specification, 5.3). Decoders do not all
+    check this."""
     if not data.startswith(_PNG_MAGIC):
         return False
     position = len(_PNG_MAGIC)
@@ -226,7 +226,7 @@ def _is_whole_png(data: bytes) -> bool:
 
 
 def _grey(image: Any, place: str, rounding: int = 0) -> Picture:
-    """Return a grey picture; channels that differ by at most `rounding` greys are no colours."""
+    """Return an image as a grey picture. Channels that differ by at most `rounding` grey levels are not colours."""
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: unsigned, 8 or 16 bit")
     if image.ndim == 2:

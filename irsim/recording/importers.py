@@ -26,12 +26,12 @@ from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
 
 DEFAULT_ACCURACY_PX = 1.0
-"""Default error of imported centres, px: boxes drawn by hand and partly interpolated were 0.65 to 1.3 px (median) from
-the bright blob in three sequences of the drone detection dataset of Svanstrom, Alonso-Fernandez and Englund (Data in
-Brief, 2021)."""
+"""Default error of imported centres, px. In three sequences of the drone detection dataset of Svanstrom,
+Alonso-Fernandez and Englund (Data in Brief, 2021), boxes drawn by hand and partly interpolated were 0.65 to 1.3 px
+(median) from the bright blob."""
 
 RATES_HZ = (0.001, 10_000.0)
-"""Allowed frame rates, as of a camera, Hz."""
+"""Least and greatest allowed frame rate, Hz, as for cameras."""
 DEFAULT_RATE_HZ = 30.0
 """Default frame rate of pictures, Hz."""
 
@@ -53,17 +53,17 @@ def import_frames(
 
     source       folder of PNG or TIFF (8 or 16 bit, in natural order of names), TIFF of several pages, numpy array of
                  frames x rows x columns (.npy, .npz), video, or damaged recording
-    truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and other truth are None
-    rate_hz      default: the video's own, 30 for pictures
+    truth        CSV of boxes, see `labels.read_labels`; other truth, such as velocity and visibility, is None
+    rate_hz      frame rate, Hz; default: the video's own, 30 for pictures
     agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
     bits         bit depth of counts in 16-bit pictures; default: 16
-    accuracy_px  error of the truth's centres; default: DEFAULT_ACCURACY_PX
+    accuracy_px  error of the truth's centres, px; default: DEFAULT_ACCURACY_PX
     follow       id of the target to track, in the CSV or in the recording; default: the first
-    compression  of the chunks; default: none
+    compression  compression of the recording's chunks; default: none
     progress     called with the number of frames done
 
     Colours are converted to grey. Intact frames of a damaged recording are copied (`recording.recover`), with no option
-    but `progress`. InputError, one line with its place, for wrong input; no file is written then.
+    but `progress`. Wrong input raises InputError, one line with its position; no file is written then.
     """
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))
@@ -124,7 +124,7 @@ def name_of(source: Path) -> str:
 
 
 def _check_given(source: Path, given: Mapping[str, Any]) -> None:
-    """Raise InputError for an option of a wrong type, out of range, or of the truth where none is given."""
+    """Raise InputError for an option of a wrong type or value, and for an option of the truth without a truth."""
     low, high = RATES_HZ
     if "rate" in given and not (is_number(given["rate"]) and low <= given["rate"] <= high):
         raise InputError(f"rate {reprlib.repr(given['rate'])}: allowed: a number from {low:g} to {high:g} Hz")
@@ -143,7 +143,7 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
 
 
 def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float, list[str]]:
-    """Return the frame rate, Hz, and notes on it."""
+    """Return the frame rate, Hz, and notes about assumptions on it."""
     if given is not None:
         return float(given), []
     if pictures.rate_hz is not None:
@@ -175,7 +175,7 @@ def _write_pictures(
 
 
 def _check_picture(picture: Picture, first: Picture, bits: int) -> None:
-    """Raise InputError for a picture of another size or type than the first, or with a count above `bits` bits."""
+    """Raise InputError for a picture whose size or type differs from the first, or with a count above `bits` bits."""
     image = picture.image
     if image.shape != first.image.shape or image.dtype != first.image.dtype:
         raise InputError(
@@ -192,7 +192,7 @@ def _described(picture: Picture) -> str:
 
 
 def _notes(pictures: Pictures, header: Header, labels: Labels | None, done: int, with_colours: int) -> Iterator[str]:
-    """Yield the assumptions about the pictures and the truth."""
+    """Yield notes about the assumptions made on the pictures and the truth."""
     if labels is not None:
         yield from (*labels.notes, *labels.outside_note(header.size), *labels.gap_note(done))
     if with_colours:

@@ -21,19 +21,19 @@ _ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
 _DEFAULT_ID = "target"
 _MAX_ID_LENGTH = 64
 _MAX_NAMED = 3
-"""Highest number of targets that a note names."""
+"""Largest number of targets that a note names."""
 _OTHER_SEPARATORS = ";\t| "
-"""Separators of other programs."""
+"""Separators that other programs write instead of commas."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
 class Labels:
-    """Labelled targets by frame; a frame without an entry has none.
+    """Labelled targets by frame. A frame without an entry has no targets.
 
-    rows   frames with a row of each target, blank rows included
-    last   highest frame with a row, and its line
-    notes  changes of ids
+    rows   frames for which the file has a row, blank rows included, by name of the target
+    last   highest frame with a row, and the line of this row
+    notes  ids that were changed
     """
 
     path: Path
@@ -49,7 +49,7 @@ class Labels:
         return Truth(index, time, tuple(targets))
 
     def outside_note(self, size: tuple[int, int]) -> tuple[str, ...]:
-        """Return a note of the number of boxes wholly outside a picture of `size` (columns, rows); () for none."""
+        """Return a note with the number of boxes wholly outside a picture of `size` (columns, rows), or ()."""
         columns, rows = size
         boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
         # Pixel i reaches from i - 1/2 to i + 1/2.
@@ -64,8 +64,11 @@ class Labels:
         return (f"boxes outside the picture of {columns}x{rows} px: {first}",)
 
     def gap_note(self, frames: int) -> tuple[str, ...]:
-        """Return a note of targets that lack rows between their first and their last, else of rows that end before the
-        last frame, else (): labels of every tenth frame are no targets that are mostly absent."""
+        """Return a note of frames for which the file has no rows, as targets count as absent in them.
+
+        It names targets without rows between their first and last row, else a file whose rows end before the last
+        frame. Without either, it is ().
+        """
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
             end, _ = self.last
@@ -86,7 +89,7 @@ class Labels:
         )
 
     def check_end(self, frames: int) -> None:
-        """Raise InputError where a row is of a frame past the end."""
+        """Raise InputError where a row belongs to a frame after the last one."""
         frame, line = self.last
         if frame >= frames:
             raise InputError(
@@ -100,13 +103,14 @@ def _is_in(target: TargetTruth, size: tuple[int, int]) -> bool:
 
 
 def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> Labels:
-    """Read boxes by frame, counted from 0, top left corner and size, px; InputError with file:line.
+    """Read a CSV of boxes: frame from 0, top left corner and size, px. Raises InputError with file:line.
 
     follow  id of the target to track, or its name; default: the first target
 
-    A target is absent in frames without its row and in blank rows; a blank row without an id is of all targets. In an
-    id, characters other than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that does not begin
-    with a letter; without an id the name is 'target'. Centres are those of whole pixels: cx = x + (w - 1)/2.
+    A target is absent in frames without a row for it and in blank rows. A blank row without an id applies to all
+    targets. In an id, characters other than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that
+    does not begin with a letter. Without an id the name is 'target'. Centres are those of whole pixels: cx = x + (w -
+    1)/2.
     """
     rows = list(_rows(path))
     names: dict[str, str] = {}
@@ -150,7 +154,7 @@ def _followed(
 
 
 def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield line number and fields by column of each row that is not empty."""
+    """Yield the line number, and the fields by column name, of each row that is not empty."""
     try:
         text = text_bytes(path).decode("utf-8-sig")
     except FileNotFoundError:
@@ -216,7 +220,7 @@ def _box(row: dict[str, str], place: str) -> Box | None:
 
 
 def _name(raw: str, names: dict[str, str], place: str) -> str:
-    """Return the name of a target for an id of the file, and add it to `names`."""
+    """Return the name of a target for an id in the file, and store it in `names`."""
     if raw not in names:
         name = re.sub(r"[^A-Za-z0-9_-]", "_", raw) or _DEFAULT_ID
         if not name[0].isalpha():

@@ -28,13 +28,13 @@ from irsim.errors import InputError, counted
 MAGIC = b"\x89MCAP0\r\n"
 
 RECORD = struct.Struct("<BQ")
-"""Opcode and length, before every record."""
+"""Opcode and length, which precede every record."""
 
 MESSAGE = struct.Struct("<HIQQ")
-"""Channel, sequence, log time, publish time, before a message's data."""
+"""Channel, sequence, log time and publish time, which precede a message's data."""
 
 CHUNK_HEAD = struct.Struct("<QQQII")
-"""Start time, end time, uncompressed size, its CRC, length of the compression's name, which follows."""
+"""Start time, end time, uncompressed size, CRC of the uncompressed records, length of the compression's name."""
 
 CRC = struct.Struct("<I")
 """CRC-32, the last field of several records."""
@@ -51,16 +51,16 @@ BROKEN = (
     MemoryError,
     RuntimeError,
 )
-"""Errors of mcap, protobuf, lz4, zstandard and struct on damaged bytes."""
+"""Errors that mcap, protobuf, lz4, zstandard and struct raise on damaged bytes."""
 
 
 class DamageError(InputError):
-    """Error of a file whose bytes are not those that were written."""
+    """Error of a file whose bytes have changed since they were written."""
 
 
 @dataclass(frozen=True, eq=False)
 class NamedFile:
-    """File with the errors of its damage.
+    """Path of a file, with methods that make the errors about damage to it.
 
     remedy   advice at the end of each error, or ''
     """
@@ -69,12 +69,12 @@ class NamedFile:
     remedy: str
 
     def damage_error(self, problem: str) -> DamageError:
-        """Return the error of a problem such as 'its index cannot be read'."""
+        """Return the error for a problem such as 'its index cannot be read'."""
         return DamageError(f"{self.path}: damaged: {problem}" + (f"; {self.remedy}" if self.remedy else ""))
 
     @contextmanager
     def decoding(self, problem: str) -> Iterator[None]:
-        """Raise a DamageError in place of any error of decoding in the block."""
+        """Turn any decoding error in the block into a DamageError."""
         try:
             yield
         except BROKEN:
@@ -89,13 +89,13 @@ _INDEX_ENTRY_BYTES = 16
 _BLOCK = 1 << 20
 
 _LARGEST_UNPACKED = (1 << 30) + (1 << 20)
-"""Largest size of an unpacked chunk, bytes: two frames of 16384 x 16384 counts and their headers. Without a limit a
+"""Largest size of an unpacked chunk, bytes: two frames of 16384 x 16384 counts and their headers. Without a limit, a
 forged chunk of a few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """Message as read: sequence, log time in ns, bytes."""
+    """Message that was read: sequence number, log time in ns, bytes."""
 
     sequence: int
     log_time: int
@@ -104,24 +104,24 @@ class Packet:
 
 @dataclass(frozen=True, eq=False)
 class TopicIndex:
-    """Chunks of one topic."""
+    """Chunks that contain messages of one topic."""
 
     channel: int
     chunks: tuple[ChunkIndex, ...]
     ends: npt.NDArray[np.int64]
-    """Number of the topic's messages up to the end of each chunk."""
+    """Cumulative number of the topic's messages at the end of each chunk."""
 
     def __len__(self) -> int:
         return int(self.ends[-1]) if len(self.ends) else 0
 
     def chunk_of(self, message: int) -> int:
-        """Return the place in `chunks` of the topic's message `message`."""
+        """Return the index in `chunks` of the chunk that contains the topic's message number `message`."""
         return int(np.searchsorted(self.ends, message, side="right"))
 
 
 @dataclass(frozen=True, eq=False)
 class McapFile(NamedFile):
-    """Summary of an MCAP file, which is open only while it is read; `open` refuses a file that was changed since."""
+    """Summary of an MCAP file. The file itself is open only during reads, and `open` refuses a file changed since."""
 
     stamp: Stamp
     channels: tuple[Channel, ...]
@@ -131,7 +131,7 @@ class McapFile(NamedFile):
 
     @contextmanager
     def open(self) -> Iterator[BinaryIO]:
-        """Open the file in a block; InputError where it cannot be read."""
+        """Open the file for a block. Raises InputError where it cannot be read or has changed."""
         try:
             with open(self.path, "rb", buffering=0) as file:
                 if stamp(file.fileno()) != self.stamp:
@@ -142,7 +142,7 @@ class McapFile(NamedFile):
 
     @cached_property
     def topics(self) -> dict[str, TopicIndex]:
-        """Index of each topic, chunks in file order."""
+        """Index of each topic, by name, with chunks in file order."""
         with self.open() as file:
             return {channel.topic: self._topic_index(file, channel.id) for channel in self.channels}
 
@@ -174,7 +174,7 @@ class McapFile(NamedFile):
         return data
 
     def data_matches(self) -> bool:
-        """Return True where the bytes before the summary match their CRC, or have none."""
+        """Return True if the bytes before the summary match their CRC, or the file has no CRC of them."""
         with self.open() as file:
             file.seek(self.stamp[1] - _FOOTER.size - len(MAGIC))
             left = _FOOTER.unpack(file.read(_FOOTER.size))[2] - _DATA_END.size
@@ -186,7 +186,7 @@ class McapFile(NamedFile):
         return bool(opcode == Opcode.DATA_END and stated in (0, crc))
 
     def _read(self, file: BinaryIO, offset: int, length: int) -> bytes:
-        """Return bytes at an offset of the index; DamageError where the file ends before."""
+        """Return `length` bytes at an offset from the index. Raises DamageError where the file ends before them."""
         if length < 0 or offset + length > self.stamp[1]:
             raise self.damage_error("its index points past its end")
         file.seek(offset)
@@ -205,7 +205,7 @@ class McapFile(NamedFile):
         return found
 
     def attachment(self, name: str) -> bytes | None:
-        """Return the bytes of an attachment; None where there is none of that name, DamageError for a wrong CRC."""
+        """Return the bytes of an attachment; None where there is none of this name. DamageError for a wrong CRC."""
         for entry in self.attachment_index:
             if entry.name == name:
                 with self.open() as file:
@@ -222,7 +222,7 @@ class McapFile(NamedFile):
 def open_mcap(path: Path, remedy: str = "") -> McapFile:
     """Read and check the summary of an MCAP file.
 
-    InputError where there is no such file or it is not MCAP; DamageError where it is cut short or damaged.
+    Raises InputError where the file does not exist or is not MCAP, and DamageError where it is cut short or damaged.
     """
     check_mcap(path)
     named = NamedFile(path, remedy)
@@ -266,7 +266,7 @@ def _bytes_after_end(path: Path) -> int | None:
 
 
 def check_mcap(path: Path) -> None:
-    """Raise InputError where `path` is not a file that begins like MCAP."""
+    """Raise InputError where `path` is not a file that begins as an MCAP file does."""
     try:
         if path.is_dir():
             raise InputError(
@@ -288,7 +288,7 @@ def check_mcap(path: Path) -> None:
 
 
 def packets(data: memoryview, channel: int) -> Iterator[Packet]:
-    """Yield the messages of a channel in a chunk's records."""
+    """Yield the messages of a channel among the records of a chunk."""
     for opcode, body in records(data):
         if opcode == Opcode.MESSAGE:
             found, sequence, log_time, _ = MESSAGE.unpack_from(body)
@@ -297,7 +297,7 @@ def packets(data: memoryview, channel: int) -> Iterator[Packet]:
 
 
 def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield opcode and body of each record in a chunk."""
+    """Yield the opcode and the body of each record in a chunk."""
     position = 0
     while position < len(data):
         opcode, length = RECORD.unpack_from(data, position)
@@ -307,7 +307,7 @@ def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
 
 
 def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None:
-    """Return the records of a chunk, `size` bytes, from their compressed form; None where that fails."""
+    """Return the `size` bytes of records in a compressed chunk; None where unpacking fails."""
     if compression == "":
         return packed
     if not 0 < size <= _LARGEST_UNPACKED:

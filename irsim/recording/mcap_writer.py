@@ -1,7 +1,7 @@
-"""Writer of MCAP files (mcap.dev/spec) by chunks.
+"""Writer of MCAP files (mcap.dev/spec), chunk by chunk.
 
-The bytes are those of `mcap.writer.Writer`, which copies every chunk three times and computes zlib's CRC of it twice:
-2.8 ms for a frame of 640 x 512 counts, against 0.3 ms here.
+It writes the same bytes as `mcap.writer.Writer`, which copies every chunk three times and computes zlib's CRC of it
+twice: 2.8 ms for a frame of 640 x 512 counts, against 0.3 ms here.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from irsim.recording.messages import EPOCH_NS, descriptor_set
 Compression = Literal["none", "lz4", "zstd"]
 
 LIBRARY = "irsim"
-"""Name of the library in the header; its version is in the metadata."""
+"""Name of the writing library in the MCAP header; its version is in the metadata."""
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """Message to write: channel, sequence (frame index), log time in ns, bytes."""
+    """Message to write: channel, sequence number (frame index), log time in ns, bytes."""
 
     channel: int
     sequence: int
@@ -107,7 +107,7 @@ class McapWriter:
     def _write_chunk(
         self, pieces: list[bytes], size: int, times: tuple[int, int], indexes: dict[int, MessageIndex]
     ) -> ChunkIndex:
-        """Write a chunk of `size` bytes and the index of its messages; return the index of the chunk."""
+        """Write a chunk of `size` bytes and the index of its messages; return the chunk's entry in the file's index."""
         crc = 0
         for piece in pieces:
             crc = crc32(piece, crc)
@@ -158,7 +158,7 @@ class McapWriter:
         )
 
     def finish(self) -> None:
-        """Write the summary; the caller closes the file."""
+        """Write the summary. The caller closes the file."""
         self._out.records(DataEnd(self._out.crc))
         self._out.crc = 0  # of the summary, from here on
         summary = self._out.position
@@ -196,7 +196,7 @@ _LENGTH = struct.Struct("<Q")
 
 
 class _Output:
-    """File with its size so far, `position`, and the CRC of all bytes since `crc` was set to 0."""
+    """Output file with its size so far, `position`, and the CRC of all bytes since `crc` was last set to 0."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -207,14 +207,14 @@ class _Output:
         self.write_summed([data], len(data), crc32(data))
 
     def write_summed(self, pieces: Iterable[bytes], size: int, crc: int) -> None:
-        """Write pieces of `size` bytes in all, with their CRC."""
+        """Write pieces with a total of `size` bytes and the CRC `crc`."""
         for piece in pieces:
             self._file.write(piece)
         self.position += size
         self.crc = crc32_combine(self.crc, crc, size)
 
     def flush(self) -> None:
-        """Pass all bytes to the operating system, so that they stay where this process is killed."""
+        """Pass all bytes to the operating system, so that they are kept if this process is killed."""
         self._file.flush()
 
     def records(self, *records: McapRecord) -> tuple[int, int]:
@@ -232,7 +232,7 @@ def _bytes_of(*records: McapRecord) -> bytes:
 
 
 def _head_of(message: Message) -> bytes:
-    """Return the head of a message record: all before its data."""
+    """Return the head of a message record, which precedes its data."""
     head = MESSAGE.pack(message.channel, message.sequence, message.log_time, message.log_time)
     return RECORD.pack(Opcode.MESSAGE, MESSAGE.size + len(message.data)) + head
 

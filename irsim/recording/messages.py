@@ -1,4 +1,4 @@
-"""Topics, times, protobuf schemas, truths and images of a recording."""
+"""Topics, times, protobuf schemas, truths and images in recordings."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from irsim.types import Band, BandName, Box, Image, TargetTruth, Truth
 
 EPOCH_NS = 1_577_836_800 * 10**9
-"""Log time of time 0: 2020-01-01T00:00:00Z, ns since the Unix epoch. A fixed date keeps files reproducible and aligns a
-track with its source in viewers."""
+"""Log time of frame time 0: 2020-01-01T00:00:00Z, ns since the Unix epoch. The date is fixed, so that files are
+reproducible and viewers align a track with its source."""
 
 IMAGE, PREVIEW, CAMERA = "/ir/image", "/ir/preview", "/ir/camera_info"
 TRUTH_BOXES, TRUTH = "/truth/annotations", "/truth/targets"
 """Topics of a recording."""
 
 SCENARIO, LAYOUT = "scenario.yaml", "layout.json"
-"""Attachments: the rendered scenario, and the viewer layout."""
+"""Names of attachments: the rendered scenario, and the viewer layout."""
 
 
 def to_ns(time: float) -> int:
@@ -36,19 +36,19 @@ def to_ns(time: float) -> int:
 
 
 def time_fields(log_time: int) -> dict[str, int]:
-    """Return the fields of a protobuf timestamp of a log time in ns."""
+    """Return the fields of the protobuf timestamp for a log time in ns."""
     return {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
 
 
 def timestamp(log_time: int) -> Timestamp:
-    """Return the protobuf timestamp of a log time in ns."""
+    """Return the protobuf timestamp for a log time in ns."""
     return Timestamp(**time_fields(log_time))
 
 
 def from_ns(log_time: int, rate_hz: float) -> float:
-    """Return the frame time in s of a log time in ns.
+    """Return the frame time in s for a log time in ns.
 
-    Where the log time is a whole number of frame periods, rounded to 1 ns, the time is index / rate bit for bit.
+    Where the log time is a whole number of frame periods, rounded to 1 ns, the frame time is exactly index / rate.
     """
     seconds = (log_time - EPOCH_NS) / 1e9
     regular = round(seconds * rate_hz) / rate_hz
@@ -60,12 +60,12 @@ _LIMITS = re.compile(r"(\d+(?:\.\d+)?) to (\d+(?:\.\d+)?) um")
 
 
 def band_text(band: Band) -> str:
-    """Return 'lwir', or '3.4 to 4.9 um' with every digit, so that `parse_band` returns the same band."""
+    """Return the text of a band: 'lwir', or '3.4 to 4.9 um' with every digit, for `parse_band` to read."""
     return band if isinstance(band, str) else "{} to {} um".format(*band)
 
 
 def parse_band(words: str) -> Band | None:
-    """Return the band of a text of `band_text`; None for another text."""
+    """Return the band of a text that `band_text` wrote; None for any other text."""
     limits = _LIMITS.fullmatch(words)
     return _NAMED.get(words) if limits is None else (float(limits[1]), float(limits[2]))
 
@@ -139,7 +139,7 @@ TrackStateMessage = GetMessageClass(TRACK_STATE)
 
 
 def descriptor_set(descriptor: Descriptor) -> bytes:
-    """Return the serialised FileDescriptorSet of the file of a message and its imports, imports first."""
+    """Return the serialised FileDescriptorSet of the file that defines a message, after the files that it imports."""
     files: dict[str, FileDescriptor] = {}
 
     def collect(file: FileDescriptor) -> None:
@@ -155,17 +155,17 @@ def descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 def point(value: tuple[float, float] | None) -> dict[str, float] | None:
-    """Return the fields of a Point."""
+    """Return the fields of a Point message."""
     return None if value is None else {"x": value[0], "y": value[1]}
 
 
 def box(value: Box) -> dict[str, float]:
-    """Return the fields of a Box."""
+    """Return the fields of a Box message."""
     return {"cx": value.cx, "cy": value.cy, "w": value.w, "h": value.h}
 
 
 def optional_field(message: Any, field: str) -> Any:
-    """Return the value of a field, or None; a Point or an Attitude as a tuple. ValueError as of `checked_text`."""
+    """Return the value of a field, or None; a Point or an Attitude as a tuple. Raises ValueError as `checked_text`."""
     if not message.HasField(field):
         return None
     value = getattr(message, field)
@@ -175,14 +175,14 @@ def optional_field(message: Any, field: str) -> Any:
 
 
 def checked_text(value: str | bytes) -> str:
-    """Return a text; ValueError for bytes, which stand for text that is not UTF-8."""
+    """Return a text. Raises ValueError for bytes, by which protobuf returns text that is not UTF-8."""
     if isinstance(value, bytes):
         raise ValueError(f"{value!r} is not text")
     return value
 
 
 def required_numbers(message: Any, field: str) -> Any:
-    """Return the numbers of a field as a tuple; ValueError where one is missing or not finite."""
+    """Return the numbers of a field as a tuple. Raises ValueError where one is missing or not finite."""
     values = optional_field(message, field)
     if values is None or not all(map(isfinite, values)):
         raise ValueError(f"{field} {values}")
@@ -191,11 +191,11 @@ def required_numbers(message: Any, field: str) -> Any:
 
 _PLAIN = tuple(name for name, kind in _MESSAGES["TargetTruth"] if kind.rstrip("*") in _SCALARS)
 _OPTIONAL = {field.name for field in fields(TargetTruth)} - {"id", "center", "box", "occluders", "accuracy_px"}
-"""Fields of a target: those of a scalar type, and those that may be missing."""
+"""Names of the target's scalar fields (`_PLAIN`) and of its optional fields."""
 
 
 def encode_truth(truth: Truth) -> bytes:
-    """Return the bytes of an irsim.Truth."""
+    """Return a truth as the bytes of an irsim.Truth message."""
     targets = [
         {name: getattr(target, name) for name in _PLAIN}
         | {name: point(getattr(target, name)) for name in ("center", "signal_center", "velocity")}
@@ -207,9 +207,9 @@ def encode_truth(truth: Truth) -> bytes:
 
 
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
-    """Return the Truth of frame `index` at `time` s from the bytes of an irsim.Truth.
+    """Return the Truth of frame `index` at `time` s from the bytes of an irsim.Truth message.
 
-    ValueError or protobuf's DecodeError for other bytes.
+    Raises ValueError or protobuf's DecodeError for other bytes.
     """
     message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     targets = [
@@ -232,13 +232,13 @@ OPTICAL_FRAME = "camera"
 _DTYPES = {"mono16": "<u2", "mono8": "u1"}
 
 _DATA = bytes([RawImage.DATA_FIELD_NUMBER << 3 | 2])
-"""Tag of a RawImage's data, before its length."""
+"""Tag of the field `data` of a RawImage, which precedes its length."""
 _LAST_FIELD = RawImage(frame_id=OPTICAL_FRAME).SerializeToString()
-"""Field after the data, the same in all images."""
+"""Serialised field after the data, the same in all images."""
 
 
 def encode_image(image: Image, log_time: int) -> bytes:
-    """Return the bytes of a foxglove.RawImage: mono16 (little-endian) for uint16, mono8 for uint8."""
+    """Return an image as the bytes of a foxglove.RawImage: mono16 (little-endian) for uint16, mono8 for uint8."""
     encoding = "mono16" if image.dtype == np.uint16 else "mono8"
     before = RawImage(
         timestamp=timestamp(log_time),
@@ -254,7 +254,7 @@ def encode_image(image: Image, log_time: int) -> bytes:
 
 
 def _varint(number: int) -> bytes:
-    """Return a number as a protobuf varint: seven bits a byte, lowest first."""
+    """Return a number as a protobuf varint: seven bits in each byte, lowest first."""
     found = bytearray()
     while number > 0x7F:
         found.append(number & 0x7F | 0x80)
@@ -265,7 +265,7 @@ def _varint(number: int) -> bytes:
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
     """Return the read-only counts (rows, columns) of a foxglove.RawImage.
 
-    ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows).
+    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows).
     """
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:

@@ -1,4 +1,4 @@
-"""Output files and folders: checked before any work, written whole or not at all."""
+"""Output files and folders, which are checked before any work, and written completely or not at all."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from irsim.errors import InputError
 def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
     """Raise InputError where `path` cannot become a file, would replace one of `inputs`, or has none of `endings`.
 
-    inputs   files that the command reads (a folder: every file in it), or its other outputs
-    endings  allowed suffixes such as ".mcap"; (): any
+    inputs   files that the command reads (for a folder: every file in it), or its other outputs
+    endings  allowed suffixes such as ".mcap"; () allows any
 
-    A path of None passes.
+    A `path` of None is accepted.
     """
     if path is None:
         return
@@ -44,7 +44,7 @@ def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str]
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder and those above it unless they exist; InputError where that fails."""
+    """Make a folder and its parents unless they exist. Raises InputError where that fails."""
     try:
         for place in (path, *path.parents):
             if place.exists() and not place.is_dir():
@@ -56,9 +56,9 @@ def make_folder(path: Path) -> None:
 
 
 def refuse_leftovers(folder: Path, stays: Callable[[str], bool], content: str) -> None:
-    """Raise InputError where an output folder holds files of another call, which would mix with the new ones.
+    """Raise InputError where files of an earlier call in the output folder would mix with the new ones.
 
-    stays   name of a file -> True where it is of the `content` and this call does not replace it
+    stays   function of a file name: True for a file that contains `content` and is not replaced by this call
     """
     if left := _summary(folder, stays):
         raise InputError(
@@ -68,9 +68,9 @@ def refuse_leftovers(folder: Path, stays: Callable[[str], bool], content: str) -
 
 
 def refuse_others(folder: Path, other: Callable[[str], bool], content: str, command: str) -> None:
-    """Raise InputError where an output folder holds files of another origin.
+    """Raise InputError where an output folder contains files that this program did not write.
 
-    other   name of a file -> True where it is of the `content`
+    other   function of a file name: True for such a file, which contains `content`
     """
     if there := _summary(folder, other):
         raise InputError(
@@ -79,7 +79,7 @@ def refuse_others(folder: Path, other: Callable[[str], bool], content: str, comm
 
 
 def _summary(folder: Path, wanted: Callable[[str], bool]) -> str:
-    """Return 'NAME and N more' of the wanted files of a folder, or ''; InputError where it cannot be read."""
+    """Return 'NAME and N more' for the files of a folder for which `wanted` is True, or ''."""
     try:
         names = sorted(path.name for path in folder.iterdir() if wanted(path.name)) if folder.is_dir() else []
     except OSError as error:
@@ -89,9 +89,9 @@ def _summary(folder: Path, wanted: Callable[[str], bool]) -> str:
 
 @contextmanager
 def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
-    """Open a temporary file in a block; it becomes `path` where the block ends without an error, else it is removed.
+    """Open a temporary file for a block. It becomes `path` if the block ends without an error, else it is removed.
 
-    tidy   remove temporary files of killed processes first (for outputs that take long to write)
+    tidy   first remove temporary files of killed processes, for outputs that take long to write
     """
     check_output(path)
     real = path.resolve()  # a link stays a link
@@ -104,7 +104,7 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
             yield file
         os.replace(temporary, real)
     except OSError as error:
-        # A failed write (a full disk) names no file; errors of other files are not reported here.
+        # A failed write (a full disk) names no file. Errors about other files are not reported here.
         if error.filename not in (None, str(temporary)):
             raise
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
@@ -115,13 +115,13 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
 
 @contextmanager
 def atomic_text(path: Path) -> Iterator[TextIO]:
-    """Open an `atomic_file` for text: UTF-8, line ends unchanged."""
+    """Open an `atomic_file` for UTF-8 text, with line ends unchanged."""
     with atomic_file(path) as file, io.TextIOWrapper(file, encoding="utf-8", newline="") as text:
         yield text
 
 
 def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
-    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG; InputError as of `atomic_file`."""
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG. InputError as `atomic_file`."""
     written, data = cv2.imencode(".png", picture)
     assert written
     with atomic_file(path) as file:
@@ -129,7 +129,7 @@ def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
 
 
 def _remove_leftovers(real: Path) -> None:
-    """Remove the temporary files of an output that no process has locked or, as far as is known, writes."""
+    """Remove temporary files of an output whose process has ended and that no process has locked."""
     pattern = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
     with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
         for path in list(real.parent.iterdir()):
@@ -141,7 +141,7 @@ def _remove_leftovers(real: Path) -> None:
 
 
 def _is_alive(process: int) -> bool:
-    """Return False where the process has ended."""
+    """Return False where the process with this id has ended."""
     if sys.platform == "win32":  # os.kill would end it
         return True
     try:
@@ -154,7 +154,7 @@ def _is_alive(process: int) -> bool:
 
 
 def _lock(file: BinaryIO) -> bool:
-    """Lock a file until it is closed; False where another process, here or on another machine, has the lock."""
+    """Lock a file until it is closed; return False where another process, also on another machine, holds it."""
     if sys.platform != "win32":
         import fcntl
 

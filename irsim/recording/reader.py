@@ -1,4 +1,4 @@
-"""Recording as a source of frames and truths, by index or in order."""
+"""Recording as a source of frames and truths, in order or by index."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _HASH_BLOCK = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Recording(Source):
-    """Recording as a Source; images are read-only. It keeps no file open and can be pickled."""
+    """Recording as a Source with read-only images. It keeps no file open and can be pickled."""
 
     path: Path
     header: Header
@@ -53,7 +53,7 @@ class Recording(Source):
 
     @cached_property
     def hash(self) -> str:
-        """BLAKE2b of the file's bytes."""
+        """BLAKE2b digest of the file's bytes."""
         digest = hashlib.blake2b(digest_size=16)
         with self.mcap.open() as file:
             while block := file.read(_HASH_BLOCK):
@@ -100,9 +100,9 @@ class Recording(Source):
         return self.contents.frames
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        """Return frame `index`. IndexError where there is none, DamageError where it is damaged.
+        """Return frame `index`. Raises IndexError where it does not exist, DamageError where it is damaged.
 
-        InputError for an `input` other than 'counts' and 'display', and for an index that is not a whole number.
+        Raises InputError for an `input` other than 'counts' and 'display', and for an index that is not a whole number.
         """
         index = frame_number(index, len(self), str(self.path))
         return next(self.frames(input, index, index + 1))
@@ -110,7 +110,7 @@ class Recording(Source):
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """Yield frames start .. stop-1 in order, as counts or as the 8-bit display.
 
-        InputError for another `input`, and for a start or a stop below 0.
+        Raises InputError for another `input`, and for a start or a stop below 0.
         """
         expect_input(input)
         agc = AgcSequence(self.agc, self.bits, lambda index: self.frame(index).image)
@@ -121,7 +121,7 @@ class Recording(Source):
             yield agc.display(frame) if input == "display" else frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        """Yield the truths of frames start .. stop-1; nothing where there is no truth."""
+        """Yield the truths of frames start .. stop-1; none if the recording has no truth."""
         if not self.has_truth:
             return
         for index, packet in self._packets(TRUTH, start, stop):
@@ -130,12 +130,12 @@ class Recording(Source):
             yield truth
 
     def truth(self, index: int) -> Truth | None:
-        """Return the truth of frame `index`; None where there is no truth. Errors as of `frame`."""
+        """Return the truth of frame `index`; None if the recording has no truth. Raises errors as `frame`."""
         index = frame_number(index, len(self), str(self.path))
         return next(self.truths(index, index + 1), None)
 
     def info(self) -> dict[str, Any]:
-        """Return facts about the recording as values of JSON, with the number of messages of each topic."""
+        """Return facts about the recording as JSON values, with the number of messages of each topic."""
         return {
             "path": str(self.path),
             "bytes": self.path.stat().st_size,
@@ -147,9 +147,9 @@ class Recording(Source):
         }
 
     def indexed_times(self) -> Iterator[tuple[int, float]]:
-        """Yield (frame, time in s) of the first and the last frame of each chunk of images, from the index alone.
+        """Yield (frame index, time in s) of the first and last frame of each chunk of images, from the file's index.
 
-        Chunks of several topics, as of other programs, are left out: their times are those of all topics.
+        Chunks with several topics, which other programs write, are left out, as their times are not those of images.
         """
         topic_index, begin = self._topic_index(IMAGE), 0
         for chunk, end in zip(topic_index.chunks, topic_index.ends.tolist(), strict=True):
@@ -159,7 +159,7 @@ class Recording(Source):
             begin = end
 
     def _duration_s(self) -> float:
-        """Return the time, s, from the first frame to the last, both included."""
+        """Return the duration, s, from the first frame to the end of the last one."""
         chunks = self._topic_index(IMAGE).chunks
         between = max(chunk.message_end_time for chunk in chunks) - min(chunk.message_start_time for chunk in chunks)
         return between / 1e9 + 1 / self.rate_hz
@@ -196,9 +196,9 @@ class Recording(Source):
 
 
 def open_recording(path: str | Path) -> Recording:
-    """Open a recording and check its index and metadata; frames are checked as they are read.
+    """Open a recording and check its index and metadata. Frames are checked when they are read.
 
-    InputError where the file is missing, cut short, damaged, not MCAP, or not a recording of irsim.
+    Raises InputError where the file is missing, cut short, damaged, not MCAP, or not a recording of irsim.
     """
     path = path_of(path)
     mcap = open_mcap(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")

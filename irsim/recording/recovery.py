@@ -1,4 +1,4 @@
-"""Damaged recordings: list the damage, read the intact frames, and write them to a new recording."""
+"""Damaged recordings: find the damage, read the intact frames, and write them to a new recording."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from irsim.types import Frame, Truth
 
 
 def damages(recording: Recording) -> Iterator[str]:
-    """Yield the damaged parts of a recording, such as 'frames 4 to 5'; nothing where all bytes match their CRCs."""
+    """Yield the damaged parts of a recording, such as 'frames 4 to 5'; none if all bytes match their CRCs."""
     mcap, found = recording.mcap, False
     for topic, topic_index in mcap.topics.items():
         name = "frame" if topic == IMAGE else f"{topic} of frame"
@@ -76,12 +76,12 @@ def _checked_chunks(mcap: McapFile, topic_index: TopicIndex) -> Iterator[tuple[b
 
 
 Part = Metadata | Attachment | Channel | memoryview
-"""Intact part of a file; a memoryview holds the records of a chunk."""
+"""Intact part of a damaged file; a memoryview contains the records of a chunk."""
 
 
 @dataclass
 class Salvage:
-    """Intact parts of a recording; filled while `frames` is iterated."""
+    """Intact parts of a damaged recording. They are collected while `frames` is iterated."""
 
     path: Path
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -91,18 +91,18 @@ class Salvage:
 
     @property
     def has_truth(self) -> bool:
-        """True where each frame of the recording has a truth."""
+        """True if the recording has a truth for each frame."""
         return self.metadata.get("irsim", {}).get("has_truth") == "true"
 
     @property
     def contents(self) -> Contents | None:
-        """Table of contents from before the damage; None where it is lost."""
+        """Table of contents, written before the damage; None where it is lost."""
         with suppress(InputError):
             return Contents.from_record(self.metadata.get("irsim_contents", {}))
         return None
 
     def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
-        """Yield each intact image with its truth; frames with a lost truth are left out."""
+        """Yield each intact image with its truth, except frames whose truth is lost."""
         for part in _parts(self.path):
             if isinstance(part, Metadata):
                 self.metadata[part.name] = part.metadata
@@ -116,7 +116,7 @@ class Salvage:
                 yield from self._frames_in(part)
 
     def header(self) -> Header:
-        """Return the header, which precedes the first frame; InputError where it is lost."""
+        """Return the header, which precedes the first frame. Raises InputError where it is lost."""
         any_frame = next(self.frames(), None) is not None
         if not any_frame or "irsim" not in self.metadata:
             if _is_foreign(self.path):
@@ -131,7 +131,7 @@ class Salvage:
             raise InputError(f"{self.path}: {error}") from None
 
     def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
-        """Return the readable frames of a chunk."""
+        """Return the images in a chunk that can be read, with their truths."""
         images: list[Packet] = []
         with suppress(*BROKEN):
             for opcode, body in records(chunk):
@@ -158,7 +158,7 @@ def _nothing_left(path: Path) -> InputError:
 
 
 def _parts(path: Path) -> Iterator[Part]:
-    """Yield the intact parts: by the index where it is intact, else record by record from the start."""
+    """Yield the intact parts of a file, by its index if that is intact, else record by record from the start."""
     try:
         mcap = open_mcap(path)
         metadata = mcap.metadata
@@ -213,10 +213,10 @@ def _part(opcode: int, body: bytes) -> Part | None:
 
 
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
-    """Write every intact frame of a recording, damaged or not, to a new one and return its path.
+    """Write every intact frame of a recording, damaged or not, to a new recording and return its path.
 
-    Frames are renumbered and keep their times; `first_frame` includes frames lost before the first.
-    InputError where no frame is intact.
+    Frames are renumbered and keep their times. `first_frame` also counts frames that are lost before the first intact
+    one. Raises InputError where no frame is intact.
     """
     path, out = path_of(path), path_of(out)
     check_output(out, path)

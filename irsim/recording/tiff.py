@@ -1,6 +1,6 @@
-"""TIFF files: the pages by their tags (TIFF 6.0; BigTIFF, Aware Systems 2008), decoded by OpenCV.
+"""TIFF files, with pages found by their tags (TIFF 6.0; BigTIFF, Aware Systems 2008) and decoded by OpenCV.
 
-Tags are read first, as OpenCV converts some pixels to other counts and reports no break in the chain of pages.
+Tags are read first, as OpenCV converts some pixels to other counts and does not report a broken chain of pages.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from irsim.errors import InputError, counted
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 _LAYOUTS = {42: ("I", 4, "H", 12), 43: ("Q", 8, "Q", 20)}
-"""By version of the file: format of an offset, position of the first one, format of the number of entries of a page,
-bytes of an entry."""
+"""Layout for each version of the format: format of an offset, position of the first offset, format of a page's number
+of entries, and bytes of an entry."""
 _ORDERS = {b"II": "<", b"MM": ">"}
 _INTEGERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
-"""Formats of whole numbers, by TIFF type."""
+"""Format of whole numbers for each TIFF type."""
 _COLUMNS, _ROWS, _BITS, _PHOTOMETRIC, _SAMPLES, _FORMAT = 256, 257, 258, 262, 277, 339
 _WHITE_IS_ZERO = 0
 _OTHER_FORMATS = {2: "signed whole numbers", 3: "floating-point numbers", 5: "complex numbers", 6: "complex numbers"}
-"""Names of SampleFormats other than unsigned; undefined (4) is read as unsigned (TIFF 6.0, section 19)."""
+"""Names of SampleFormats other than unsigned. An undefined format (4) is read as unsigned (TIFF 6.0, section 19)."""
 _GROUP_BYTES = 1 << 26
-"""Bytes of pages decoded in one call, at least one page: OpenCV skips through all pages before the first."""
+"""Bytes of pages that are decoded in one call (at least one page). Each call skips through all earlier pages."""
 
 
 def page_sizes(file: Path) -> tuple[int, ...]:
     """Return the size of each decoded page, bytes.
 
-    InputError for a file that is not TIFF, a broken chain of pages, and pixels that OpenCV would convert.
+    Raises InputError for a file that is not TIFF, a broken chain of pages, and pixels that OpenCV would convert.
     """
     try:
         with file.open("rb") as opened, mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as data:
@@ -50,7 +50,7 @@ def page_sizes(file: Path) -> tuple[int, ...]:
 
 
 def _size(tags: dict[int, int], place: str) -> int:
-    """Return the size of a page with these tags, bytes; InputError where its pixels would be converted."""
+    """Return the size of a page from its tags, bytes. Raises InputError where OpenCV would convert its pixels."""
     bits, samples = tags.get(_BITS, 1), tags.get(_SAMPLES, 1)
     if format_name := _OTHER_FORMATS.get(tags.get(_FORMAT, 1)):
         raise InputError(f"{place} has {format_name} (SampleFormat); allowed: unsigned whole numbers of 8 or 16 bit")
@@ -63,7 +63,7 @@ def _size(tags: dict[int, int], place: str) -> int:
 
 
 def _directories(data: mmap.mmap) -> Iterator[dict[int, int]]:
-    """Yield the whole-number tags of each page, the first number of each; ValueError for a circular chain of pages."""
+    """Yield the first number of each whole-number tag, by page. Raises ValueError for a circular chain of pages."""
     order = _ORDERS[data[:2]]
     offset, first, number, length = _LAYOUTS[struct.unpack_from(order + "H", data, 2)[0]]
     inline = struct.calcsize(order + offset)
@@ -89,9 +89,9 @@ def _directories(data: mmap.mmap) -> Iterator[dict[int, int]]:
 
 
 def read_pages(file: Path, sizes: Sequence[int]) -> Iterator[Any]:
-    """Yield the pages, (rows, columns) or (rows, columns, channels); InputError where one cannot be decoded.
+    """Yield the pages, (rows, columns) or (rows, columns, channels). Raises InputError where one cannot be decoded.
 
-    sizes  as of `page_sizes`
+    sizes  sizes of the pages, as returned by `page_sizes`
     """
     for wanted in _page_groups(sizes):
         with _silenced():
@@ -106,7 +106,7 @@ def read_pages(file: Path, sizes: Sequence[int]) -> Iterator[Any]:
 
 
 def _page_groups(sizes: Sequence[int]) -> Iterator[range]:
-    """Yield the numbers of the pages of each group."""
+    """Yield groups of page numbers, each decoded in one call."""
     first, held = 0, 0
     for page, size in enumerate(sizes):
         if page > first and held + size > _GROUP_BYTES:

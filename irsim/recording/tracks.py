@@ -1,4 +1,4 @@
-"""Tracks: recordings of the estimates of a tracker, for viewers beside the recording of the source."""
+"""Tracks: recordings of a tracker's estimates, which viewers show beside the recording of the source."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ _STATES_PER_CHUNK = 512
 class TrackState:
     """Estimate of a tracker for one frame.
 
-    index, time   of the frame (s)
+    index, time   of the frame; time in s
     box           centre and size, px
     status        tracking | occluded | lost
-    score         of the tracker, on any scale
+    score         score of the tracker, on any scale
     velocity      (vx, vy) px per frame
-    covariance    ((xx, xy), (yx, yy)) px^2 of the centre
+    covariance    ((xx, xy), (yx, yy)) of the centre, px^2
     neff          effective number of particles
     """
 
@@ -67,7 +67,7 @@ class TrackHeader(DigestRecord):
     rate_hz: AboveZero
     target: str | None = None
     states: int = Field(default=0, ge=0)
-    """Number of states; set by `write_tracks`."""
+    """Number of states, set by `write_tracks`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class TrackRecording:
 
 
 def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackState]) -> Path:
-    """Write a track recording and return its path. InputError where the file cannot be written."""
+    """Write a track recording and return its path. Raises InputError where the file cannot be written."""
     path = path_of(path)
     states = tuple(states)
     with atomic_file(path) as file:
@@ -105,7 +105,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
 
 
 def read_tracks(path: str | Path) -> TrackRecording:
-    """Read a track recording. InputError where it is missing, damaged, or not a track recording."""
+    """Read a track recording. Raises InputError where it is missing, damaged, or not a track recording."""
     path = path_of(path)
     mcap = open_mcap(path)
     if "irsim_track" not in mcap.metadata:
@@ -127,7 +127,7 @@ def read_tracks(path: str | Path) -> TrackRecording:
 
 
 def _topics(tracker: str) -> tuple[str, str]:
-    """Return the topics of boxes and states, in the characters of message paths in Foxglove."""
+    """Return the topics of boxes and of states, spelt with characters that Foxglove allows in message paths."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", tracker)
     return f"/tracks/{plain}/annotations", f"/tracks/{plain}/states"
 

@@ -12,11 +12,11 @@ from irsim.recording.messages import IMAGE, PREVIEW, TRUTH_BOXES, time_fields
 from irsim.types import Box, Image, Truth
 
 CORNER_PX = 0.5
-"""Offset of coordinates, px: their origin is the corner of the top left pixel (foxglove.PointsAnnotation), in irsim its
-centre."""
+"""Offset added to coordinates, px. Their origin in foxglove.PointsAnnotation is the corner of the top left pixel, in
+irsim its centre."""
 
 POINT_LIKE_PX = 5.0
-"""Size, px, below which a target has a circle around it, as the line of a box would cover it."""
+"""Size, px, below which a target is marked by a circle, as the outline of a box would cover it."""
 
 _CIRCLE_PX = 3 * POINT_LIKE_PX
 _TEXT_PX = 10.0
@@ -69,7 +69,7 @@ def add_box(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, lo
 
 
 def annotate_truth(truth: Truth, log_time: int) -> bytes:
-    """Return the bytes of foxglove.ImageAnnotations: a box for each target, of another colour where mostly hidden."""
+    """Return the bytes of foxglove.ImageAnnotations: a box for each target, in another colour if mostly hidden."""
     annotations = ImageAnnotations()
     for target in truth.targets:
         label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
@@ -78,14 +78,14 @@ def annotate_truth(truth: Truth, log_time: int) -> bytes:
 
 
 def display_range(image: Image, bits: int) -> tuple[int, int]:
-    """Return the counts of black and white: the middle 99 % of a frame and half of that range on each side."""
+    """Return the counts drawn black and white: the middle 99 % of a frame's counts, plus half of it on each side."""
     low, high = np.percentile(image, (0.5, 99.5))
     margin = max((high - low) / 2, 1.0)
     return max(int(low - margin), 0), min(int(high + margin), 2**bits - 1)
 
 
 def viewer_layout(black: int, white: int, has_truth: bool) -> bytes:
-    """Return a layout as JSON: counts beside the 8-bit preview, with the boxes of the truth on both."""
+    """Return a viewer layout as JSON: counts beside the 8-bit preview, both with the boxes of the truth."""
     annotations = {TRUTH_BOXES: {"visible": True}} if has_truth else {}
     counts = {"imageTopic": IMAGE, "annotations": annotations, "minValue": black, "maxValue": white}
     preview = {"imageTopic": PREVIEW, "annotations": annotations}

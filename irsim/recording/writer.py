@@ -1,4 +1,4 @@
-"""Writer of recordings, in the layout of docs/recordings.md."""
+"""Writer of recordings, in the file layout of docs/recordings.md."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from irsim.types import Frame, Image, Source, Truth
 
 
 def check_default_output(path: Path) -> None:
-    """Raise InputError where a default output exists and could not be rendered again."""
+    """Raise InputError where a file at the default output path exists and could not be rendered again."""
     if not path.exists():
         return
     try:
@@ -60,18 +60,18 @@ def check_default_output(path: Path) -> None:
 
 
 FRAMES_PER_CHUNK = 2
-"""Images in a chunk: few, for fast access to a single frame."""
+"""Number of images in a chunk; a small one makes access to a single frame fast."""
 
 PREVIEWS_PER_CHUNK = 16
 
 CURVE_FACTS = ("counts_per_light", "counts_per_root_light", "count_of_no_light")
-"""Keys of the image channel's metadata for the numbers of `Header.curve`; light is in W/m2/sr."""
+"""Metadata keys of the image channel for the numbers of `Header.curve`, in which light is in W/m2/sr."""
 
 _JPEG_QUALITY = 85
 
 
 class RecordingWriter:
-    """Writer of frames with their truths, in order; it numbers them from 0."""
+    """Writer of frames with their truths, in order. It numbers frames from 0."""
 
     def __init__(self, file: BinaryIO, header: Header, scenario: str | None, compression: Compression) -> None:
         self._header = header
@@ -87,7 +87,7 @@ class RecordingWriter:
         self._agc = AgcSequence(header.agc, header.bits, _no_earlier_frame)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
-        """Append a frame and its truth, under the number of frames written before as index."""
+        """Append a frame and its truth. Their index is the number of frames written before."""
         image = frame.image
         columns, rows = self._header.size
         if image.shape != (rows, columns) or image.dtype not in (np.uint8, np.uint16):
@@ -125,7 +125,7 @@ class RecordingWriter:
     def _begin(self, frame: Frame, log_time: int) -> None:
         header = self._header
         black, white = display_range(frame.image, header.bits)
-        # First in the file, so that a recording that is cut short can be recovered.
+        # The header comes first, so that a file that is cut short can be recovered.
         self._chunks.metadata("irsim", header.to_record())
         if self._scenario is not None:
             self._chunks.attachment(SCENARIO, "application/yaml", self._scenario.encode())
@@ -150,7 +150,7 @@ class RecordingWriter:
         pending.append(Message(self._channels[topic], self._count, log_time, data))
 
     def _flush(self, *groups: list[Message]) -> None:
-        """Write a chunk of each group: truths before images, so that the images of a cut file have their truths."""
+        """Write each group as a chunk. Truths precede images, so that each image in a file cut short has its truth."""
         for pending in groups:
             if pending:
                 self._chunks.chunk(pending)
@@ -169,7 +169,7 @@ def _preview(picture: np.ndarray, log_time: int) -> bytes:
 
 
 def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
-    """Return a CameraCalibration: pinhole without distortion, focal length 1 / IFOV px."""
+    """Return a CameraCalibration of a pinhole camera without distortion, with focal length 1 / IFOV px."""
     focal, x, y = 1 / ifov_rad, (size[0] - 1) / 2, (size[1] - 1) / 2
     return CameraCalibration(
         timestamp=timestamp(log_time),
@@ -186,9 +186,9 @@ def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes
 def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
-    """Open a writer in a block that ends with `finish`; its file appears at `path` after the block.
+    """Open a writer for a block that must end with `finish`. The file appears at `path` after the block.
 
-    InputError for an unknown compression.
+    Raises InputError for an unknown compression.
     """
     allowed = get_args(Compression)
     if not isinstance(compression, str) or compression not in allowed:
@@ -211,8 +211,8 @@ def record(
     jobs      number of processes that render, where the source supports it
     progress  called with the number of frames done
 
-    The recording numbers them from 0 and keeps their times. InputError where the source has no such frames, for an
-    unknown compression, and where the file cannot be written.
+    The recording numbers frames from 0 and keeps their times. Raises InputError where the source lacks some of the
+    frames, for an unknown compression, and where the file cannot be written.
     """
     path = path_of(path)
     expect_source("a record", source)
@@ -231,7 +231,7 @@ def record(
 
 
 def header_of(source: Source, start: int = 0) -> Header:
-    """Return the header of a recording of `source` from its frame `start` on."""
+    """Return the header of a recording of `source` that begins with its frame `start`."""
     if isinstance(source, Recording):
         return source.header.model_copy(update={"first_frame": source.header.first_frame + start})
     from irsim import __version__
@@ -257,7 +257,7 @@ def header_of(source: Source, start: int = 0) -> Header:
 
 
 def default_agc(bits: int) -> Agc:
-    """Return the AGC of counts without one: none for 8 bits, linear for more."""
+    """Return the AGC of counts for which none is given: none for 8 bits, linear for more."""
     agc = AGCS.parse({"kind": "none" if bits <= 8 else "linear"})
     assert isinstance(agc, Agc)
     return agc

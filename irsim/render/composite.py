@@ -19,14 +19,14 @@ from irsim.render.contrast import NoiseRadiance, no_noise, requested_radiance, s
 from irsim.types import Band, Floats, Slices
 
 OCCLUDER_SHARE = 0.01
-"""Least share of a target's area that an occluder hides to be named in the target's truth."""
+"""Least fraction of a target's area that an occluder must hide to be named in the target's truth."""
 
 
 class NamedSprite(NamedTuple):
-    """Sprite of a target (`tracked`) or of an occluder.
+    """Sprite of a target (`tracked` is True) or of an occluder.
 
-    range_from_origin_m  range from the camera's first position, m, if the camera has moved: occluders stand around
-                         that position. The atmosphere's path is the sprite's own range from the camera.
+    range_from_origin_m  distance from the camera's first position, m, if the camera has moved. Occluders stand around
+                         that position. The path through the atmosphere is the sprite's own distance from the camera.
     """
 
     name: str
@@ -43,14 +43,15 @@ class NamedSprite(NamedTuple):
 class DrawnTarget:
     """Drawn target and its visible part.
 
-    within      overlap of its patch and the picture, as slices of each; None where there is none
-    shown       share of each pixel's area of the patch that it covers in the picture, (h, w), or (n, h, w) at the
-                instants of an exposure
-    unoccluded  the same, less the occluded part; both may be the sprite's own arrays, not to be changed
-    inside      fraction 0..1 of its area that is in the picture, occluded or not
-    radiances   its mean radiance and that of the background that it replaces, W/m2/sr; nan outside the picture
-    scr         signal-to-clutter ratio; None outside the picture, and where its surroundings are uniform
-    requested   radiance, W/m2/sr, that gives its requested contrast or SCR; None where none is requested
+    within      overlap of the target's patch and the picture, as slices of the patch and of the picture; None where
+                there is none
+    shown       fraction of each pixel of the patch that the target covers within the picture, (h, w), or (n, h, w) at
+                the n instants of an exposure
+    unoccluded  `shown` less the occluded part; both may be the sprite's own arrays and must not be changed
+    inside      fraction 0..1 of the target's area that is in the picture, occluded or not
+    radiances   mean radiance of the target and of the background that it replaces, W/m2/sr; nan outside the picture
+    scr         signal-to-clutter ratio; None outside the picture, and where the surroundings are uniform
+    requested   radiance, W/m2/sr, that gives the requested contrast or SCR; None where none is requested
     """
 
     piece: NamedSprite
@@ -72,14 +73,14 @@ class DrawnTarget:
 
     @property
     def visible_cover(self) -> Floats:
-        """Return the share of each pixel's area that it visibly covers, mean over the exposure, (h, w)."""
+        """Return the fraction of each pixel that the target visibly covers, mean over the exposure, (h, w)."""
         return self.unoccluded if self.unoccluded.ndim == 2 else np.asarray(self.unoccluded.mean(axis=0))
 
     def occlude(self, name: str, where: Slices, transmittance: Floats) -> None:
-        """Multiply the pixels `where` of the patch by the transmittance (0..1) of a nearer object.
+        """Multiply the pixels `where` of the visible patch by the transmittance (0..1) of a nearer object.
 
-        The object is named an occluder if the part that it would hide alone is large enough, even if another one hides
-        the same part.
+        The object is named an occluder if the part that it would hide alone is large enough, even if another object
+        hides the same part.
         """
         place = (..., *where)
         there = self.shown[place]
@@ -99,13 +100,13 @@ def _inside(shown: Floats, sprite: Sprite) -> float:
 
 
 def _share(cover: Floats, sprite: Sprite) -> float:
-    """Return a cover's area as a fraction 0..1 of the sprite's area."""
+    """Return the area of a coverage map as a fraction 0..1 of the sprite's area."""
     return min(max(_total(cover) / sprite.area, 0.0), 1.0)
 
 
 def _total(cover: Floats) -> float:
-    """Return the area of a cover (h, w), px2, or its mean over the instants of (n, h, w)."""
-    total = float(np.add.reduce(cover, axis=None))  # in half the time of the method
+    """Return the area of a coverage map (h, w), px2, or its mean over the instants of (n, h, w)."""
+    total = float(np.add.reduce(cover, axis=None))  # takes half the time of `cover.sum()`
     return total if cover.ndim == 2 else total / len(cover)
 
 
@@ -120,11 +121,11 @@ def compose(
 ) -> tuple[Floats, list[DrawnTarget]]:
     """Return the radiance (rows, cols), W/m2/sr, of all layers and sprites drawn far to near, and the drawn targets.
 
-    At equal range a layer is behind a sprite. Occluders are ordered by range from the camera's initial position;
-    targets between two of them are drawn far to near from its present one.
+    At equal distance a layer is behind a sprite. Occluders are ordered by distance from the camera's first position.
+    Targets between two occluders are drawn far to near as seen from the camera's present position.
 
     noise  camera noise in this frame, as radiance, for the targets' SCR
-    out    (rows, cols) memory for the picture, float32 (default) or float64, the precision of the sum
+    out    (rows, cols) memory for the picture, float32 (default) or float64, which sets the precision of the sum
     truth  False: no targets are returned
     """
     under: Floats = layers[0].light(view_direction)[1]
@@ -133,7 +134,7 @@ def compose(
     moving: list[OccludedBlur] = []
     items = _far_to_near(layers[1:], list(pieces))
     if not items or isinstance(items[0], NamedSprite) or under.dtype != light.dtype:
-        light[...] = under  # else the next layer is composed from the first one's own array, without a copy
+        light[...] = under  # Otherwise the next layer is composed from the first layer's own array, without a copy.
         under = light
     for item in items:
         if isinstance(item, NamedSprite):
@@ -145,7 +146,7 @@ def compose(
 
 
 def uncovered(pieces: Iterable[NamedSprite], light: Floats) -> Floats:
-    """Return the background's share of each pixel's light with sprites drawn over it, like `light`."""
+    """Return the background's fraction of each pixel's light with sprites drawn over it, shaped like `light`."""
     share = np.ones_like(light)
     for sprite in (piece.sprite for piece in pieces):
         met = sprite.within(share.shape)
@@ -163,7 +164,7 @@ def _far_to_near(layers: Sequence[Layer], pieces: Sequence[NamedSprite]) -> list
 
 
 def _range_key(item: Layer | NamedSprite) -> float:
-    """Return a sort key: targets from far to near, layers and occluders in their order."""
+    """Return a sort key that orders targets from far to near and keeps the order of layers and occluders."""
     return -item.sprite.range_m if _is_target(item) else 0.0
 
 
@@ -172,10 +173,7 @@ def _is_target(item: Layer | NamedSprite) -> TypeGuard[NamedSprite]:
 
 
 def contrast_k(target: DrawnTarget, band: Band) -> float | None:
-    """Return the apparent temperature of a target's mean radiance less that of the background behind it, K.
-
-    None outside the picture.
-    """
+    """Return the apparent temperature of a target less that of the background behind it, K, from mean radiances."""
     own, behind = target.radiances
     return None if math.isnan(own) else temperature_of(band, own) - temperature_of(band, behind)
 
@@ -218,7 +216,7 @@ def _draw(
         radiances = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         drawn = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
         shown = _shown(sprite.covers, within[0])
-        # A corner of the box, or blurred light, may be in the picture while the target is not.
+        # A corner of the box, or light spread by blur, may be in the picture while the target is not.
         inside = _inside(shown, sprite)
         ratio = scr(light, sprite.box, noise) if inside > AREA_ROUNDING else math.nan
         found = ratio if math.isfinite(ratio) else None
@@ -228,7 +226,7 @@ def _draw(
 def draw_over(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
     """Draw a sprite over the light (rows, cols), in place: L <- L (1 - alpha) + emission.
 
-    Return the sums within the picture of its alpha, of its emission, and of the light that it replaces.
+    Return the sums, within the picture, of the sprite's alpha, of its emission, and of the light that it replaces.
     """
     if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.alpha.size:
         own = np.ascontiguousarray(sprite.alpha, np.float64)
@@ -245,7 +243,7 @@ def draw_over(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
 
 
 def _shown(cover: Floats, inner: Slices) -> Floats:
-    """Return a cover with zeros outside the picture; the cover itself where all of it is inside."""
+    """Return a coverage map with zeros outside the picture; the map itself where all of it is inside."""
     rows, columns = inner
     if cover.shape[-2:] == (rows.stop - rows.start, columns.stop - columns.start):
         return cover
@@ -255,7 +253,7 @@ def _shown(cover: Floats, inner: Slices) -> Floats:
 
 
 def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Sprite:
-    """Return a sprite whose difference to the light behind it is multiplied by its `contrast`."""
+    """Return a sprite whose radiance difference to the light behind it is multiplied by its `contrast`."""
     inner, outer = within
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]

@@ -32,19 +32,19 @@ GUARD_PX = 4
 """Inner distance of the ring from the target, px."""
 
 NoiseRadiance = Callable[[float, Box], float]
-"""Standard deviation of noise that is not yet in a picture, in the picture's unit, from the mean of the ring and the
-box."""
+"""Function that returns the standard deviation of noise that the picture does not yet contain, in the picture's unit,
+from the mean of the ring and the target's box."""
 
 
 def no_noise(level: float, box: Box) -> float:
-    """Return 0: no noise."""
+    """Return 0, for pictures that already contain all noise."""
     return 0.0
 
 
 def scr(picture: Floats, box: Box, noise: NoiseRadiance = no_noise) -> float:
     """Return the signal-to-clutter ratio of a box in a picture (rows, cols), positive where the box is brighter.
 
-    nan where the box or its ring lies outside the picture, infinite where the ring is uniform and there is no noise.
+    It is nan where the box or its ring lies outside the picture, infinite where the ring is uniform without noise.
     """
     signal, level, spread = _clutter(picture, box)
     if math.isnan(level):
@@ -69,7 +69,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
     count = outer.size - guard.size
     if not weight > 0 or count == 0:
         return math.nan, math.nan, math.nan
-    reference = outer[0, 0]  # squares of differences from it lose no digits
+    reference = outer[0, 0]  # squares of small differences from it keep their digits
     outer -= reference
     guard[:] = 0.0
     level = outer.sum() / count
@@ -81,7 +81,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Pixels along one axis: the box's and the share of each, the ring's, and among these the guard's."""
+    """Pixels along one axis: those of the box, their covered fractions, those of the ring, and of its guard."""
 
     held: slice
     shares: Floats
@@ -90,7 +90,7 @@ class _Line:
 
 
 def _lines(shape: tuple[int, ...], box: Box) -> tuple[_Line, _Line]:
-    """Return the pixels down and across a picture."""
+    """Return the pixels of box, ring and guard along the rows and along the columns of a picture."""
     return _line(shape[0], box.cy, box.h), _line(shape[1], box.cx, box.w)
 
 
@@ -108,9 +108,9 @@ def _line(count: int, middle: float, side: float) -> _Line:
 
 
 def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats:
-    """Return the share of each pixel along one axis that lies in a box of at least a pixel's size.
+    """Return the fraction of each pixel along one axis that a box, at least one pixel wide, covers.
 
-    Shares rather than whole pixels make the result continuous in the target's sub-pixel position.
+    Fractions instead of whole pixels make the SCR continuous in the target's sub-pixel position.
     """
     half = max(side, 1.0) / 2
     held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
@@ -120,9 +120,9 @@ def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats
 def requested_radiance(sprite: Sprite, light: Floats, band: Band, noise: NoiseRadiance = no_noise) -> float | None:
     """Return the radiance, W/m2/sr, that gives a sprite its requested contrast or SCR; not below 0.
 
-    light  (rows, cols) W/m2/sr: the background
+    light  (rows, cols) W/m2/sr of the background
 
-    None without a request, and outside the picture.
+    None where no contrast or SCR is requested, and outside the picture.
     """
     wanted = sprite.requested
     if wanted is None:

@@ -24,19 +24,19 @@ from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
 Shifts = Mapping[str, tuple[float, float]]
-"""Displacements (dx, dy), px, of targets in the picture by their ids."""
+"""Displacements (dx, dy), px, of targets in the picture, by id of the target."""
 
 PREFETCHED = 8
-"""Most frames whose sprites are drawn together: the processor's caches keep their data, which a whole picture would
-replace. Drawing them one by one makes a frame 4 % (full chain) to 16 % slower."""
+"""Largest number of frames whose sprites are drawn together. The processor's caches keep the data of sprites, which
+composing a whole picture would evict: drawing sprites frame by frame makes a frame 4 % (full chain) to 16 % slower."""
 
 PREFETCHED_PX = 1 << 16
-"""Most pixels of sprites that are kept: 1.5 MB."""
+"""Largest number of pixels of prefetched sprites: 1.5 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """Camera and target trajectories at a fixed offset, in frames, from the time of each frame."""
+    """Trajectories of camera and targets at a fixed offset, in frames, from the time of each frame."""
 
     context: SceneContext
     camera: CameraTrajectory
@@ -44,7 +44,7 @@ class Instant:
 
     @classmethod
     def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
-        """Return the trajectories of the targets that are switched on and of the camera, with the atmosphere's tilt."""
+        """Return the trajectories of the camera, tilted by turbulence, and of the targets that are switched on."""
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         frames = np.arange(float(count)) + offset
         tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
@@ -54,7 +54,7 @@ class Instant:
         return cls(context, camera, tuple(TargetTrajectory.of(target, camera, context, offset) for target in targets))
 
     def view_direction(self, index: int) -> ViewDirection:
-        """Return the view direction of a frame; its key is that of the first frame of its block."""
+        """Return the view direction of a frame. Its key is that of the first frame of the frame's block."""
         return self._view_direction(index, 0, self._key(index // BLOCK * BLOCK))
 
     @cached_property
@@ -74,7 +74,7 @@ class Instant:
 
     @cached_property
     def pose(self) -> Callable[[int], CameraPose]:
-        """Function of a frame: the camera's pose; the last ones are cached."""
+        """Function that returns the camera's pose in a frame; it caches the last two."""
         camera, context = self.camera, self.context
 
         def pose(index: int) -> CameraPose:
@@ -84,7 +84,7 @@ class Instant:
         return lru_cache(maxsize=2)(pose)
 
     def sprites(self, index: int, numbers: Sequence[int], shifts: Shifts) -> list[Sprite | None]:
-        """Return the sprites of the targets `numbers` at frame `index`, each drawn alone."""
+        """Return the sprites at frame `index` of the targets with the indices `numbers`, each drawn alone."""
         views, pose = [], self.pose(index)
         for number in numbers:
             trajectory = self.trajectories[number]
@@ -93,7 +93,7 @@ class Instant:
         return [shape.draw(view) for shape, view in views]
 
     def has_same_pose(self, other: Instant, index: int) -> bool:
-        """Return whether position, rotation and zoom of the camera equal those of another instant of frame `index`."""
+        """Return whether the camera has the same position, rotation and zoom in frame `index` as at another instant."""
         return other is self or all(
             np.array_equal(getattr(self.camera, what)[index], getattr(other.camera, what)[index])
             for what in ("turns", "places", "zooms")
@@ -106,15 +106,15 @@ def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geom
 
 
 def _shifted(view: View, shift: tuple[float, float]) -> View:
-    """Return the view of a target displaced in the picture, its aspect the same to the last bit."""
+    """Return the view of a target displaced in the picture, with exactly the same aspect."""
     context = view.context
     return view._replace(context=replace(context, geometry=replace(context.geometry, shift_px=shift)))
 
 
 def apply_atmosphere(sprite: Sprite, pose: CameraPose, name: str | None = None) -> Sprite:
-    """Return a sprite attenuated by the atmosphere, with path radiance; with scintillation where `name` is a target's.
+    """Return a sprite attenuated by the atmosphere, with path radiance; for a target `name` also with scintillation.
 
-    Scintillation scales a target's contrast: a target as bright as its background stays invisible.
+    Scintillation scales a target's contrast, so that a target as bright as its background stays invisible.
     """
     context, air = pose.context, pose.context.air
     if name is not None and air.turbulence.cn2 > 0:
@@ -142,7 +142,7 @@ def _elevation_rad(sprite: Sprite, pose: CameraPose) -> float:
 
 
 class _Run(NamedTuple):
-    """Run of frames requested in order: frames begin .. end-1 are drawn, some of them kept."""
+    """Run of frames requested in order. Sprites of frames begin .. end-1 are drawn; `kept` has the latest."""
 
     begin: int
     end: int
@@ -150,7 +150,7 @@ class _Run(NamedTuple):
 
 
 class Prefetch:
-    """Sprites of `count` frames, drawn ahead by `draw` where frames are requested in order.
+    """Sprites of `count` frames. Where frames are requested in order, `draw` draws several ahead.
 
     As many frames are drawn together as were requested in order before, up to `PREFETCHED`: short runs waste few.
     """
@@ -161,7 +161,7 @@ class Prefetch:
         self._run = _Run(0, 0, {})
 
     def pieces(self, index: int) -> Sequence[NamedSprite]:
-        """Return the sprites of a frame; do not change them."""
+        """Return the sprites of a frame, which the caller must not change."""
         run = self._run  # read once: another thread may replace it
         if index in run.kept:
             return run.kept[index]
@@ -173,7 +173,7 @@ class Prefetch:
         return found[0]
 
     def _drawn(self, begin: int, end: int) -> list[Sequence[NamedSprite]]:
-        """Return the sprites of frames begin .. end-1, or of the first of them."""
+        """Return the sprites of frames begin .. end-1, or of fewer frames if these would exceed PREFETCHED_PX."""
         found: list[Sequence[NamedSprite]] = [list(self._draw(begin))]
         pixels = _pixels(found[0])
         for index in range(begin + 1, end):

@@ -1,4 +1,4 @@
-"""One frame of a scenario: the noiseless scene, its truth, and the detector's counts."""
+"""One frame of a scenario: the noiseless scene, its ground truth, and the detector's counts."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
 NO_SHIFTS: Shifts = {}
-"""No target is displaced."""
+"""Displacement of no target."""
 
 
 class Renderer:
-    """Renderer of a scenario's frames, in any order: textures are painted and paths integrated at its construction.
+    """Renderer of a scenario's frames in any order. Its construction paints textures and integrates paths.
 
-    Frame k alone equals frame k in sequence: values cached between frames only save time.
+    Frame k rendered alone equals frame k in sequence: values cached between frames only save time.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -60,18 +60,15 @@ class Renderer:
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
         """Return velocity (vx, vy), px per frame, and attitude (yaw, pitch, roll), degrees, (n, 5).
 
-        The velocity is the apparent displacement since the frame before (in frame 0: to the next one); nan where the
-        target is behind the camera in one of the two.
+        The velocity is the apparent displacement since the frame before (in frame 0: to frame 1). It is nan where the
+        target is behind the camera in one of the two frames.
         """
         steps = np.diff(self.now.camera.project(positions), axis=0)
         velocities = np.concatenate([steps[:1], steps[:-1]])
         return np.hstack([velocities, angles_deg(attitudes)[: len(steps)]])
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
-        """Return frame `index` and its truth, the counts in `out` (rows, cols) where it is given.
-
-        IndexError outside 0 .. frames-1.
-        """
+        """Return frame `index` and its truth. Its counts are written to `out` (rows, cols), if given."""
         if self.recorded is not None:
             image, truth = self._insert_into(self.recorded, index)
             image = _put(image, out)
@@ -81,7 +78,7 @@ class Renderer:
         return Frame(image, index, truth.time, self.scenario.camera.bits), truth
 
     def _counts(self, light: Floats, index: int, out: Counts | None) -> Counts:
-        """Return the counts of a frame whose scene has the light (rows, cols) float32, which is overwritten."""
+        """Return the counts of a frame from the radiance of its scene, (rows, cols) float32, which is overwritten."""
         shown = self.sensor.shown(index)
         if shown != index:
             return _put(self._frozen_frame(shown), out)
@@ -99,7 +96,7 @@ class Renderer:
         return image, self._truth(index, drawn)
 
     def _frozen_frame(self, index: int) -> Counts:
-        """Return the counts of a frozen frame; the last one is cached."""
+        """Return the counts of the frame that the camera repeats while frozen; the last one is cached."""
         frozen = self._frozen  # read once: another thread may replace it
         if frozen is None or frozen[0] != index:
             frozen = self._frozen = index, self.sensor.expose(self.light(index), index, spent=True)
@@ -116,7 +113,7 @@ class Renderer:
         return self.sensor.variance(self.light(shown), shown, fixed)
 
     def scene(self, index: int) -> tuple[Floats, Truth]:
-        """Return the noiseless in-band radiance, (rows, cols) float32 in W/m2/sr, and its truth."""
+        """Return the noiseless in-band radiance of a frame, (rows, cols) float32 in W/m2/sr, and its truth."""
         self.check(index)
         light, drawn = self._composed(index, self._prefetch.pieces(index))
         return light, self._truth(index, drawn)
@@ -136,7 +133,7 @@ class Renderer:
         return compose(self.layers_at(index), pieces, view_direction, self.context.band, noise)
 
     def noise(self, index: int) -> NoiseRadiance:
-        """Return the camera's noise in a frame, as radiance; none for a recorded background, which contains noise."""
+        """Return the camera's noise in a frame, as radiance. A recorded background has its own: it gets none."""
         return (
             no_noise if self.scenario.background.has_noise else self.sensor.noise_equivalent(self.sensor.shown(index))
         )
@@ -151,15 +148,15 @@ class Renderer:
 
     @cached_property
     def _complete(self) -> Renderer:
-        """Renderer of the same scenario with nothing switched off."""
+        """Renderer of the same scenario without `without`: nothing is switched off."""
         without = self.scenario.without
         return Renderer(self.scenario.model_copy(update={"without": ()})) if without else self
 
     def _requested_radiances(self, index: int) -> Mapping[str, float]:
-        """Return the radiance, W/m2/sr, of each target in the picture with a requested contrast or SCR, by its id.
+        """Return the radiance, W/m2/sr, of each visible target with a requested contrast or SCR, by id of the target.
 
-        The radiance is that of the complete scenario with no target displaced, so that switching off one part changes
-        nothing else.
+        It is computed from the whole scenario with no target displaced. Thus switching off one part leaves the radiance
+        of all other targets unchanged.
         """
         drawn = self._complete._composed(index, self._complete.pieces(index))[1]
         return {target.piece.name: target.requested for target in drawn if target.requested is not None}
@@ -167,10 +164,10 @@ class Renderer:
     def pieces(
         self, index: int, shifts: Shifts = NO_SHIFTS, exactly: bool = False, only: Container[str] | None = None
     ) -> Iterator[NamedSprite]:
-        """Yield the sprites of a frame's targets and occluders, or those of the targets `only`.
+        """Yield the sprites of a frame's targets and occluders, or only those of the targets in `only`.
 
-        exactly  targets with a requested contrast or SCR get the radiance of the undisturbed frame, even if targets are
-                 displaced, left out, or computed in more digits
+        exactly  targets with a requested contrast or SCR get the radiance that they have in the unchanged frame, even
+                 if targets are displaced or left out, or computed in float64
         """
         pose = self.pose(index)
         as_given = exactly or bool(self.scenario.without)
@@ -206,7 +203,7 @@ class Renderer:
                 )
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
-        """Return sprites averaged over the exposure."""
+        """Return the sprites that `draw` makes at each instant, averaged over the exposure."""
         middles = draw(self.now)
         if len(self.exposure) == 1:
             return middles
@@ -259,7 +256,7 @@ def _put(image: Counts, out: Counts | None) -> Counts:
 
 
 def _crossing(boxes: dict[str, Box]) -> set[str]:
-    """Return the names of the boxes that intersect another one (IoU above 0)."""
+    """Return the names of boxes that overlap another box (IoU above 0)."""
     crossing = set()
     for (one, (left, top, right, bottom)), (other, (west, north, east, south)) in combinations(
         [(name, box.edges) for name, box in boxes.items() if box.w > 0 and box.h > 0], 2

@@ -1,6 +1,6 @@
-"""Start and end of worker processes: Ctrl-C, scripts without a `__main__` guard, the end of the parent.
+"""Start and end of worker processes: Ctrl-C, scripts without a `__main__` guard, and the end of the parent process.
 
-A terminal sends Ctrl-C to workers too; only the parent reports it.
+A terminal sends Ctrl-C to workers as well. Only the parent process reports it.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from typing import Any
 from irsim.errors import InputError
 
 _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals that end a program and let it clean up."""
+"""Signals that ask a program to end, and let it clean up."""
 
 _hinting = threading.Lock()
-"""Lock of the thread that prints the hint on the guard, held to the end of the process."""
+"""Lock acquired by the first thread that prints the hint on the guard, and never released."""
 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Defer Ctrl-C to the end of the block; in processes started there, until they run `process`'s function or call
-    `ignore_interrupts`. Before that, it would end them with a traceback. InputError where no process can be started.
-    """
+    """Defer Ctrl-C to the end of the block. Processes started in the block defer it until they run the function of
+    `process` or call `ignore_interrupts`, as it would end them with a traceback before. InputError where no process can
+    be started."""
     _expect_main()
     if sys.platform == "win32":
         with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # its start unblocks signals: with the first worker it would end the deferral
+    resource_tracker.ensure_running()  # its start unblocks signals, which would end the deferral later
     with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -48,7 +48,7 @@ def interrupts_held() -> Iterator[None]:
 
 
 def _expect_main() -> None:
-    """Raise InputError where workers cannot import the main program, such as one read from a pipe."""
+    """Raise InputError where workers cannot import the main program, such as a program read from a pipe."""
     main = sys.modules["__main__"]
     path = getattr(main, "__file__", None)
     if getattr(main, "__spec__", None) is None and path is not None and not os.path.exists(path):
@@ -58,7 +58,7 @@ def _expect_main() -> None:
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker with a one-line hint if it imports a script without the guard, instead of a page from each."""
+    """End a worker that imports a script without the guard by a hint of one line, not by a long traceback."""
     try:
         yield
     except RuntimeError as error:
@@ -103,7 +103,7 @@ def process(
     """Return a process, not yet started, that calls `function(*inherited, *arguments)` and ends with its parent.
 
     `inherited` are arguments that can be passed only at the start of a process, such as shared memory. Ctrl-C ends the
-    process at once and silently, also while it still imports the function's module.
+    process at once and silently, even while it imports the function's module.
     """
     pickled = pickle.dumps((function, arguments))
     made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]  # typeshed has it in the kinds of context only

@@ -18,22 +18,22 @@ from irsim.scenario.model import Scenario, expect_scenario
 from irsim.types import frame_range
 
 KINDS = ("whole", "visible")
-"""Masks of a target in a frame, by their names in files."""
+"""Masks of a target in a frame, by the words in their file names."""
 
 Shares = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Coverage of a frame's pixels, (rows, columns), by one target before blur by the optics (of a point: after it).
+    """Coverage of a frame's pixels, (rows, columns), by one target before (a point: after) blur by the optics.
 
-    With motion blur, the mean over the exposure.
+    With motion blur, coverage is the mean over the exposure.
 
-    whole    share 0..1 of each pixel's area that the unoccluded target covers
-    visible  the same, less the occluded part
-    area     of the whole target, px2, the part outside the frame included
+    whole    fraction 0..1 of each pixel that the target covers, occluded or not
+    visible  `whole` less the occluded part
+    area     area of the whole target, px2, including any part outside the frame
 
-    Truth's visible fraction is the sum of `visible` over `area`.
+    The visible fraction in the ground truth is the sum of `visible` over `area`.
     """
 
     whole: Shares
@@ -42,10 +42,7 @@ class Mask:
 
 
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
-    """Yield the masks of all existing targets, by id, of frames start .. stop-1 that arrive, as in `irsim.frames`.
-
-    InputError for an argument that is not a scenario, and for frame numbers below 0 or not whole.
-    """
+    """Yield the masks of all existing targets, by id, for each arriving frame start .. stop-1, as in `irsim.frames`."""
     return _masks(expect_scenario("masks", scenario), start, stop)
 
 
@@ -61,10 +58,10 @@ def write_masks(
 ) -> Iterator[list[Path]]:
     """Write the masks of frames start .. stop-1 as `NNNNNN_ID_whole.png` and `NNNNNN_ID_visible.png`, frame by frame.
 
-    255 is a pixel that the target covers wholly. NNNNNN is the frame's number less `first`: that of a recording whose
-    frame 0 was the scenario's arriving frame `first`. Older masks of these frames and targets are replaced, or removed
-    if a target is absent. InputError if there is no such target, if the folder cannot be made, and if it holds masks of
-    other frames or targets, or other PNG files.
+    A pixel that the target covers wholly is 255. NNNNNN is the frame's number less `first`, as in a recording that
+    begins with arriving frame `first` of the scenario. Older masks of these frames and targets are replaced, or removed
+    where a target is absent. InputError if there is no such target, if the folder cannot be made, and if it contains
+    masks of other frames or targets, or other PNG files.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
@@ -94,12 +91,12 @@ _NAME = re.compile(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png")
 
 
 def _is_no_mask(file: str) -> bool:
-    """Return whether a file is a picture without the name of a mask."""
+    """Return whether a file is a PNG picture whose name is not that of a mask."""
     return file.lower().endswith(".png") and _NAME.fullmatch(file) is None
 
 
 def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
-    """Return whether a file is a mask of another frame or target than these."""
+    """Return whether a file is a mask of a frame or target other than those given, and so would not be replaced."""
     match = _NAME.fullmatch(file)
     if match is None:
         return False

@@ -1,4 +1,4 @@
-"""Exact mean and variance of frames, and the contribution of each target: for Cramér-Rao bounds and fits."""
+"""Exact mean and variance of frames, and the contribution of each target, for Cramér-Rao bounds and fits."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from irsim.types import Floats, Slices
 Exact = npt.NDArray[np.float64]
 
 Region = tuple[int, int, int, int]
-"""First column, first row, columns, rows."""
+"""Region of a picture: first column, first row, number of columns, number of rows."""
 
 BLOCK_PX = 16
-"""Side of the blocks, px, to which the region that a target touches is rounded: small shifts touch the same blocks,
-whose background is kept."""
+"""Side, px, of the blocks to which the region changed by a target is rounded. Small shifts change the same blocks,
+whose background is cached."""
 
 
 class Moments:
     """Mean and variance of a scenario's frames, and the contributions of targets.
 
-    All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a `region` (first
-    column, first row, columns, rows). Means are before counts are rounded and clipped, and are smooth in a target's
-    position. `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera
-    drops or doubles frames, it is not the scenario's. IndexError where no frame of that index arrives, InputError where
-    it is not a whole number.
+    All are float64 arrays (rows, columns) in counts (variance: squared counts), of the whole frame or of a `region`
+    (first column, first row, columns, rows). Means are taken before counts are rounded and clipped, and are smooth in a
+    target's position. `index` counts the frames that arrive, as `irsim.frames` and recordings do. Where the camera
+    drops or doubles frames, it differs from the scenario's frame number. IndexError where no frame of that index
+    arrives, InputError where it is not a whole number.
 
     The cost of means and contributions grows with the pixels of the region. The whole picture is still computed for the
     background of a new frame, for `variance`, for a camera that blooms, and for a recorded background.
     """
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
-        """Switch off the parts named in `without`, beside those of the scenario. InputError for unknown names."""
+        """Switch off the parts in `without` besides those in the scenario's `without`. InputError for unknown names."""
         expect_scenario("Moments", scenario)
         off = expect_names(without)
         known = [name for name, _ in scenario.names()]
@@ -57,17 +57,17 @@ class Moments:
         self._levels = MeanCounts(self._renderer)
 
     def mean(self, index: int, region: Region | None = None) -> Exact:
-        """Return the noiseless frame, counts. InputError for a recorded background, whose noise is not known."""
+        """Return the noiseless frame, counts. InputError for a recorded background, whose noise is unknown."""
         self._refuse_recorded()
         return np.asarray(self._levels.of(self._scenario_frame(index), region=self._within(region)), np.float64)
 
     def contribution(
         self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
     ) -> Exact:
-        """Return the mean with a target less the mean without it, counts, before these are rounded and clipped.
+        """Return the mean with a target less the mean without it, counts, before rounding and clipping.
 
-        shift   (dx, dy) px by which the target is displaced in the picture, its aspect the same, in this frame and in
-                earlier ones within the detector's response time; it stays behind its occluders
+        shift   (dx, dy) px by which the target is displaced in the picture with the same aspect, in this frame and in
+                earlier frames within the detector's response time; the target stays behind its occluders
 
         InputError where there is no such target, or it is switched off, and for a shift that is not two finite numbers.
         """
@@ -81,11 +81,12 @@ class Moments:
         return np.asarray(added, np.float64)
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
-        """Return the noise variance of each pixel about the mean, counts², that of rounding included.
+        """Return the noise variance of each pixel about the mean, counts², including that of rounding.
 
-        The variance is the mean square over all seeds. It includes an offset of odd and even rows, the same for all
-        seeds, as the mean does not. Without `fixed`: the temporal noise only. Infinite for pixels that do not respond
-        to light, dead or saturated. InputError for a recorded background, whose noise is not known.
+        The variance is the mean square over all seeds. It includes the offset between odd and even rows, which is the
+        same for all seeds but is not part of the mean. With `fixed` False only temporal noise counts. Pixels that do
+        not respond to light, dead or saturated, have infinite variance. InputError for a recorded background, whose
+        noise is unknown.
         """
         if not isinstance(fixed, bool | np.bool_):
             raise InputError(f"fixed {fixed!r}: allowed: True or False")
@@ -102,11 +103,11 @@ class Moments:
             )
 
     def _scenario_frame(self, index: int) -> int:
-        """Return the scenario's number of the frame that arrives as `index`."""
+        """Return the scenario's number of the arriving frame `index`."""
         return self._arrivals[frame_number(index, len(self._arrivals), "the scenario")]
 
     def _within(self, region: Region | None) -> Region | None:
-        """Return the region in whole numbers; None where it is the whole picture."""
+        """Return the region as integers; None where it is the whole picture."""
         if region is None:
             return None
         try:
@@ -125,8 +126,8 @@ class Moments:
 class MeanCounts:
     """Exact noiseless counts of a scenario's frames before rounding and clipping, (rows, cols) float64.
 
-    A recorded background keeps its own noise. Sprites and layers of the last frames within the detector's response time
-    are cached.
+    A recorded background keeps its own noise. Sprites and layers of the frames within the detector's response time are
+    cached.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -137,7 +138,7 @@ class MeanCounts:
         self._without = lru_cache(maxsize=2)(lambda index, name, region: self.of(index, NO_SHIFTS, name, region))
 
     def added(self, index: int, target: str, shift: tuple[float, float], region: Region | None = None) -> Floats:
-        """Return the counts with a target, displaced by (dx, dy) px, less those without it."""
+        """Return the counts with a target displaced by (dx, dy) px, less the counts without the target."""
         shifts = {target: shift} if any(shift) else NO_SHIFTS
         left, top, columns, rows = whole = region or (0, 0, *self._renderer.context.geometry.size)
         touched = self._touched(index, target, shifts, whole)
@@ -148,7 +149,7 @@ class MeanCounts:
         return added
 
     def _touched(self, index: int, target: str, shifts: Shifts, region: Region) -> Region | None:
-        """Return the part of a region in which a target may change a frame; None if it cannot."""
+        """Return the part of a region in which a target may change a frame; None if it cannot change any."""
         renderer = self._renderer
         if self._spreads:
             return region
@@ -184,7 +185,7 @@ class MeanCounts:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
             return renderer.recorded.insert_into(light, index, uncovered(pieces, light))
-        # A new one: it caches the light of these targets.
+        # A new response time, as it caches the light of these targets.
         response_time = renderer.scenario.camera.response_time(renderer.scenario.is_on)
         shown = sensor.shown(index)
 
@@ -194,7 +195,7 @@ class MeanCounts:
         return self._signal_chain(region).mean(response_time.light(shown, light_of), shown)
 
     def _signal_chain(self, region: Region | None) -> SignalChain:
-        """Return the signal chain, cut to a region unless it blooms."""
+        """Return the signal chain for a region. A signal chain with bloom is not cut."""
         sensor = self._renderer.sensor
         vignetting = sensor.vignetting
         if region is None or vignetting is None:
@@ -235,7 +236,7 @@ class MeanCounts:
         return compose(layers, pieces, view_direction, renderer.context.band, noise, out, truth=False)[0]
 
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
-        """Return the layers of a region of a frame; None where one of them can only be computed as a whole."""
+        """Return the layers of a frame, cut to a region; None where one of them can only be computed as a whole."""
         view_direction = self._renderer.now.view_direction(frame)
         parts = [crop(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]

@@ -1,4 +1,4 @@
-"""Open a source of frames: a scenario's file, the name of a shipped scenario, or a recording."""
+"""Open a source of frames: a scenario file, a shipped scenario or a recording."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def open_source(
     seed: int | None = None,
     without: Sequence[str] = (),
 ) -> Source:
-    """Return a Source from a scenario's file or name, a recording's file, a Scenario, or the given Source itself.
+    """Return a Source from a scenario's file or name, a recording's file, a Scenario, or a Source (returned as is).
 
-    `overrides` ("camera.netd_mk=80"), `seed` and `without` (further parts to switch off) are for scenarios only:
-    InputError for a recording, as for any other argument.
+    `overrides` ("camera.netd_mk=80"), `seed` and `without` (more parts to switch off) are allowed for scenarios only.
+    InputError where a recording has one of them, and for any other argument.
     """
     if isinstance(path, Scenario):
         _refuse(overrides, without, "a Scenario in Python: set its fields instead")
@@ -57,7 +57,7 @@ def open_source(
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
-    """Return the override that switches off the parts `without` too; none if it is empty."""
+    """Return the override that also switches off the parts in `without`; an empty list if `without` is empty."""
     return _off(load(path, overrides), without) if without else []
 
 
@@ -75,13 +75,13 @@ def open_rendering(
 ) -> tuple[Rendering, int, int]:
     """Return (rendering, start, stop) of a scenario, or of the scenario in a recording.
 
-    path      a scenario's file or name, or a recording's file
-    frames    (start, stop) in the numbers of the scenario or of the recording; by default all. A recording
-              counts frames that arrived, a scenario also lost ones
-    without   further parts to switch off
+    path      file or name of a scenario, or file of a recording
+    frames    (start, stop) as frame numbers of the scenario or of the recording; default: all frames. Frame numbers
+              of a recording count only frames that arrived, those of a scenario also lost ones
+    without   more parts to switch off
 
-    A recording's scenario runs no code that it names (see `loader.loads`). InputError as of `load`, and where a
-    recording holds no scenario, or not all frames of it from its first to its last.
+    A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and where a recording
+    holds no scenario, or lacks some of its frames between its first and its last.
     """
     recording = open_recording(Path(path)) if is_recording(Path(path)) else None
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
@@ -107,14 +107,14 @@ def open_rendering(
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
     start, stop = before + frames[0], before + frames[1]
-    while len(rendering) < stop:  # lost frames are added
+    while len(rendering) < stop:  # some of the added frames may be lost
         own += stop - len(rendering)
         rendering = Rendering(scenario(own), name)
     return rendering, start, stop
 
 
 def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
-    """Raise InputError if a recording's frames differ in time from the scenario's without overrides: some were lost."""
+    """Raise InputError if a recording's frame times differ from its scenario's, as after a loss of frames."""
     if _misplaced(recording, rendering) is None:
         return
     found = _misplaced(recording, Rendering(_scenario(path, recording, ())))
@@ -127,7 +127,7 @@ def _check_places(path: str | PathLike[str], recording: Recording, rendering: Re
 
 
 def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
-    """Return (frame, its time, the rendering's time, s) of the first frame of a recording whose time differs."""
+    """Return the first frame of a recording with an unexpected time: (frame, its time, expected time), s."""
     arrivals = rendering.arrivals[recording.header.first_frame :]
     for index, time in recording.indexed_times():
         expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time

@@ -21,10 +21,9 @@ Numbered = TypeVar("Numbered", Frame, Truth)
 
 
 class Rendering:
-    """Scenario as a Source: frames are rendered on demand and not kept.
+    """Scenario as a Source whose frames are rendered on demand and not kept.
 
-    Frames are those that arrive: where the camera drops or doubles some, frame k is the k-th that arrives, and its time
-    is that of its exposure.
+    Frame k is the k-th frame that arrives, where the camera drops or doubles some. Its time is that of its exposure.
     """
 
     has_truth = True
@@ -98,7 +97,7 @@ class Rendering:
 
     @cached_property
     def arrivals(self) -> Sequence[int]:
-        """Scenario's frame number of each frame of the source."""
+        """Scenario's frame number for each frame of the source."""
         return self.scenario.arrivals
 
     @property
@@ -129,10 +128,9 @@ class Rendering:
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
-        """Yield (frame, truth) of frames start .. stop-1 in order; with jobs > 1, `jobs` worker processes render them.
-        InputError as of `frames`.
+        """Yield (frame, truth) of frames start .. stop-1 in order, rendered by `jobs` worker processes if `jobs` > 1.
 
-        With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
+        With `jobs` > 1 the calling script needs the guard ``if __name__ == "__main__"``. InputError as `frames`.
         """
         expect_input(input)
         wanted = frame_range(start, stop, len(self))
@@ -157,19 +155,19 @@ class Rendering:
 
 
 def _numbered(of: Numbered, index: int) -> Numbered:
-    """Return a frame or truth of the scenario with its index in the source, which differs where frames are lost."""
+    """Return a frame or truth with its index in the source, which differs from the scenario's where frames are lost."""
     return of if of.index == index else replace(of, index=index)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """Yield (Frame, Truth) of a scenario's frames start .. stop-1 in order: counts and ground truth.
 
-    With jobs > 1, `jobs` worker processes render them, the same bit for bit; the calling script then needs the guard
-    ``if __name__ == "__main__"``. Workers take about a second to start, which pays from about a thousand small or a
-    hundred large frames on. Frames may be kept and changed.
+    With `jobs` > 1, that many worker processes render the frames, with identical results; the calling script then needs
+    the guard ``if __name__ == "__main__"``. Workers take about a second to start, which pays from about a thousand
+    small or a hundred large frames on. Callers may keep and change the frames.
 
-    InputError for an argument that is not a scenario (a recording has `frames()` and `truths()` of its own), for a
-    start or a stop below 0, and for a number of frames or jobs that is not whole.
+    InputError for an argument that is not a scenario (a recording has its own `frames()` and `truths()`), for a start
+    or a stop below 0, and for a number of frames or jobs that is not whole.
     """
     return Rendering(expect_scenario("frames", scenario, "; a Source has frames() and truths()")).pairs(
         start, stop, jobs

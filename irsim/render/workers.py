@@ -1,8 +1,8 @@
 """Frames of a scenario, in order, rendered by a pool of worker processes.
 
-Each worker renders blocks of whole frames, block i the worker i modulo the number of workers, and has two blocks at a
-time: the parent takes the frames of one while the worker renders the other. Pictures pass through shared memory,
-truths through a pipe, several in a message.
+Worker i modulo the number of workers renders block i of consecutive frames. Each worker has two blocks at a time: the
+parent process takes the frames of one while the worker renders the other. Pictures pass through shared memory, truths
+through a pipe, several in a message.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ from irsim.scenario.model import Scenario
 from irsim.types import Counts, Frame, Truth
 
 BLOCKS = (64, 32, 16, 8, 4, 2, 1)
-"""Possible lengths of a block, frames. Eight consecutive frames share a key frame (`irsim.backgrounds.texture`). Noise
-with memory starts anew in each block, so that long ones are faster."""
+"""Possible sizes of a block, frames. Eight consecutive frames share a key frame (`irsim.backgrounds.texture`).
+Correlated noise is initialised anew in each block, so that long blocks are faster."""
 
 BLOCKS_EACH = 4
-"""Least number of blocks per worker, if there are enough frames, so that all end at about the same time."""
+"""Least number of blocks per worker, if there are enough frames, so that all workers end at about the same time."""
 
 QUEUED = 2
-"""Blocks that a worker has at a time."""
+"""Number of blocks that a worker has at a time."""
 
 BATCH = 8
-"""Most truths in one message."""
+"""Largest number of truths in one message."""
 
 MEMORY = 256 << 20
-"""Most bytes of shared memory; each worker has room for two pictures at least."""
+"""Largest shared memory, bytes. Each worker has room for at least two pictures."""
 
 EXIT_S = 10.0
 """Longest wait for the end of a process whose pipe is closed, s."""
 
 
 def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[tuple[Frame, Truth], None, None]:
-    """Yield (frame, truth) of the `wanted` frames in order, rendered by `jobs` worker processes.
+    """Yield (frame, truth) of the frames with the numbers `wanted`, in order, rendered by `jobs` worker processes.
 
-    An error of a worker is raised in place of the frame that it could not render. IrsimError where a worker dies.
+    An error in a worker is raised in place of the frame that failed. IrsimError where a worker dies.
     """
     block = block_frames(jobs, scenario.camera.size, len(wanted))
     blocks = [wanted[begin : begin + block] for begin in range(0, len(wanted), block)]
@@ -69,8 +69,8 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
 
 
 def block_frames(jobs: int, size: tuple[int, int], count: int) -> int:
-    """Return the frames per block for `jobs` workers, pictures of `size` (columns, rows) px and `count` frames in
-    all."""
+    """Return the number of frames in a block for `jobs` workers, pictures of `size` (columns, rows) px, `count`
+    frames."""
     most = min(
         MEMORY // (jobs * QUEUED * size[0] * size[1] * np.dtype(np.uint16).itemsize), count // (jobs * BLOCKS_EACH)
     )
@@ -78,7 +78,7 @@ def block_frames(jobs: int, size: tuple[int, int], count: int) -> int:
 
 
 class _Worker:
-    """Parent's handle of a worker process that renders blocks of frames. Create it within `interrupts_held`."""
+    """Parent process's handle of a worker process that renders blocks. Create it within `interrupts_held`."""
 
     def __init__(self, context: BaseContext, scenario: Scenario, slots: int) -> None:
         columns, rows = scenario.camera.size
@@ -124,13 +124,13 @@ class _Worker:
 
 
 def _pictures(memory: Array[c_uint16], scenario: Scenario) -> list[Counts]:
-    """Return the slots of shared memory as pictures, each (rows, cols)."""
+    """Return the shared memory as pictures, each (rows, cols)."""
     columns, rows = scenario.camera.size
     return list(np.frombuffer(memoryview(memory), np.uint16).reshape(-1, rows, columns))
 
 
 def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> None:
-    """Render each block: send the truths of its frames, and write their pictures to the slots of `memory` in turn."""
+    """Render blocks in a worker process: send the truths of their frames, write the pictures to `memory`."""
     cv2.setNumThreads(1)
     slots, truths = cycle(_pictures(memory, scenario)), list[Truth]()
     with suppress(EOFError, OSError):  # the parent has closed its end
@@ -148,7 +148,7 @@ def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> Non
 
 
 def _sendable(error: Exception) -> Exception:
-    """Return an error that keeps the worker's traceback as a note; a RuntimeError where it cannot be pickled."""
+    """Return an error that carries the worker's traceback as a note; a RuntimeError where it cannot be pickled."""
     note = f"in a worker process:\n{traceback.format_exc()}"
     error.add_note(note)
     try:

@@ -27,9 +27,9 @@ def shipped(folder: str) -> dict[str, Path]:
 
 
 def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
-    """Return the file at a path, else the shipped scenario of that name: `sky`, or `sources/xue-sky`.
+    """Return the file at a path, else the shipped scenario of that name, such as `sky` or `sources/xue-sky`.
 
-    default_folder  folder whose names the error lists for an unknown name without a folder
+    default_folder  folder of shipped scenarios that the error lists where an unknown name contains no folder
     """
     path_of(path)
     wanted = fspath(path)
@@ -55,7 +55,7 @@ def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
 
 
 def start_text(kind: str) -> str:
-    """Return the text of a commented scenario as a start. Raises InputError for an unknown kind."""
+    """Return the text of a commented scenario from which users start. Raises InputError for an unknown kind."""
     known = shipped("new")
     if kind not in known:
         raise InputError(f"{kind}: there is no such kind of scenario{allowed_text(sorted(known), kind)}")
@@ -63,7 +63,7 @@ def start_text(kind: str) -> str:
 
 
 def write_new(path: Path, text: str) -> None:
-    """Write the text to a new file. Raises InputError if the file exists."""
+    """Write the text to a new file. Raises InputError if the file already exists."""
     if os.path.lexists(path):
         raise InputError(f"{path}: is there already, and a new scenario replaces nothing; allowed: -o FILE")
     with atomic_text(path) as file:
@@ -71,7 +71,7 @@ def write_new(path: Path, text: str) -> None:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scenario: keys, kinds, bounds and docs, without relations between keys."""
+    """Return the JSON Schema of a scenario: keys, kinds, bounds and documentation, but no relations between keys."""
     return {"$schema": DIALECT, **Scenario.model_json_schema(), "title": "irsim scenario"}
 
 
@@ -80,6 +80,6 @@ def _folders() -> list[Path]:
 
 
 def _places() -> list[Path]:
-    """Return the folders of scenarios: beside the package in a checkout, within it once installed."""
+    """Return the folders of shipped scenarios: beside the package in a checkout, within it once installed."""
     here = Path(__file__).parents[1]
     return [here.parent / "scenarios", here / "scenarios"]

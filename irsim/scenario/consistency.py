@@ -1,4 +1,4 @@
-"""Consistency of a scenario's parts: each check raises one error with all its faults and their places."""
+"""Consistency of a scenario's parts: each check raises one error with all its faults and their key paths."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from irsim.physics.radiometry import BAND_UM, limits
 from irsim.targets.target import Target
 
 Reference = tuple[str, str, KeyPath]
-"""(referring target or '', target referred to, place)."""
+"""(id of the referring target, or '' where another part refers; id referred to; key path of the reference)."""
 
 UsedName = tuple[str, KeyPath, Sequence[str]]
-"""(name, place where it is written, allowed names)."""
+"""(name, key path where it is used, allowed names)."""
 
 Fault = dict[str, Any]
-"""Error in pydantic's form."""
+"""Error in the form of pydantic's error dictionaries."""
 
 
 def check_atmosphere(air: Atmosphere, background: Background, camera: Camera) -> None:
-    """Check that the atmosphere, if any, is fitted to the camera's band and height."""
+    """Check that a model of the atmosphere, if one is used, is fitted to the camera's band and height."""
     if air.preset == "none" and air.fog_visibility_km is None and background.sky_preset is None:
         return
     if fitted_band(camera.band) is None:
@@ -49,20 +49,20 @@ def check_atmosphere(air: Atmosphere, background: Background, camera: Camera) ->
 
 
 def check_background(background: Background, camera: Camera) -> None:
-    """Check that the background fits this camera."""
+    """Check that the background fits the camera's picture size and bit depth."""
     reason = background.camera_fault(camera.size, camera.bits)
     if reason is not None:
         raise invalid(reason, at=("background",))
 
 
 def check_frames(arrivals: Sequence[int], frames: int) -> None:
-    """Check that frame loss leaves a frame."""
+    """Check that at least one frame arrives despite frame loss."""
     if not arrivals:
         raise invalid(f"no frame of {frames} arrives; allowed: faults that leave one", at=("camera", "faults"))
 
 
 def check_ids(parts: Iterable[tuple[str, KeyPath]], used: Iterable[UsedName]) -> None:
-    """Check that no two parts share an id and that every name in use exists."""
+    """Check that no two parts share an id and that every name used in the scenario exists."""
     _raise_all([*_used_twice(parts), *_unknown(used)])
 
 
@@ -81,7 +81,7 @@ def _unknown(used: Iterable[UsedName]) -> Iterator[Fault]:
 
 
 def check_trajectories(targets: Sequence[Target], frames: int, context: SceneContext) -> None:
-    """Check that every target's trajectory exists."""
+    """Check that every target's trajectory can be computed."""
     at = np.arange(float(frames))
     reasons = (target.path.obstacle(at, context, target.id) for target in targets)
     _raise_all([_fault("obstacle", why, ("targets", index, "path")) for index, why in enumerate(reasons) if why])
@@ -99,7 +99,7 @@ def check_references(references: Iterable[Reference]) -> None:
                 problem = several if len(chain) > 1 else "refers to itself; allowed: another target"
                 raise invalid(f"{', '.join(chain)} {problem}", at=place)
             if target in chain:
-                break  # a circle further on, found from one of its own targets
+                break  # A circle that does not contain `first` is found from one of its own targets.
             chain.append(target)
 
 

@@ -34,8 +34,7 @@ class ErrorBelow(Expectation):
 
 
 class ReacquiredWithin(Expectation):
-    """Expectation that the track is back on the target soon after each time of occlusion, absence or being out of
-    view."""
+    """Expectation that the track is back on the target soon after the target was hidden, absent or out of view."""
 
     frames: Index
     """Largest number of frames from the first one in which the target is visible again."""

@@ -1,4 +1,4 @@
-"""Digest of the code on which a scene's pixels and truth depend: it distinguishes results of different code."""
+"""Digest of the code on which a scene's pixels and truth depend. It tells results of different code apart."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ NOT_PIXELS = (
 )
 """Packages and files of irsim without effect on pixels and ground truth.
 
-Worker processes belong to them: a test holds frames equal without these modules, alone and backwards, and by two
-processes."""
+Worker processes are among them: a test checks that frames are equal when rendered without these modules, one by one, in
+reverse order, and by two processes.
+"""
 
 
 def scene_code(scene: Part) -> str:
-    """Return the hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
+    """Return the hex digest of irsim's rendering code and of the source files of the user's own kinds in a scene.
 
-    The version number does not suffice: code in a checkout or in a user's module changes without it.
+    The version number is not enough, as code in a checkout or in a user's module changes without it.
     """
     digest = hashlib.blake2b(rendering_code().encode(), digest_size=16)
     for kind in sorted(set(_foreign_kinds(scene)), key=lambda kind: kind.kind):
@@ -36,9 +37,9 @@ def scene_code(scene: Part) -> str:
 
 
 def without_names(part: object, value: Any) -> Any:
-    """Return a part's plain value without the names of files whose digest it contains.
+    """Return a part's value as plain data, without the names of files whose digest it contains.
 
-    The content of a file matters, not its folder or the spelling of its name.
+    The content of a file matters to the fingerprint, not its folder or the spelling of its name.
     """
     if isinstance(part, tuple | list):
         return [without_names(*pair) for pair in zip(part, value, strict=True)]
@@ -49,14 +50,14 @@ def without_names(part: object, value: Any) -> Any:
 
 
 def _is_named(part: Part) -> bool:
-    """Return True if the part's key `file` is the name of a file."""
+    """Return True if the part has a key `file` that names a file."""
     field = type(part).model_fields.get(FILE)
     return field is not None and any(isinstance(item, Located) for item in field.metadata)
 
 
 @lru_cache
 def rendering_code() -> str:
-    """Return the hex digest of irsim's code without `NOT_PIXELS`, and of the flag for compiled kernels."""
+    """Return the hex digest of irsim's code except `NOT_PIXELS`, and of whether C kernels are used."""
     here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
@@ -67,7 +68,7 @@ def rendering_code() -> str:
 
 
 def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
-    """Yield the classes of the user's own kinds in a tree of parts, and their own base classes."""
+    """Yield the classes of the user's own kinds in a tree of parts, and their base classes that are the user's."""
     if isinstance(value, Kind):
         yield from (
             each for each in type(value).__mro__ if issubclass(each, Kind) and each.__module__.split(".")[0] != "irsim"
@@ -81,7 +82,7 @@ def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
 
 
 def _source(kind: type[Kind]) -> bytes:
-    """Return the source file of a class; empty for a class defined interactively."""
+    """Return the source file of a class, to hash; empty for a class defined interactively."""
     try:
         return Path(inspect.getsourcefile(kind) or "").read_bytes()
     except (TypeError, OSError):

@@ -1,6 +1,6 @@
-"""Loading and writing scenarios. All errors in a user's text are raised here, with their places.
+"""Loading and writing of scenarios. All errors in a user's text are raised here, with their positions in the file.
 
-Steps: `read_document` (YAML with places, absolute file names), `apply_overrides`, `validate_scenario`.
+Steps: `read_document` (YAML with positions, absolute file names), `apply_overrides`, `validate_scenario`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from irsim.scenario.model import Scenario, expect_scenario
 from irsim.scenario.validation import validate_scenario, values_at
 
 SUITE_KEYS = {"sources", "trackers"}
-"""Top keys of a suite of irtrack."""
+"""Keys by which a file is recognised as a suite of irtrack."""
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
@@ -40,10 +40,10 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
-    """Return the scenario in a YAML text, called `name` in errors. Raises InputError as `load`.
+    """Return the scenario in a YAML text. Errors call the text `name`. Raises InputError as `load`.
 
-    trusted   False for a text in a recording or a results file: no code is run, so a user's own kinds are known only if
-              their modules are imported already
+    trusted   False for a text in a recording or a results file: no code is run, so the user's own kinds are known only
+              if their modules are already imported
     """
     if not isinstance(text, str):
         raise InputError(f"{name}: a {type(text).__name__} is no text; allowed: the YAML text of a scenario")
@@ -53,11 +53,11 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
 
 
 def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] | None = None) -> str:
-    """Return the scenario as YAML text; `loads` returns an equal scenario.
+    """Return the scenario as YAML text, from which `loads` returns an equal scenario.
 
-    short    without defaults, else with every key
-    folder   folder of the text's file: names of other files become relative to it, so all can be moved together.
-             None: absolute names
+    short    True: omit keys with default values; False: write every key
+    folder   folder in which the text is stored; names of other files become relative to it, so that all files can be
+             moved together. None: names of files stay absolute
     """
     document = scenario_document(expect_scenario("the text", scenario), brief_value if short else plain_value)
     if folder is not None:
@@ -66,10 +66,10 @@ def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] |
 
 
 def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return the scenario with values at override keys, such as {"targets.jet.path.speed": 3.0}.
+    """Return the scenario with other values at override keys, such as {"targets.jet.path.speed": 3.0}.
 
-    Changed keys are removed from `severities` and `vary`. Values are read as in YAML: `1e3` is an integer too. Raises
-    InputError as `load`, with the place 'KEY=VALUE', and for values that YAML cannot represent.
+    Changed keys are removed from `severities` and `vary`. Values are read as in YAML, where `1e3` is an integer too.
+    Raises InputError as `load`, with the position 'KEY=VALUE', and for values that YAML cannot represent.
     """
     document = scenario_document(expect_scenario("a change", scenario))
     given: list[KeyPath] = []
@@ -87,41 +87,38 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
 
 
 def values_of(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
-    """Return a scenario's values at override keys, as in YAML; None for missing values."""
+    """Return a scenario's values at override keys, as plain YAML values; None where a key has no value."""
     return values_at(scenario_document(scenario), scenario, keys)
 
 
 @dataclass(frozen=True)
 class LoadedPart(Generic[AnyPart]):
-    """Part of a YAML file with its document."""
+    """Part of a YAML file, with the document from which it was read."""
 
     part: AnyPart
     document: Document
 
     def line(self, at: KeyPath, problem: str) -> str:
-        """Return 'file:line:column: key: problem' for a fault found later at a place such as ("trackers", 0)."""
+        """Return 'file:line:column: key: problem' for a fault found later at a key path such as ("trackers", 0)."""
         name = path_text(at, Slot.of(type(self.part)), self.document.value)
         return error_line(self.document, at, name, problem)
 
 
 def read_part(path: str | PathLike[str], part: type[AnyPart], default_folder: str = "examples") -> LoadedPart[AnyPart]:
-    """Return the part in a YAML file, or the shipped one of that name (see `find`). Raises InputError as `load`."""
+    """Return the part in a YAML file, or in the shipped file of that name (see `find`). Raises InputError as `load`."""
     document = read_document(path, part, default_folder)
     document = replace(document, value=whole_numbers(document.value))
     return LoadedPart(validate_part(document, part), document)
 
 
 def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
-    """Return a part from plain values by its keys, such as a tracker from its parameters; `1e3` is an integer too.
-
-    Raises InputError with one line for each fault, 'name: key: problem; allowed: ...'.
-    """
+    """Return a part from plain values by key, such as a tracker from its parameters. `1e3` is an integer too."""
     return validate_part(Document(name, as_yaml_value(values, name), {(): name}, {}), part)
 
 
 def read_document(path: str | PathLike[str], root: type[Part], default_folder: str = "examples") -> Document:
-    """Return the document of a `root` in a file, or in the shipped one of that name (see `find`), with absolute names
-    of files."""
+    """Return the document of a file, or of the shipped file of that name (see `find`), with absolute names of files.
+    `root` is the class of the part that the file describes."""
     file = find(path, default_folder)
     if begins_as_recording(file):
         raise InputError(f"{path}: is a recording, not YAML; irsim info describes it")
@@ -134,7 +131,7 @@ def read_document(path: str | PathLike[str], root: type[Part], default_folder: s
 
 
 def apply_overrides(document: Document, overrides: Iterable[str]) -> tuple[Document, list[KeyPath]]:
-    """Return a scenario's document with overrides, and their paths. Raises InputError with all faults of overrides."""
+    """Return a scenario's document with overrides applied, and their key paths. InputError with all their faults."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
@@ -159,5 +156,5 @@ def apply_overrides(document: Document, overrides: Iterable[str]) -> tuple[Docum
 
 
 def scenario_document(scenario: Scenario, as_value: Callable[[Scenario], Any] = brief_value) -> Document:
-    """Return the document of a scenario made in Python; its places are 'scenario'."""
+    """Return the document of a scenario made in Python. Its errors have the position 'scenario'."""
     return Document("scenario", as_value(scenario), {(): "scenario"}, {})

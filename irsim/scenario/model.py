@@ -41,26 +41,26 @@ from irsim.targets.target import Target
 from irsim.types import BackgroundClass
 
 Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
-"""Values of a key by severity, from 0 on."""
+"""Values of a key at severities 0, 1, 2 and so on."""
 
 METADATA = {"about", "like", "severity", "severities", "vary", "expect"}
-"""Keys that change neither pixels nor ground truth; severities act through the values of other keys."""
+"""Keys without effect on pixels and ground truth. Severities act only through the values of other keys."""
 
 
 def _split(given: object) -> object:
-    """Return the list for a text of names with commas between them."""
+    """Return the list of names in a text with commas between them."""
     return [name.strip() for name in given.split(",")] if isinstance(given, str) else given
 
 
 def expect_names(without: Iterable[str]) -> tuple[str, ...]:
-    """Return the names to switch off. Raises InputError for a single text, whose letters would be taken as names."""
+    """Return the names in `without`. Raises InputError for a single text, whose letters would be taken as names."""
     if isinstance(without, str) or not isinstance(without, Iterable):
         raise InputError(f"without {without!r}: allowed: a list of names, such as [{str(without)!r}]")
     return tuple(without)
 
 
 def expect_scenario(action: str, given: object, hint: str = "") -> Scenario:
-    """Return the scenario `given`, the argument of `action`. Raises InputError if it is not a scenario."""
+    """Return the scenario `given` as the argument of `action`. Raises InputError if it is not a scenario."""
     if isinstance(given, Scenario):
         return given
     how = f"irsim.load({given!r})" if isinstance(given, str) else "irsim.load"
@@ -99,7 +99,7 @@ class Scenario(Part):
 
     @property
     def context(self) -> SceneContext:
-        """Properties that all parts of the scene share."""
+        """Properties of the scene that all its parts share."""
         camera = self.camera
         cast = SceneMotion({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
@@ -121,7 +121,7 @@ class Scenario(Part):
 
     @property
     def air(self) -> Atmosphere:
-        """Atmosphere without switched-off settings, at the camera height that the background sets."""
+        """Atmosphere without settings that are switched off, at the camera height that the background sets."""
         turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
         still = switched_off(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
         altitude_m = self.background.altitude_m(still.altitude_m)
@@ -129,8 +129,8 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all inputs to pixels and ground truth: values, code and contents of files; without `METADATA`
-        and names of files."""
+        """Hex digest of all that determines pixels and ground truth: values, code and contents of files, without
+        `METADATA` and names of files."""
         from irsim import __version__
 
         value = without_names(self, json.loads(self.model_dump_json(exclude=METADATA)))
@@ -139,7 +139,7 @@ class Scenario(Part):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that the scenario reads besides its text: a recorded background, meshes."""
+        """Files that the scenario reads besides its text, such as a recorded background and meshes."""
         return (*self.background.files, *(file for target in self.targets for file in target.shape.files))
 
     @property
@@ -154,17 +154,17 @@ class Scenario(Part):
 
     @property
     def whole(self) -> Scenario:
-        """Scene with nothing switched off."""
+        """Same scenario with nothing switched off."""
         return self.model_copy(update={"without": ()})
 
     @property
     def shown(self) -> Scenario:
-        """Scene with switched-off settings of its parts at the value without effect."""
+        """Same scenario, with each setting that is switched off at the value that has no effect."""
         return switched_off(self, self._off) if self.without else self
 
     @property
     def _off(self) -> set[str]:
-        """Names in `without` of settings within parts."""
+        """Names in `without` that denote settings within parts, not whole parts."""
         return set(self.without) - {name for name, _ in self._parts()}
 
     def is_on(self, name: str) -> bool:
@@ -172,13 +172,13 @@ class Scenario(Part):
         return name not in self.without
 
     def names(self) -> Iterator[tuple[str, KeyPath]]:
-        """Yield every name that `without` may hold, with its place in the tree. A part takes precedence over a
-        setting of the same name."""
+        """Yield every name that `without` may contain, with its key path. Where a part and a setting have the same
+        name, the part is meant."""
         yield from self._parts()
         yield from self.settings()
 
     def settings(self) -> Iterator[tuple[str, KeyPath]]:
-        """Yield the names of settings within parts, with their places."""
+        """Yield the names of settings within parts, with their key paths."""
         parts = {name for name, _ in self._parts()}
         idle = set()
         if self.atmosphere.preset == "none" and self.sky_preset is None:
@@ -190,7 +190,7 @@ class Scenario(Part):
                 yield name, place
 
     def _parts(self) -> Iterator[tuple[str, KeyPath]]:
-        """Yield the names of whole parts, with their places."""
+        """Yield the names of whole parts, with their key paths."""
         for index, target in enumerate(self.targets):
             yield target.id, ("targets", index, "id")
         for index, occluder in enumerate(self.occluders):
@@ -206,7 +206,7 @@ class Scenario(Part):
 
     @property
     def sky_preset(self) -> str | None:
-        """Preset of the clear sky, if any."""
+        """Preset of the clear sky, or None."""
         return self.background.sky_preset
 
     @model_validator(mode="after")
@@ -221,7 +221,7 @@ class Scenario(Part):
         return self
 
     def _used_names(self) -> Iterator[UsedName]:
-        """Yield every name that refers to a part, and the allowed ones."""
+        """Yield every use of a part's name, with its key path and the names allowed there."""
         names = [name for name, _ in self.names()]
         targets = [target.id for target in self.targets]
         for index, name in enumerate(self.without):
@@ -232,7 +232,7 @@ class Scenario(Part):
             yield target, place, targets
 
     def references(self) -> Iterator[Reference]:
-        """Yield each reference to a target by its id."""
+        """Yield each reference to a target by its id, with its key path."""
         for index, target in enumerate(self.targets):
             for key, name in target.path.refers().items():
                 yield target.id, name, ("targets", index, "path", key)

@@ -1,4 +1,4 @@
-"""The window that an occluder has to cover to hide a target in given frames, and the occlusion that results."""
+"""Window that an occluder must cover to hide a target in given frames, and the occlusion that results."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ from irsim.scenario.visibility import TargetVisibility
 from irsim.types import Box, Floats
 
 MARGIN_PX = 1.0
-"""Margin of an occluder around the area that it hides, so that no pixel at its edge is covered in part."""
+"""Margin of an occluder around the area that it hides, px, so that it covers the pixels at that area's edge wholly."""
 STILL_PX = 0.02
-"""Displacement per frame below which a target counts as standing still behind an occluder."""
+"""Displacement per frame, px, below which a target counts as standing still behind an occluder."""
 _NEGLIGIBLE = 1e-3
-"""Fraction of a target's area on each side that its window leaves out: the faint edge of a point's PSF."""
+"""Fraction of a target's area on each side that may lie outside the window: the faint edge of a point's PSF."""
 TOLERANCE = 0.02
-"""Fraction by which an occlusion may fall short of the required one and still count in numbers of frames. Outside of
-the required frames a smaller occluded fraction counts as none."""
+"""Relative shortfall of the occluded fraction up to which a frame still counts as occluded. Outside of the required
+frames an occluded fraction below TOLERANCE counts as 0."""
 MAX_LENGTH_RATIO = 2
 FEW_FRAMES = 4
-"""A warning follows for more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES more, if that is more),
-plus the frames in which the target passes the margins. Slow growth and fading of smoke count.
+"""An occlusion is reported as too long if it lasts more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES
+more frames, if that is longer), plus the frames in which the target passes the margins and smoke grows and fades.
 
 A target with thin ends stays almost fully occluded for as long as it takes to move by its own length: a tank of 73 px
-at 0.5 px a frame in 37 frames where 5 are required."""
+at 0.5 px a frame is hidden in 37 frames where 5 are required.
+"""
 MAX_EXCESS = 0.2
-"""A warning follows where the occluded fraction exceeds the required one by more than this."""
+"""An occlusion is reported as too strong if its fraction exceeds the required one by more than this."""
 
 
 class InfeasibleError(ValueError):
-    """A placement or crossing that is impossible: the key at fault, and the reason."""
+    """Impossible placement or crossing, with the key at fault and the reason."""
 
     def __init__(self, key: str, reason: str) -> None:
         super().__init__(reason)
@@ -43,7 +44,7 @@ class InfeasibleError(ValueError):
 
 
 def no_frame(frame: float, frames: int) -> str:
-    """Return the message for a frame number beyond the last frame."""
+    """Return the message for a frame number after the last frame."""
     return (
         f"there is no frame {frame:g}; allowed: 0 to {frames - 1}, or more frames, of which the first {frames} can be "
         "rendered alone (stop=N)"
@@ -51,13 +52,13 @@ def no_frame(frame: float, frames: int) -> str:
 
 
 def target_and_frames(occluder: Occluder) -> tuple[str, tuple[int, int]]:
-    """Return the id of the target to hide, and the first and last frame; ValueError for an occluder at a place."""
+    """Return the id of the target to hide, and the first and last frame; ValueError if it is not placed to hide one."""
     return required(occluder.hides), required(occluder.frames)
 
 
 def occlusion_window(visibility: TargetVisibility, occluder: Occluder) -> Box:
-    """Return the box to cover, px of the camera at rest at the occluder's range; InfeasibleError where there is
-    none."""
+    """Return the box that the occluder must cover, px of the camera at rest, at the occluder's range. Raises
+    InfeasibleError where there is no such box."""
     name, (first, last) = target_and_frames(occluder)
     boxes = []
     for frame in range(first, last + 1):
@@ -90,7 +91,7 @@ def occlusion_window(visibility: TargetVisibility, occluder: Occluder) -> Box:
 
 
 def moves_vertically(visibility: TargetVisibility, occluder: Occluder) -> bool:
-    """Return whether the target moves more vertically than horizontally, from the frame before to the frame after."""
+    """Return whether the target moves more vertically than horizontally while it is hidden."""
     name, (first, last) = target_and_frames(occluder)
     around = [max(first - 1, 0), min(last + 1, visibility.scenario.frames - 1)]
     across, down = np.abs(np.diff(visibility.line_of_sight_px(name, occluder.range_m)[around], axis=0)[0])
@@ -98,7 +99,7 @@ def moves_vertically(visibility: TargetVisibility, occluder: Occluder) -> bool:
 
 
 def target_speed_px(visibility: TargetVisibility, occluder: Occluder) -> float:
-    """Return the target's median speed at the occluder's range in the frames to hide it, px a frame."""
+    """Return the target's median speed, px a frame, in the frames to hide it, projected to the occluder's range."""
     name, (first, last) = target_and_frames(occluder)
     pixels = visibility.line_of_sight_px(name, occluder.range_m)
     steps = np.hypot(*np.diff(pixels, axis=0).T) if len(pixels) > 1 else np.zeros(1)
@@ -106,7 +107,7 @@ def target_speed_px(visibility: TargetVisibility, occluder: Occluder) -> float:
 
 
 def _corners(sprite: Sprite) -> Floats:
-    """Return the corners, px, (4, 2), of the box around a sprite without its negligible edge."""
+    """Return the corners, px, (4, 2), of the box around a sprite, except the faint edge of its PSF."""
     ends = []
     for axis, origin in ((0, sprite.x0), (1, sprite.y0)):
         sums = np.cumsum(sprite.cover.sum(axis=axis))
@@ -120,11 +121,11 @@ def _corners(sprite: Sprite) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Occlusion:
-    """Occlusion of a target by one placed occluder, in every frame, without any other occluder.
+    """Occlusion of a target by one placed occluder in every frame, as if there were no other occluder.
 
-    screen    the occluder at its place
-    occluder  the occluder as written: target, frames and fraction
-    known     (frames,) its `fractions` where known: they take long to compute
+    screen    the placed occluder
+    occluder  the occluder as the scenario writes it, with target, frames and fraction
+    known     (frames,) occluded fractions if they are already computed, which takes long
     """
 
     visibility: TargetVisibility
@@ -149,15 +150,15 @@ class Occlusion:
 
     @property
     def enough(self) -> float:
-        """Occluded fraction that counts as the required one."""
+        """Least occluded fraction that counts as the required one."""
         return self.occluder.fraction * (1 - TOLERANCE)
 
     def lasts_too_long(self) -> bool:
-        """Return whether the target is occluded well outside of the required frames."""
+        """Return whether the occlusion recurs or lasts well beyond the required frames."""
         return self.recurs() is not None or self.too_long() is not None
 
     def recurs(self) -> str | None:
-        """Return the fault of an occluder that also hides its target well outside of the required frames, or None."""
+        """Return the error of an occluder that hides its target again, well outside the required frames, or None."""
         name, (first, last) = target_and_frames(self.occluder)
         slack = self._slack_frames()
         for frame in [*range(first - slack - 1, -1, -1), *range(last + slack + 1, self.visibility.scenario.frames)]:
@@ -170,7 +171,7 @@ class Occlusion:
         return None
 
     def too_long(self) -> str | None:
-        """Return the warning of an occlusion longer than MAX_LENGTH_RATIO allows, or None."""
+        """Return the text of the warning about an occlusion longer than MAX_LENGTH_RATIO allows, or None."""
         name, (first, last) = target_and_frames(self.occluder)
         held = np.flatnonzero(self.fractions >= self.enough)
         wanted, speed = last - first + 1, target_speed_px(self.visibility, self.occluder)
@@ -184,7 +185,8 @@ class Occlusion:
         )
 
     def too_much(self) -> str | None:
-        """Return the warning of an occluded fraction that exceeds the required one by MAX_EXCESS, or None."""
+        """Return the text of the warning about an occluded fraction more than MAX_EXCESS above the required one, or
+        None."""
         name, (first, last) = target_and_frames(self.occluder)
         fraction, fractions = self.occluder.fraction, self.fractions[first : last + 1]
         over = first + np.flatnonzero(fractions > fraction + MAX_EXCESS)
@@ -197,7 +199,7 @@ class Occlusion:
         )
 
     def _shorter(self, speed: float) -> str:
-        """Return the remedy for an occlusion that lasts too long."""
+        """Return the proposed change for an occlusion that lasts too long."""
         kind = self.occluder.kind
         if "foot_px" in self.occluder.placement_keys and moves_vertically(self.visibility, self.occluder):
             return f"a {kind} stands on the ground; try a bar, or smoke"
@@ -207,8 +209,7 @@ class Occlusion:
         return f"it passes at {speed:.2g} px a frame; try a faster target, one farther away{other}, or a place"
 
     def _slack_frames(self) -> int:
-        """Return how many frames before the first and after the last required frame the target may be partly
-        occluded."""
+        """Return for how many frames before and after the required ones the target may be partly occluded."""
         name, (first, _) = target_and_frames(self.occluder)
         speed, sprite = target_speed_px(self.visibility, self.occluder), self.visibility.sprite(name, first)
         window = occlusion_window(self.visibility, self.occluder)

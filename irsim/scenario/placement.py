@@ -1,7 +1,7 @@
-"""Placement: the search for an occluder's place from which it hides a required fraction of a target in given frames.
+"""Placement: the search for a place at which an occluder hides a required fraction of a target in given frames.
 
-The occluder covers a part of the target's window (`occlusion_window`). Bisection finds the smallest part, or for smoke
-the lowest density, that hides enough.
+The occluder covers a part of the target's window (`occlusion_window`). Bisection finds the smallest part (for smoke the
+lowest density) that hides the required fraction.
 """
 
 from __future__ import annotations
@@ -28,41 +28,44 @@ from irsim.scenario.visibility import TargetVisibility
 from irsim.types import Box, Floats, arrays_frozen
 
 _SHORTFALL = 1e-3
-"""Fraction by which the occlusion may fall short. Where nearly all of the target is required, TOLERANCE may be
-visible: its ends."""
+"""Shortfall of the occluded fraction that the search accepts. Where nearly all of the target must be hidden, its ends
+may remain visible, up to the fraction TOLERANCE."""
 _GOOD_EXCESS = 0.1
-"""Excess fraction at which the first part of the window is accepted without trying others."""
+"""Excess of the occluded fraction up to which the first part of the window is accepted without trying the others."""
 _ROUNDS = 12
 _CROWN_WINDOWS = 4.0
-"""Most that a crown may rise above the window, in windows."""
+"""Largest height of a tree's crown above the window, in heights of the window."""
 _FIRST_FRAMES = 5
-"""Frames, spread over the required ones, at which a search starts."""
+"""Number of frames, spread over the required ones, with which a search starts."""
 _THIN_PX = 1.0
-"""Least width and height of a part."""
+"""Least width and height of a part of the window, px."""
 
 Part = Callable[[Box, float], Box]
-"""Part of a window for a fraction of at most 1. Fractions of 0 or less continue below or right of the window for parts
-at its lower or right edge (for crowns that rise above them), and give the thinnest part otherwise."""
+"""Function that returns a part of a window, given the window and a fraction of it, at most 1.
+
+For a fraction of 0 or less, parts at the lower or right edge lie below or right of the window (a crown rises above
+them), and other parts are as thin as possible.
+"""
 Placing = Callable[[float], Occluder]
-"""Occluder for a density (smoke), or for a fraction of the window."""
+"""Function that returns the occluder for a density (smoke) or a fraction of the window."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Occluder at its place, with the occluded fraction of its target in each frame, where it has one."""
+    """Occluder at its place, with the fraction of its target that it hides in each frame, if it has a target."""
 
     screen: Occluder
     fractions: Floats | None = None
 
 
 _CACHED = 32
-"""Scenarios whose placements are cached: all severities of a suite in turn. Some take seconds."""
+"""Number of scenarios whose placements are cached, as for all severities of a suite. A placement may take seconds."""
 _cache: dict[str, tuple[Placed | InfeasibleError, ...]] = {}
 """Placements by the hash of the scenario."""
 
 
 def placements(scenario: Scenario) -> tuple[Placed | InfeasibleError, ...]:
-    """Return each occluder at its place, or the reason against it. Disabled parts count: occluders stay in place."""
+    """Return each occluder at its place, or the error that prevents it. `without` moves no occluder."""
     whole = scenario.whole
     if all(occluder.hides is None for occluder in whole.occluders):
         return tuple(map(Placed, whole.occluders))
@@ -76,7 +79,7 @@ def placements(scenario: Scenario) -> tuple[Placed | InfeasibleError, ...]:
 
 
 def placed_occluders(scenario: Scenario) -> tuple[Occluder, ...]:
-    """Return the occluders, each at its place; InputError for an infeasible one."""
+    """Return the occluders, each at its place; InputError where a placement is infeasible."""
     found = []
     for occluder, result in zip(scenario.occluders, placements(scenario), strict=True):
         if isinstance(result, InfeasibleError):
@@ -86,7 +89,7 @@ def placed_occluders(scenario: Scenario) -> tuple[Occluder, ...]:
 
 
 def with_placements(scenario: Scenario) -> Scenario:
-    """Return the scenario with every occluder at its place, and without its disabled parts."""
+    """Return the scenario with every occluder at its place, and without what is switched off."""
     return scenario.model_copy(update={"occluders": placed_occluders(scenario)}).shown
 
 
@@ -101,7 +104,7 @@ def _place(visibility: TargetVisibility, occluder: Occluder) -> Placed | Infeasi
 
 
 def _search(visibility: TargetVisibility, occluder: Occluder) -> Occlusion:
-    """Return the occlusion by the occluder at the best place; InfeasibleError where there is none."""
+    """Return the occlusion by the occluder at its best place; InfeasibleError where there is none."""
     _, (_, last) = target_and_frames(occluder)
     if last >= visibility.scenario.frames:
         raise InfeasibleError("frames", no_frame(last, visibility.scenario.frames))
@@ -119,15 +122,15 @@ def _search(visibility: TargetVisibility, occluder: Occluder) -> Occlusion:
 
 
 def _best(visibility: TargetVisibility, occluder: Occluder, window: Box) -> Occlusion:
-    """Return the occlusion by the best part of the window: the first one within _GOOD_EXCESS of the required fraction,
-    else of those that do not last too long the one with the smallest excess."""
+    """Return the occlusion by the best part of the window. The first part within _GOOD_EXCESS of the required fraction
+    is taken, else the one with the smallest excess among those that do not last too long."""
     name, _ = target_and_frames(occluder)
     vertical = moves_vertically(visibility, occluder)
     found = []
     for part in (_whole,) if occluder.translucent else _parts(vertical):
         screen, fractions = _smallest(visibility, occluder, _placing(visibility, occluder, window, part, vertical))
         if fractions.min() < min(occluder.fraction - _SHORTFALL, 1 - TOLERANCE):
-            # Every part at its largest is the whole window: no other hides more.
+            # At its largest every part is the whole window, so that no other part hides more.
             raise InfeasibleError(
                 "fraction", f"it can hide at most {fractions.min():.2f} of {name}; allowed: that much"
             )
@@ -147,7 +150,7 @@ def _placing(visibility: TargetVisibility, occluder: Occluder, window: Box, part
 
 
 def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing) -> tuple[Occluder, Floats]:
-    """Return the smallest or thinnest occluder that hides enough, and the fraction hidden in each required frame."""
+    """Return the smallest (smoke: thinnest) sufficient occluder, and the fraction it hides in each required frame."""
     name, (first, last) = target_and_frames(occluder)
 
     def fractions(screen: Occluder, frames: list[int]) -> Floats:
@@ -172,13 +175,13 @@ def _smallest(visibility: TargetVisibility, occluder: Occluder, placed: Placing)
 
 
 def _horizon_row(visibility: TargetVisibility) -> float:
-    """Return the y of the horizon, px of the camera at rest, below which occluders stand; -inf without a sky."""
+    """Return the row y of the horizon, px of the camera at rest. Occluders stand below it; -inf without a sky."""
     return -math.inf if visibility.scenario.background.clear(visibility.context) is None else _row(visibility, 0.0)
 
 
 def _ground_row(visibility: TargetVisibility, occluder: Occluder) -> float:
-    """Return the y, px of the camera at rest, of level ground at the occluder's range; inf, below the picture, where
-    the background gives no depth of the ground or one beyond that range."""
+    """Return the row y of level ground at the occluder's range, px of the camera at rest. It is inf, below the picture,
+    where the background gives no depth of the ground or a depth beyond that range."""
     depth_m = visibility.scenario.background.surface_m
     if depth_m is None or depth_m >= occluder.range_m:
         return math.inf
@@ -186,17 +189,17 @@ def _ground_row(visibility: TargetVisibility, occluder: Occluder) -> float:
 
 
 def _row(visibility: TargetVisibility, depression: float) -> float:
-    """Return the y, px of the camera at rest, at an angle below the level, rad; inf behind the camera."""
+    """Return the row y, px of the camera at rest, of an angle below the horizontal, rad; inf behind the camera."""
     geometry = visibility.context.geometry
     angle = depression + geometry.elevation_rad
     return float(geometry.axis_px[1] + math.tan(angle) / geometry.ifov_rad) if angle < math.pi / 2 else math.inf
 
 
 def _parts(vertical: bool) -> tuple[Part, ...]:
-    """Return the parts to try in turn, first a strip along the motion of a target that moves across, or vertically.
+    """Return the parts of the window to try in turn, first a strip along the target's motion.
 
-    A strip across the motion and narrower than the target hides no more of a target that weaves or moves aslant. A part
-    within a large target all the time hides less than a strip, in both directions.
+    A narrow strip across the motion cannot hide more of a target that weaves or moves diagonally. A part that stays
+    within a large target all the time hides less than a strip does, in both directions.
     """
     along, across = (_right, _left, _middle_columns), (_lower, _upper, _middle_rows)
     if not vertical:

@@ -1,6 +1,6 @@
 """Sampling: the space of scenes that a scenario's `vary` spans, drawn at random or searched.
 
-A *point* holds a value for each key that is searched. Values of nuisance keys follow from the scene's seed.
+A *point* is a value for each key that is searched. Values of nuisance keys follow from the scene's seed.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ Point = Mapping[str, Any]
 """Values by override key."""
 
 _SEEDS = 2**31
-"""Seeds of drawn scenes lie below this."""
+"""Exclusive upper bound of the seeds of drawn scenes."""
 
 
 @dataclass(frozen=True)
 class Knob:
-    """Key that varies."""
+    """Key under `vary`, with its variation."""
 
     key: str
     """Override key."""
@@ -37,13 +37,13 @@ class Knob:
 
     @property
     def severities(self) -> range:
-        """Severities: 0 is the benign value, negative ones lie on its other side."""
+        """Severities of the key: 0 is the benign value, and negative ones lie on its other side."""
         return self.variation.severities(self.benign)
 
 
 @dataclass(frozen=True)
 class Variations:
-    """Keys of a scenario that vary, in the order of its text."""
+    """Keys under a scenario's `vary`, in the order of its text."""
 
     scenario: Scenario
     knobs: tuple[Knob, ...]
@@ -52,19 +52,19 @@ class Variations:
     """Keys that follow from the scene's seed."""
 
     def benign(self) -> Point:
-        """Return the point of severity 0 for each key."""
+        """Return the point at severity 0 of every key."""
         return {knob.key: knob.benign for knob in self.knobs}
 
     def at(self, shares: Sequence[float]) -> Point:
-        """Return the point at quantiles from 0 to 1, one for each knob; uniform quantiles give random draws. Raises
-        InputError for other values."""
+        """Return the point at quantiles from 0 to 1, one for each knob. Uniform quantiles give random draws. Raises
+        InputError for other numbers."""
         place = self._coordinates("shares", shares)
         if not all(is_number(share) and 0 <= share <= 1 for share in place):
             raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
         return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
     def at_severities(self, severities: Sequence[int]) -> Point:
-        """Return the point at a severity for each knob, one of its `severities`. Raises InputError for other values."""
+        """Return the point at one severity for each knob. InputError for other severities."""
         point = {}
         for knob, severity in zip(self.knobs, self._coordinates("severities", severities), strict=True):
             allowed = knob.severities
@@ -76,15 +76,15 @@ class Variations:
         return point
 
     def draw(self, seed: int) -> Point:
-        """Return the random point of a seed. Raises InputError for a seed that is not an integer."""
+        """Return the random point that belongs to a seed. Raises InputError for a seed that is not an integer."""
         whole_number("seed", seed)
         return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
 
     def concrete(self, point: Point, seed: int | None = None) -> Scenario:
-        """Return the scenario at a point, without variations; `seed` sets the nuisances, default: the scene's own seed.
+        """Return the scenario at a point. `seed` sets the nuisances; by default it is the scene's own seed.
 
-        Keys missing from the point have their benign values; it may hold nuisances too. Raises InputError if the
-        scenario is invalid.
+        Keys missing from the point have their benign values; the point may contain nuisances too. Raises InputError if
+        the scenario is invalid.
         """
         if not isinstance(point, Mapping):
             raise InputError(f"point {point!r}: allowed: a mapping of override keys to values, such as `at` gives")
@@ -100,7 +100,7 @@ class Variations:
         return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
 
     def _coordinates(self, name: str, given: Any) -> list[Any]:
-        """Return the argument `name` as a list with a value for each knob. Raises InputError for anything else."""
+        """Return `given` as a list with one value for each knob. Errors call it `name`."""
         wanted = f"{len(self.knobs)}, for {', '.join(knob.key for knob in self.knobs) or 'nothing'}"
         if not isinstance(given, Iterable) or isinstance(given, str | Mapping):
             raise InputError(f"{name} {given!r}: allowed: a list of {wanted}")
@@ -111,7 +111,7 @@ class Variations:
 
 
 def variations(scenario: Scenario) -> Variations:
-    """Return the space that a scenario's `vary` spans around it."""
+    """Return the space of scenes that a scenario's `vary` spans."""
     expect_scenario("variations", scenario)
     bases = values_of(scenario, scenario.vary)
     knobs = [
@@ -123,9 +123,9 @@ def variations(scenario: Scenario) -> Variations:
 
 
 def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Scenario]:
-    """Draw `n` scenarios, from number `start` on, from a scenario's `vary`, each with its own scene seed.
+    """Draw `n` scenarios from a scenario's `vary`, numbered from `start` on, each with its own scene seed.
 
-    Draw k is the same for any `n`. Raises InputError if nothing varies or a drawn scenario is invalid.
+    Draw k does not depend on `n`. Raises InputError if nothing varies or a drawn scenario is invalid.
     """
     expect_scenario("sample", scenario)
     for name, given in (("n", n), ("seed", seed), ("start", start)):
@@ -146,7 +146,7 @@ def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Sc
 
 
 def sample_names(name: str, n: int) -> list[str]:
-    """Return the file names of `n` samples: NAME-0.yaml and on, padded to the digits of the last number."""
+    """Return the file names of `n` samples, from NAME-0.yaml on, with as many digits as the last number has."""
     return [f"{name}-{index:0{len(str(n - 1))}}.yaml" for index in range(n)]
 
 
@@ -159,13 +159,13 @@ def sample_texts(
     folder: Path,
     progress: Callable[[int], None] | None = None,
 ) -> list[str]:
-    """Return `n` draws of `sample` as YAML texts, headed by the drawn values and the command.
+    """Return `n` draws of `sample` as YAML texts. Each begins with the drawn values and the command as comments.
 
     Raises InputError as `sample`.
 
-    name     of the scenario
-    repeat   the command that draws them
-    folder   folder of the files: names of other files become relative to it
+    name     name of the scenario
+    repeat   command that draws the same scenarios again
+    folder   folder in which the texts are stored; names of other files become relative to it
     """
     texts = []
     for index in range(n):

@@ -1,4 +1,4 @@
-"""Severities of a document: the values under `severities`, applied to their keys."""
+"""Severities of a document: the values under `severities`, copied to the keys for which they stand."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from irsim.config.yaml_text import Document, dotted
 from irsim.errors import InputError
 
 _NOT_VARIABLE = {"about", "seed", "expect", "severities", "vary"}
-"""Keys without effect on the difficulty of a scene, not allowed under `severities` and `vary`."""
+"""Keys that make no scene harder, and so are not allowed under `severities` and `vary`."""
 _VARIABLE = "keys that change the picture, such as camera.netd_mk"
 
 
 def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:
-    """Return the document with the values of its severity.
+    """Return the document with the values that `severities` lists for its severity copied to their keys.
 
-    given   paths set by hand: such a key, or one within it, keeps its value and is removed from the tables
+    given   key paths set by the user: such a key, or one within it, keeps its value and is removed from the tables
+            `severities` and `vary`
 
     If no key is left under `severities`, all severities are equal and the severity becomes 0. Only valid entries are
-    applied: validation reports the others, `table_faults` the keys that do not exist.
+    applied. Validation reports the others, and `table_faults` those whose key does not exist.
     """
     fixed, faults = list(given), table_faults(document, root)
     lists = [values for values in table(document, "severities").values() if isinstance(values, list)]
@@ -44,7 +45,7 @@ def apply_severity(document: Document, root: type[Part], given: Iterable[KeyPath
 
 
 def table_faults(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
-    """Return error lines of table keys that do not exist or cannot vary, by table and key."""
+    """Return an error line for each table key that does not exist or cannot vary, by (table, key)."""
     faults = {}
     for name, key in table_entries(document):
         try:
@@ -62,12 +63,12 @@ def _without_entry(document: Document, name: str, key: str) -> Document:
 
 
 def _path(document: Document, name: str, key: str, root: type[Part]) -> KeyPath:
-    # Only the path matters here, not the value.
+    # The path does not depend on the value.
     return set_value(document, key, None, _place(document, name, key), root)[1]
 
 
 def _place(document: Document, name: str, key: str) -> str:
-    """Return 'file:line:column: vary.camera.netd'."""
+    """Return the position of a table's key as text: 'file:line:column: vary.camera.netd'."""
     entry = dotted((name, key))
     place = place_of(document, (name, key), at_key=True)
     return place if place == f"override {entry}" else f"{place}: {entry}"

@@ -1,6 +1,6 @@
-"""Validation: a document as a scenario, or all its faults at once.
+"""Validation: a document becomes a scenario, or an error with all its faults at once.
 
-Beyond the model itself, placements must be possible, and each range under `vary` is tried at its ends.
+Besides the checks of the model, placements must be possible, and both ends of each variation under `vary` are tried.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LONGEST = 40
 def validate_scenario(document: Document, given: Iterable[KeyPath] = (), all_severities: bool = False) -> Scenario:
     """Return the scenario of a document at its severity. Raises InputError with one line for each fault.
 
-    given            paths of values set by hand: they do not vary
+    given            key paths of values set by the user: they do not vary
     all_severities   validate the scenario at its other severities too
     """
     given = list(given)
@@ -54,13 +54,13 @@ def validate_scenario(document: Document, given: Iterable[KeyPath] = (), all_sev
 
 
 def notice_line(document: Document, notice: Notice, prefix: str = "") -> str:
-    """Return 'file:line:column: key: message'."""
+    """Return 'file:line:column: key: message' for a warning or fault."""
     name = path_text(notice.at, Slot.of(Scenario), document.value)
     return error_line(document, notice.at, name, prefix + notice.message)
 
 
 def values_at(document: Document, scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
-    """Return the values of the document's scenario at override keys; None for missing values."""
+    """Return the values of the document's scenario at override keys; None where a key has no value."""
     tree = plain_value(scenario)
     found = {}
     for key in keys:
@@ -72,20 +72,20 @@ def values_at(document: Document, scenario: Scenario, keys: Iterable[str]) -> di
 
 
 def scenario_with(document: Document, key: str, value: Any, place: str) -> Scenario:
-    """Return the document's scenario with another value at an override key, which then does not vary. Raises InputError
-    if it is invalid."""
+    """Return the document's scenario with another value at an override key, which then no longer varies. Raises
+    InputError if the scenario is invalid."""
     changed, path = set_value(document, key, value, place, Scenario)
     return validate_part(apply_severity(changed, Scenario, [path]), Scenario)
 
 
 def short_text(value: Any) -> str:
-    """Return a value's text, shortened."""
+    """Return a value as text, cut to _LONGEST characters."""
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
 
 
 def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Iterator[str]:
-    """Yield faults of a scenario that passes the validation of its model."""
+    """Yield faults that the validation of the scenario's model does not find."""
     for notice in (*infeasible(scenario), *_range_faults(document, scenario)):
         yield notice_line(document, notice)
     if all_severities:
@@ -99,8 +99,8 @@ def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Ite
 
 
 def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: bool) -> list[str]:
-    """Return faults of valid table entries beside invalid ones. Entries are tried in the scenario without its tables;
-    none are returned if that scenario has faults."""
+    """Return the faults of table entries with valid keys where other faults exist. Entries are added one by one to the
+    scenario without tables. If that scenario itself has faults, none are returned."""
     in_tables = table_faults(document, Scenario)
     rest = replace(document, value={**document.value, "severity": 0, **{name: {} for name in TABLES}})
     faults: list[str] = []
@@ -122,7 +122,7 @@ def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: 
 
 
 def _range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
-    """Yield ranges with values that give an invalid scenario, each value tried alone."""
+    """Yield variations under `vary` with values that make the scenario invalid. Each value is tried alone."""
     for key, base in values_at(document, scenario, scenario.vary).items():
         variation = scenario.vary[key]
         benign = base if variation.benign is None else variation.benign
@@ -131,7 +131,7 @@ def _range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("vary", key), misfit)
             continue
         values = {("benign",): benign, **variation.probes()}
-        # Each value of a choice is reported; of a span only the first fault.
+        # Each value of a choice is reported, but only the first fault of an interval.
         most = None if isinstance(variation, Choice) else 1
         yield from islice(_invalid_values(document, key, values), most)
 
@@ -148,7 +148,7 @@ def _invalid_values(document: Document, key: str, values: Mapping[KeyPath, Any])
 
 
 def infeasible(scenario: Scenario) -> Iterator[Notice]:
-    """Yield impossible crossings and placements."""
+    """Yield the crossings and placements that are impossible."""
     visibility = TargetVisibility(scenario.whole)
     for index, target in enumerate(scenario.targets):
         if isinstance(target.path, Crossing):
@@ -162,7 +162,7 @@ def infeasible(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _check_crossing(visibility: TargetVisibility, index: int) -> None:
-    """Raise InfeasibleError for a crossing that cannot happen."""
+    """Raise InfeasibleError for a crossing that is impossible."""
     target = visibility.scenario.targets[index]
     path, context = target.path, visibility.context
     assert isinstance(path, Crossing)
@@ -189,7 +189,7 @@ def _check_crossing(visibility: TargetVisibility, index: int) -> None:
 
 
 def _check_range(path: Crosses, visibility: TargetVisibility, frame: int) -> None:
-    """Raise InfeasibleError where the other target, or the crossing, is behind the camera."""
+    """Raise InfeasibleError where the other target, or the crossing point, is behind the camera."""
     here, _, _, range_m = path.meeting(visibility.context)
     if not np.isfinite(here).all():
         raise InfeasibleError(

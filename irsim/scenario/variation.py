@@ -1,8 +1,8 @@
-"""Variations: the ranges of values under `vary`, to draw from and to search.
+"""Variations: the distributions of values under `vary`, to draw from and to search.
 
-A variation returns a value for a quantile from 0 to 1: a Monte Carlo draw is a uniform quantile, and a search moves in
-the cube of quantiles. It also returns a value for an integer severity: 0 is the benign value, each step leads farther
-from it, and failures are shrunk towards 0.
+A variation returns a value for a quantile from 0 to 1: a Monte Carlo draw uses a uniform quantile, and a search moves
+in the cube of quantiles. It also returns a value for an integer severity. Severity 0 is the benign value, each step
+leads farther from it, and a search shrinks failures towards 0.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from irsim.config.base import Family, Kind, invalid
 from irsim.config.quantities import LARGEST, Number, Positive
 
 STEPS = 5
-"""Severities from the benign value to an end of a range."""
+"""Number of severities from the benign value to an end of the interval."""
 
 _BETWEEN = math.pi / 10
-"""Quantile at which few ranges yield an integer, so that keys restricted to integers fail."""
+"""Quantile at which few distributions yield an integer, so that validation detects keys that must be integers."""
 
 CUT_SD = 4.0
-"""Default ends of a normal distribution, in standard deviations: the cut lowers its deviation by 0.05 %."""
+"""Default ends of a normal distribution, in standard deviations. Truncation there lowers its deviation by 0.05 %."""
 
 
 class Variation(Kind):
@@ -37,22 +37,22 @@ class Variation(Kind):
 
     @abstractmethod
     def quantile(self, share: float) -> Any:
-        """Return the quantile of a share, 0 to 1."""
+        """Return the value at quantile `share`, from 0 to 1."""
 
     @abstractmethod
     def probes(self) -> dict[tuple[str | int, ...], Any]:
-        """Return values for validation, including both ends, by their path for error messages."""
+        """Return values to validate, including both ends, by key path for error messages."""
 
     @abstractmethod
     def severities(self, benign: Any) -> range:
-        """Return the severities; negative ones lead to the low end if the benign value lies inside."""
+        """Return all severities. Negative ones lead to the low end if `benign` lies between the ends."""
 
     @abstractmethod
     def at_severity(self, severity: int, benign: Any) -> Any:
-        """Return the value at one of the `severities`."""
+        """Return the value at a severity, one of `severities`."""
 
     def misfit(self, benign: Any) -> str | None:
-        """Return the reason why the benign value does not fit; None if it fits."""
+        """Return the reason why the benign value does not fit the variation; None if it fits."""
         return None
 
 
@@ -62,14 +62,14 @@ class Span(Variation):
     @property
     @abstractmethod
     def ends(self) -> tuple[float, float]:
-        """(low, high)."""
+        """Least and greatest value, (low, high)."""
 
     def probes(self) -> dict[tuple[str | int, ...], Any]:
         low, high = self.ends
         return {("kind",): self.quantile(_BETWEEN), ("low",): low, ("high",): high}
 
     def between(self, start: float, end: float, share: float) -> float:
-        """Return the value at that share of the way from `start` to `end`; severities are equal steps of it."""
+        """Return the value at fraction `share` of the way from `start` to `end`. Severities are equal steps."""
         return start + (end - start) * share
 
     def severities(self, benign: Any) -> range:
@@ -163,7 +163,7 @@ class Normal(Span):
 
     @property
     def _shares(self) -> tuple[float, float]:
-        """Shares of the whole distribution below its two ends."""
+        """Fractions of the untruncated distribution below the two ends."""
         whole, (low, high) = NormalDist(self.mean, self.sd), self.ends
         return whole.cdf(low), whole.cdf(high)
 

@@ -1,7 +1,7 @@
-"""Visibility of a scenario's targets: place and silhouette in each frame, and the fraction that occluders hide.
+"""Visibility of a scenario's targets: position and silhouette in each frame, and the fraction that occluders hide.
 
-A frame integrates light over an exposure, so fractions are means over the exposure's sample times, weighted by the
-target's area at each.
+A frame integrates light over an exposure. Fractions are therefore means over the exposure's sample times, weighted by
+the target's area at each time.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box, Floats
 
 MAX_FRAMES = 3000
-"""Most frames of a scenario at which visibility is computed for a warning."""
+"""Largest number of frames at which visibility is computed for a warning."""
 FEWER_FRAMES = 200
-"""The same for warnings that need no dense sampling."""
+"""Largest number of frames for warnings that need no dense sampling."""
 
 _CACHED_SPRITES = 256
-"""Cached sprites of each other sample time of an exposure."""
+"""Number of cached sprites for each sample time of an exposure other than the frame's own time."""
 _CACHED_FRAME_SPRITES = 16_384
-"""Cached sprites at the frames' own times: MAX_FRAMES of five targets. All of 10^6 frames would take some 15 GB."""
+"""Number of cached sprites at the frames' own times: MAX_FRAMES of five targets. 10^6 frames would take 15 GB."""
 
 
 def sampled_frames(frames: int, most: int = FEWER_FRAMES) -> Floats:
-    """Return the numbers of all `frames` frames, or of `most` evenly spread ones, (n,)."""
+    """Return the numbers of all frames, or of `most` evenly spread ones, (n,)."""
     return np.unique(np.linspace(0, frames - 1, min(frames, most)).round())
 
 
 def frames_present(target: Target, frames: Floats) -> Floats:
-    """Return those of the frames in which a target exists, (n,)."""
+    """Return the numbers of those frames in which a target exists, (n,)."""
     return frames[[target.exists(int(frame)) for frame in frames]]
 
 
 @dataclass(frozen=True)
 class TargetVisibility:
-    """Targets of a scenario, without its disabled parts, `offset` frames after the time of each frame."""
+    """Targets of a scenario that are switched on, at `offset` frames after the time of each frame."""
 
     scenario: Scenario
     offset: float = 0.0
@@ -66,7 +66,7 @@ class TargetVisibility:
 
     @cached_property
     def trajectories(self) -> dict[str, TargetTrajectory]:
-        """Trajectories of the enabled targets, by id."""
+        """Trajectories of the targets that are switched on, by id."""
         enabled = (target for target in self.shown.targets if self.shown.is_on(target.id))
         return {target.id: TargetTrajectory.of(target, self.camera, self.context, self.offset) for target in enabled}
 
@@ -83,7 +83,7 @@ class TargetVisibility:
         return CameraPose(context, camera.lens(frame), camera.rotations[frame], camera.places[frame], time_s)
 
     def sprite(self, name: str, frame: int) -> Sprite | None:
-        """Return target `name` as drawn in a frame; None where it does not exist or leaves no pixel."""
+        """Return target `name` as drawn in a frame; None where it does not exist or covers no pixel."""
         key = (name, frame)
         if key not in self._sprites:
             if len(self._sprites) == (_CACHED_SPRITES if self.offset else _CACHED_FRAME_SPRITES):
@@ -94,32 +94,33 @@ class TargetVisibility:
         return self._sprites[key]
 
     def range_from_origin_m(self, name: str, frame: int, sprite: Sprite) -> float:
-        """Return the range of target `name` from the camera's first position, m."""
+        """Return the distance of target `name` from the camera's first position, m."""
         range_m = self.trajectories[name].range_from_origin_m(frame, self.pose(frame))
         return sprite.range_m if range_m is None else range_m
 
     def occluded(self, occluders: Sequence[Occluder], name: str, frame: int) -> float:
-        """Return the fraction 0..1 of target `name` that these occluders together hide in a frame."""
+        """Return the fraction 0..1 of target `name` that `occluders` together hide in a frame."""
         return self._fraction(name, frame, lambda at, sprite: at._occluded_px2(occluders, name, frame, sprite))
 
     def occluded_in_picture(self, occluder: Occluder, name: str, frame: int) -> float:
-        """Return the hidden fraction 0..1 of the part of target `name` inside the picture; 0 where none is inside."""
+        """Return the hidden fraction 0..1 of the part of target `name` inside the picture; 0 where it is outside."""
         inside = self._fraction(name, frame, lambda _, sprite: self._inside_px2(sprite))
         return self.occluded([occluder], name, frame) / inside if inside > AREA_ROUNDING else 0.0
 
     def ever_occludes(self, occluder: Occluder, name: str) -> bool:
-        """Return whether an occluder hides any of target `name` in some frame, of at most MAX_FRAMES spread evenly."""
+        """Return whether an occluder hides any of target `name` in one of at most MAX_FRAMES evenly spread frames."""
         step = math.ceil(self.scenario.frames / MAX_FRAMES)
         return any(self.occluded([occluder], name, frame) > 0 for frame in range(0, self.scenario.frames, step))
 
     def in_first_view(self, pixels: Floats, range_m: float, frame: int) -> Floats:
-        """Return pixels (n, 2) of a frame as pixels of the camera at rest, for points at `range_m` from its origin."""
+        """Return pixels (n, 2) of a frame as pixels of the camera at rest, for points `range_m` from its origin."""
         pose = self.pose(frame)
         rays = pose.lens.directions(pixels) @ pose.rotation
         return pose.context.geometry.project(pose.place + rays * _ray_length(rays, pose.place, range_m))
 
     def line_of_sight_px(self, name: str, range_m: float) -> Floats:
-        """Return where the line of sight to target `name` passes `range_m`, (frames, 2) px of the camera at rest."""
+        """Return where the line of sight to a target reaches distance `range_m`, (frames, 2) px of the camera at
+        rest."""
         places = self.camera.places
         rays = self.trajectories[name].positions - places
         rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
@@ -131,11 +132,15 @@ class TargetVisibility:
 
     @cached_property
     def _extents(self) -> dict[int, tuple[Occluder, Box | None]]:
-        """Extents by `id` of the occluder, which need not be hashable; its reference keeps the id unique."""
+        """Boxes around occluders, by `id` of the occluder, which may be unhashable. Its reference keeps the `id`
+        unique."""
         return {}
 
     def _fraction(self, name: str, frame: int, area: Callable[[TargetVisibility, Sprite], float]) -> float:
-        """Return the sum of `area`, px2, over the sample times, divided by that of the target's area: 0..1."""
+        """Return the sum of `area` over the sample times, divided by that of the target's whole area: 0..1.
+
+        `area` maps the visibility at a sample time and the target's sprite to an area, px2.
+        """
         drawn = [(at, sprite) for at in self.exposure if (sprite := at.sprite(name, frame)) is not None]
         return sum(area(*each) for each in drawn) / sum(sprite.area for _, sprite in drawn) if drawn else 0.0
 
@@ -157,7 +162,7 @@ class TargetVisibility:
     def _overlap(
         self, occluder: Occluder, name: str, frame: int, sprite: Sprite
     ) -> tuple[tuple[slice, slice], Floats] | None:
-        """Return the region of the sprite that an occluder lies in front of, and its cover 0..1 there."""
+        """Return the region of the sprite that an occluder covers, and the covered fraction 0..1 of its pixels."""
         if self.range_from_origin_m(name, frame, sprite) <= occluder.range_m:
             return None
         extent = self._extent(occluder)
@@ -170,13 +175,13 @@ class TargetVisibility:
         return None if overlap is None else (overlap[0], screen.cover[overlap[1]])
 
     def _extent(self, occluder: Occluder) -> Box | None:
-        """Return the box around all of an occluder, px of the camera at rest: the same in every frame."""
+        """Return the box around all of an occluder, px of the camera at rest, which is the same in every frame."""
         if id(occluder) not in self._extents:
             self._extents[id(occluder)] = occluder, occluder.extent(self.context)
         return self._extents[id(occluder)][1]
 
     def _may_meet(self, sprite: Sprite, extent: Box, range_m: float, frame: int) -> bool:
-        """Return whether an occluder of this extent, px of the camera at rest, can overlap the sprite."""
+        """Return whether an occluder within the box `extent`, px of the camera at rest, can overlap the sprite."""
         rows, columns = sprite.cover.shape
         left, top = sprite.x0 - 0.5, sprite.y0 - 0.5
         ends = np.array([[left, top], [left + columns, top], [left + columns, top + rows], [left, top + rows]])
@@ -188,8 +193,8 @@ class TargetVisibility:
 
 
 def _ray_length(rays: Floats, places: Floats, range_m: float) -> Floats:
-    """Return the distance, m, (n, 1), along unit rays (n, 3) from places (n, 3) or (3,) to the sphere of radius
-    `range_m` around the camera's first position; nan where a ray misses it."""
+    """Return the distance, m, (n, 1), along unit `rays` (n, 3) from `places` (n, 3) or (3,) to the sphere of radius
+    `range_m` around the camera's first position; nan where a ray misses the sphere."""
     along = np.sum(rays * places, axis=-1, keepdims=True)
     square = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
     return np.asarray(np.sqrt(np.where(square > 0, square, np.nan)) - along)
