@@ -28,8 +28,8 @@ _KINDS: dict[str, type] = {
 def export(results: Results | str | Path, out: str | Path) -> Path:
     """Write the newest runs of a results file as a table, by the ending of `out`: .csv or .parquet (or .pq).
 
-    A row has the key of a run (`irtrack.bench.Key`), its outcome, and every figure of `irtrack.metrics.FIGURES`; empty
-    (null) where it has none. InputError where the table cannot be written.
+    A row has the key of a run (`irtrack.bench.Key`), its outcome, and every metric of `irtrack.metrics.FIGURES`; empty
+    (null) where a metric is undefined. InputError where the table cannot be written.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:

@@ -1,4 +1,4 @@
-"""Plan of a bench: every source with its seeds, every tracker on each."""
+"""Plan of a bench: the runs of every tracker on every source with every seed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker, Tracker
 
 Outcome = tuple[RunRecord, Trace | None]
-"""Record of a finished run, and its trace; None where it failed."""
+"""Record of a finished run, and its trace; the trace is None where the run failed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """Run to be done: its tracker under its label, and its key."""
+    """Run to be done, a member of its group: the tracker, its label, and the key of the run."""
 
     label: str
     tracker: Tracker
@@ -32,7 +32,7 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Runs of one source and scene, which share its frames.
+    """Runs on one source with one scene seed, which share its rendered frames.
 
     target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
     members: the runs to be done.
@@ -48,11 +48,11 @@ class Group:
     members: tuple[Member, ...]
 
     def of(self, members: Sequence[Member]) -> Group:
-        """Return the group with these members."""
+        """Return this group with other members."""
         return replace(self, members=tuple(members))
 
     def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
-        """Return the outcome of a failed member; `frame` where the failure itself does not name it."""
+        """Return the outcome of a failed run; `frame`: index of its frame, where the text of the failure lacks it."""
         where = f"{self.name}, seed {member.key.tracker_seed}"
         gap = "\n" if "\n" in failure else " "
         outcome, text = failure, f"{where}:{gap}{failure}"
@@ -62,7 +62,7 @@ class Group:
         return replace(self._record(member), status="failed", failure=text, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
-        """Return the outcome of a member that reached the end."""
+        """Return the outcome of a run that reached the last frame."""
         return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), trace
 
     def _record(self, member: Member) -> RunRecord:
@@ -79,7 +79,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class TrackerSpec:
-    """Tracker spec: an entry with the parts of a key that describe its tracker."""
+    """Tracker spec: an entry with the fields of the run key that describe its tracker."""
 
     entry: Entry
     config: str
@@ -131,7 +131,7 @@ class Seeds:
 
 
 APART = 1000
-"""Step between the tracker seeds of one scene, so that few scenes share one."""
+"""Step between the tracker seeds of one scene, so that few scenes have a tracker seed in common."""
 
 
 def plans(
@@ -192,8 +192,8 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # A value from Python is named by the path of a recording, or by the file in which the report offers the
-        # scenario, changes included.
+        # An object from Python is named by the path of its recording, or by the file in which the report offers
+        # its scenario, changes included.
         changes = () if each.word is None else each.changes
         row = SourceRow(
             hash=seeded.hash,

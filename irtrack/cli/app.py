@@ -134,7 +134,7 @@ def run(
         if tracker_seed is None:
             tracker_seed = seed if seed is not None else opened.seed or 0
         if sys.__stderr__ is not None and not faulthandler.is_enabled():
-            faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker
+            faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker that called it
         player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"

@@ -12,7 +12,7 @@ from irsim.types import Box, Floats
 from irtrack.types import LEAST_PX
 
 MATCH = 0.5
-"""Least similarity of a match in CLEAR MOT and IDF1 (MOTChallenge)."""
+"""Least similarity (overlap) of a match in CLEAR MOT and IDF1 (MOTChallenge)."""
 
 HOTA_ALPHAS = np.arange(1, 20) / 20
 """Localisation thresholds of HOTA: 0.05 to 0.95 (Luiten et al., section 3.3)."""
@@ -20,9 +20,9 @@ HOTA_ALPHAS = np.arange(1, 20) / 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One frame: identities of its n targets and of the m tracks that report a position, and their similarity.
+    """One frame: identities of its n targets and of the m tracks that report a position in it, and their similarity.
 
-    similarity   (n, m) 0..1
+    similarity   (n, m) 0..1, of each target and each track
     """
 
     targets: tuple[str, ...]
@@ -31,7 +31,7 @@ class Scene:
 
     @classmethod
     def of(cls, targets: dict[str, Box], tracks: dict[str, Box]) -> Scene:
-        """Return the scene of true and tracked boxes by identity; similarity is overlap, no side under `LEAST_PX`."""
+        """Return the frame of true and tracked boxes by identity; similarity: overlap, sides at least `LEAST_PX`."""
         rows = [[a.at_least(LEAST_PX).iou(b.at_least(LEAST_PX)) for b in tracks.values()] for a in targets.values()]
         return cls(tuple(targets), tuple(tracks), np.array(rows, dtype=np.float64).reshape(len(targets), len(tracks)))
 
@@ -55,9 +55,10 @@ class Clear:
 def clear_mot(scenes: Sequence[Scene], least: float = MATCH) -> Clear:
     """Return the counts of CLEAR MOT.
 
-    Bernardin and Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1. A pair of the
-    frame before stays together while it is similar enough; the rest are matched for the largest number of matches,
-    then for similarity. A target whose track is not its last one is a switch.
+    Bernardin and Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1. A pair matched
+    in the previous frame stays matched while its similarity is at least `least`; the other targets and tracks are
+    matched for the largest number of matches, then for the largest similarity. A target matched to another track than
+    at its last match counts as an identity switch.
     """
     last: dict[str, str] = {}
     before: dict[str, str] = {}
@@ -83,10 +84,10 @@ def clear_mot(scenes: Sequence[Scene], least: float = MATCH) -> Clear:
 
 
 def idf1(scenes: Sequence[Scene], least: float = MATCH) -> float:
-    """Return IDF1 = 2 IDTP / (targets + tracks), 0..1, over all frames; nan of no box.
+    """Return IDF1 = 2 IDTP / (targets + tracks), 0..1, over all frames; nan without boxes.
 
     Ristani, Solera, Zou, Cucchiara, Tomasi, "Performance measures and a data set for multi-target,
-    multi-camera tracking", ECCV Workshops 2016, eqs. 5 to 10: each target has one track over all frames.
+    multi-camera tracking", ECCV Workshops 2016, eqs. 5 to 10: each target is assigned one track for all frames.
     """
     targets, tracks = _identities(scenes)
     together = np.zeros((len(targets), len(tracks)))
@@ -100,7 +101,7 @@ def idf1(scenes: Sequence[Scene], least: float = MATCH) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Hota:
-    """HOTA and its detection and association parts, each the mean over the thresholds; nan of no box."""
+    """HOTA, detection and association accuracy, each the mean over the thresholds; nan without boxes."""
 
     hota: float
     detection: float
@@ -114,7 +115,7 @@ def hota(scenes: Sequence[Scene]) -> Hota:
     alike, seen, reported = np.zeros(shape), np.zeros(len(targets)), np.zeros(len(tracks))
     for scene in scenes:
         place = _places(scene, targets, tracks)
-        # A pair's share of a frame: its similarity against all others of its target and of its track.
+        # Each pair gets a share of the frame: its similarity over the sum of those of its target and its track.
         rivals = scene.similarity.sum(axis=0, keepdims=True) + scene.similarity.sum(axis=1, keepdims=True)
         rivals = rivals - scene.similarity
         alike[place] += np.divide(scene.similarity, rivals, out=np.zeros_like(rivals), where=rivals > 0)
@@ -139,7 +140,7 @@ def hota(scenes: Sequence[Scene]) -> Hota:
 
 @dataclass(frozen=True, slots=True)
 class Gospa:
-    """Distance, px, and the parts of its p-th power: localisation, missed and false targets."""
+    """GOSPA distance, px, and the terms of its p-th power: localisation, missed and false targets."""
 
     distance: float
     localisation: float
@@ -151,8 +152,8 @@ def gospa(targets: Floats, estimates: Floats, c: float, p: float = 2.0) -> Gospa
     """Return the GOSPA distance of estimates (m, 2) px of one frame from its targets (n, 2) px, with alpha = 2.
 
     Rahmathullah, Garcia-Fernandez, Svensson, "Generalized optimal sub-pattern assignment metric",
-    FUSION 2017, definition 1 and proposition 1. c: the distance from which on a pair is a miss and a
-    false target, px.
+    FUSION 2017, definition 1 and proposition 1. `c`: distance from which on a target and an estimate count as a miss
+    and a false target, px; `p`: order.
     """
     offsets = np.reshape(targets, (-1, 1, 2)) - np.reshape(estimates, (1, -1, 2))
     costs = np.minimum(np.hypot(offsets[..., 0], offsets[..., 1]), c) ** p
@@ -171,7 +172,7 @@ def _matched(values: Floats) -> Iterator[tuple[int, int]]:
 
 
 def _identities(scenes: Sequence[Scene]) -> tuple[dict[str, int], dict[str, int]]:
-    """Return a number for every target and every track."""
+    """Return a number for each target and each track, by identity."""
     targets = {name: None for scene in scenes for name in scene.targets}
     tracks = {name: None for scene in scenes for name in scene.tracks}
     return {name: i for i, name in enumerate(targets)}, {name: i for i, name in enumerate(tracks)}
@@ -180,7 +181,7 @@ def _identities(scenes: Sequence[Scene]) -> tuple[dict[str, int], dict[str, int]
 def _places(
     scene: Scene, targets: dict[str, int], tracks: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows and columns of the pairs of a frame."""
+    """Return the numbers of the targets (n, 1) and of the tracks (1, m) of a frame, as matrix indices."""
     rows = np.array([targets[name] for name in scene.targets], dtype=np.int64)
     columns = np.array([tracks[name] for name in scene.tracks], dtype=np.int64)
     return rows[:, None], columns[None, :]
