@@ -29,10 +29,10 @@ _CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
 
 
 def error_line(error: BaseException) -> str:
-    """Return an exception in one line: 'ValueError: text'."""
+    """Return type and text of an exception in one line: 'ValueError: text'."""
     try:
         said = " ".join(str(error).split())
-    except Exception:  # an exception of a user's class may fail at this, too
+    except Exception:  # the `__str__` of a user's exception class may raise, too
         said = ""
     return printable(f"{type(error).__name__}{said and f': {said}'}")
 
@@ -48,11 +48,11 @@ class TrackerError(IrtrackError):
     """
 
     def calls(self) -> str:
-        """Return the tracker's own part of the traceback; '' where it raised nothing."""
+        """Return the part of the traceback inside the tracker; '' where the tracker raised nothing."""
         return printable("".join(traceback.format_tb(self._own())).rstrip())
 
     def trace(self) -> str:
-        """Return that part with the exception; '' where it raised nothing."""
+        """Return the traceback inside the tracker with the exception; '' where the tracker raised nothing."""
         cause = self.__cause__
         return printable("".join(traceback.format_exception(type(cause), cause, self._own())).rstrip()) if cause else ""
 

@@ -18,7 +18,7 @@ from irsim.notebook import card
 from irsim.types import Box, Floats, Frame, Input
 
 LEAST_PX = 5.0
-"""Least side of a start box and of boxes that are compared: the box of a point target holds too few pixels."""
+"""Least side of start boxes and of compared boxes, px, since the box of a point target contains too few pixels."""
 
 Status = Literal["tracking", "occluded", "lost"]
 """State that a tracker reports: target seen, position predicted through an occlusion, track lost."""
@@ -31,7 +31,7 @@ class Estimate:
     center      (x, y) px, finite
     size        (w, h) px
     status      see `Status`
-    score       similarity or confidence, of any scale; None where it has none
+    score       similarity or confidence, of any scale; None where the tracker has none
     velocity    (vx, vy) px per frame
     covariance  (2, 2) px^2 of the centre
     neff        effective number of particles
@@ -54,7 +54,7 @@ class Estimate:
 
 
 def fault(estimate: object) -> str | None:
-    """Return the error of an output of a tracker, with the allowed values; None where it is a valid `Estimate`."""
+    """Describe the error in an output of a tracker, with the allowed values; None where it is a valid `Estimate`."""
     if not isinstance(estimate, Estimate):
         return f"step gave (state, {type(estimate).__name__}); allowed: (state, Estimate)"
     if estimate.status not in get_args(Status):
@@ -98,7 +98,7 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
     "particles": (None, None),
     "weights": (None,),
 }
-"""Shapes of the fields of an Estimate; None: any length."""
+"""Shapes of the fields of an Estimate; None: any number of elements."""
 
 
 def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
@@ -111,11 +111,12 @@ def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
 
 
 class Tracker(Protocol):
-    """Frozen parameters with two pure functions.
+    """Tracker: frozen parameters with two pure functions.
 
     `step` returns a new state and leaves the old one, the frame and the box unchanged, so that a copied or pickled
-    state resumes exactly. A tracker that promises this has `resumable = True`; no step of another is repeated. The
-    generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not its label.
+    state resumes exactly. A tracker that promises this has `resumable = True`; steps of other trackers are never
+    repeated. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not its
+    label.
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
@@ -140,7 +141,7 @@ class PlainTracker(Protocol):
         ...
 
     def step(self, image: Any, /) -> Any:
-        """Return the place of the target in the next image."""
+        """Return the position of the target in the next image."""
         ...
 
 
@@ -252,7 +253,7 @@ class Detector(Protocol):
 
 
 class Estimates:
-    """Base of values with n estimates; gives their fields as arrays."""
+    """Base of classes with n estimates, whose fields it returns as arrays."""
 
     estimates: tuple[Estimate, ...]
 
@@ -273,14 +274,14 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False)
 class Track(Estimates):
-    """Run of a tracker over a source: the start box as estimate of the start frame, then each step.
+    """Result of a tracker on a source: the start box as estimate of the start frame, then the estimate of each step.
 
     source, source_hash   of the Source
     tracker               label in tables;  config: its name and parameters
     target                id of the target followed, None where a box was given
     start                 index of the first frame;  start_box: the box given there
     indices               (n,) frame indices;  times (n,) s
-    estimates             n of them, the first is the start box itself
+    estimates             n estimates, of which the first is the start box itself
     step_ms, cpu_ms       (n,) wall time, and CPU time of the process, of each init or step, ms
     """
 

@@ -1,6 +1,7 @@
-"""C kernels of trackers, `kernels`; `COMPILED` is true where they were built at installation.
+"""C kernels of trackers, in `kernels`; `COMPILED` is true where they were built at installation.
 
-Each has a plain twin beside its caller, which documents it. IRSIM_PLAIN=1 in the environment selects the plain twins.
+Each kernel has an equivalent in Python beside its caller, whose docstring documents both. IRSIM_PLAIN=1 in the
+environment selects the Python equivalents.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bench: scenes by trackers by seeds, kept in a results file."""
+"""Bench: runs of every tracker on every scenario or recording with every seed, kept in a results file."""
 
 from irtrack.bench.export import export
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow

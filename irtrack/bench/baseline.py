@@ -1,4 +1,4 @@
-"""Baseline: the figures that every run of a suite once had, and the changes of a new measurement."""
+"""Baseline: the stored metrics of every run of a suite, and their comparison with a new measurement."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
 
 HELD = ("lost", "error", "off_share", "success_auc", "lt_f")
-"""Figures of a baseline: loss, error and overlap."""
+"""Metrics that a baseline holds, by name in `irtrack.metrics.FIGURES`: loss, error and overlap."""
 
 TOLERANCE = 0.04
-"""Largest relative change of a figure: other rounding on another machine may change a run of particles by so much."""
+"""Largest relative change of a metric that is ignored: rounding on another machine may change a particle filter."""
 
 FLOOR = 0.002
-"""Largest change in the unit of the figure that is ignored: figures may be 0."""
+"""Absolute change, in the unit of the metric, that is ignored in addition, since a metric may be 0."""
 
 Run: TypeAlias = tuple[str, str, int]
-"""(source, label, seed)."""
+"""(name of the source, label of the tracker, seed)."""
 
 Baseline: TypeAlias = Mapping[Run, Mapping[str, float | None]]
-"""Figures of each run; None where it has none."""
+"""Metrics of each run by name; None where a metric is undefined for the run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Changed figure; `old` or `new` is None where it is unknown. The figure is 'run' for a run that only one has."""
+    """Changed metric of one run; `old`, `new`: None where undefined. `figure` is 'run' where only one has the run."""
 
     run: Run
     figure: str
@@ -55,11 +55,12 @@ def measure(
     frame_limit_s: float | None = None,
     seen: Callable[[RunRecord], None] | None = None,
 ) -> Baseline:
-    """Run the suite and take its figures; a failed run is lost and has no other.
+    """Run the suite and return the metrics of its runs; a failed run counts as lost and has no other metric.
 
-    frame_limit_s  runs trackers in worker processes: one that takes longer for a frame, or in a run longer than the
-                   suite allows if it does, is stopped, and one that dies has failed alone
-    seen           called with each run's cell
+    frame_limit_s  longest time of a tracker for one frame, s; a limit for a whole run in the suite takes its place.
+                   Trackers then run in worker processes: a tracker that takes longer is stopped, and one that dies
+                   fails alone
+    seen           called with the record of each run
     """
     with tempfile.TemporaryDirectory() as scratch:
         kept = run_bench(
@@ -86,7 +87,7 @@ def measure(
 
 
 def changes(old: Baseline, new: Baseline) -> list[Change]:
-    """Return the differences beyond `TOLERANCE`, in the order of the runs."""
+    """Return the changes larger than `TOLERANCE` and `FLOOR` allow, in the order of the runs."""
     found: list[Change] = []
     for run in sorted({*old, *new}):
         if run not in old or run not in new:
@@ -119,7 +120,7 @@ def read(path: Path) -> Baseline:
 
 
 def write(baseline: Baseline, path: Path) -> None:
-    """Write a run a line, so that a change is one line of a diff."""
+    """Write the baseline, one line per run, so that a changed run is one line of a diff."""
     rows = [
         json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
         for (source, label, seed), figures in sorted(baseline.items())

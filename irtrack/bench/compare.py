@@ -16,7 +16,7 @@ from irtrack.metrics import LEAST_SCENES, Difference, scenes_for
 from irtrack.metrics.tasks import ALL_FIGURES
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
-"""Figures compared by default."""
+"""Metrics compared by default."""
 
 COMPARED = tuple(name for name, figure in ALL_FIGURES.items() if figure.better is not None)
 """Figures of which less or more is better."""
@@ -24,9 +24,9 @@ COMPARED = tuple(name for name, figure in ALL_FIGURES.items() if figure.better i
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One figure of one tracker on one source (or all), old and new, over the runs that both have.
+    """Comparison of one metric of one tracker on one source (or on all), over the runs that old and new results share.
 
-    old, new     means over the pairs;  difference  new minus old, its interval by scenes
+    old, new     means over the paired runs;  difference  mean of new minus old, with its interval over scenes
     """
 
     source: str
@@ -38,7 +38,7 @@ class Comparison:
 
     @property
     def verdict(self) -> Literal["better", "worse", "tie", "too few"]:
-        """Verdict: a tie where the interval contains zero, too few where the runs give no interval."""
+        """Verdict: 'tie' where the interval contains zero, 'too few' where there are too few runs for an interval."""
         if self.difference.is_open:
             return "too few"
         if self.difference.is_tie:
@@ -47,7 +47,7 @@ class Comparison:
 
     @property
     def worsening(self) -> tuple[float, float]:
-        """Least and largest worsening by the interval; below zero where it is better."""
+        """Ends of the interval of the worsening, the smaller first; below zero where the new results are better."""
         d = self.difference
         return (d.low, d.high) if ALL_FIGURES[self.figure].better == "less" else (-d.high, -d.low)
 
@@ -62,10 +62,10 @@ class Comparison:
 
 
 def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequence[str] = USUAL) -> list[Comparison]:
-    """Return every figure for each source and label that both have, and over all sources where there are several.
+    """Return a comparison of each metric for each source and label in both, and over all sources of a label.
 
-    Runs are paired by source, target, start, input and seeds: the same frames. A failed run counts
-    as lost and has no other figure. InputError for an unknown figure, or where no run is in both.
+    Runs are paired by source, target, start, input and seeds, so that both trackers saw the same frames. A failed run
+    counts as lost and has no other metric. InputError for an unknown metric, or where no run is in both.
     """
     for name in figures:
         check_figure(name)
@@ -85,7 +85,7 @@ def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequenc
 
 
 def check_figure(name: str) -> None:
-    """Raise InputError where there is no such figure, or neither less nor more of it is better."""
+    """Raise InputError where no metric has this name, or the metric has no better direction."""
     if name not in COMPARED:
         raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED)}")
 
@@ -110,7 +110,7 @@ def under_one_label(cells: Iterable[RunRecord], label: str) -> list[RunRecord]:
 
 
 def _pairs(old: Iterable[RunRecord], new: Iterable[RunRecord]) -> dict[tuple[str, str], list[Pair]]:
-    """Return the pairs by (source, label); each label over all sources last, where it has several."""
+    """Return the paired runs by (source, label); last, for each label with several sources, those over all sources."""
     before, after = _by_place(old), _by_place(new)
     found = {place: both for place in after if (both := pairs(before.get(place, ()), after[place]))}
     for label in sorted({label for _, label in found}):
@@ -129,7 +129,7 @@ def _by_place(cells: Iterable[RunRecord]) -> dict[tuple[str, str], list[RunRecor
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Condition that a figure is not worse by more than `margin`."""
+    """Condition that a metric is not worse by more than `margin`."""
 
     figure: str
     margin: float
@@ -170,7 +170,7 @@ class Gate:
         )
 
     def require_enough(self, comparisons: Iterable[Comparison]) -> None:
-        """Raise InputError where every comparison of this figure has too few runs to be judged."""
+        """Raise InputError where every comparison of this gate's metric has too few runs to be judged."""
         of_figure = [each for each in comparisons if each.figure == self.figure]
         if all(each.verdict == "too few" for each in of_figure):
             raise InputError(

@@ -1,4 +1,4 @@
-"""Plan of a bench: every source with its seeds, every tracker on each."""
+"""Plan of a bench: the runs of every tracker on every source with every seed."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ class Group:
     members: tuple[Member, ...]
 
     def of(self, members: Sequence[Member]) -> Group:
-        """Return the group with these members."""
+        """Return this group with other members."""
         return replace(self, members=tuple(members))
 
     def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
-        """Return the outcome of a failed member; `frame` where the failure itself does not name it."""
+        """Return the outcome of a failed run; `frame`: index of its frame, where the text of the failure lacks it."""
         where = f"{self.name}, seed {member.key.tracker_seed}"
         gap = "\n" if "\n" in failure else " "
         outcome, text = failure, f"{where}:{gap}{failure}"
@@ -93,7 +93,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class TrackerSpec:
-    """Tracker spec: an entry with the parts of a key that describe its tracker."""
+    """Tracker spec: an entry with the fields of the run key that describe its tracker."""
 
     entry: Entry
     config: str
@@ -159,7 +159,7 @@ class Seeds:
 
 
 APART = 1000
-"""Step between the tracker seeds of one scene, so that few scenes share one."""
+"""Step between the tracker seeds of one scene, so that few scenes have a tracker seed in common."""
 
 
 def plans(
@@ -225,8 +225,8 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # A value from Python is named by the path of a recording, or by the file in which the report offers the
-        # scenario, changes included.
+        # An object from Python is named by the path of its recording, or by the file in which the report offers
+        # its scenario, changes included.
         changes = () if each.word is None else each.changes
         row = SourceRow(
             hash=seeded.hash,

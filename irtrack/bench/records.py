@@ -20,9 +20,9 @@ from irtrack.metrics.tasks import Task
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Run key: all that decides the outcome of a run, times aside.
+    """Run key: everything that determines the outcome of a run except times.
 
-    source_hash     of the Source, its scene seed applied
+    source_hash     hash of the Source with its scene seed
     target          id of the target followed; None where a box was given and there is no truth
     start           'visible' (first frame in which half the target is visible, box from truth), or
                     'cx,cy,w,h@frame'; 'auto' or 'auto:DETECTOR' (`irtrack.replay.many.auto_start`); 'none' where the
@@ -30,7 +30,7 @@ class Key:
     input           images that the tracker sees
     task            'single', 'many' or 'detect' (`irtrack.metrics.tasks`)
     scene_seed      None for a recording
-    tracker_seed    of the tracker's generators
+    tracker_seed    seed of the tracker's random generators
     config          canonical JSON of the tracker's name and parameters
     code_hash       of the tracker's source code
     weights         digest of the weight files that the tracker declares (`irtrack.registry.identity`); '' without any
@@ -50,7 +50,7 @@ class Key:
     @property
     def digest(self) -> str:
         """Hex digest: the primary key of a results file."""
-        values = [getattr(self, field.name) for field in fields(self)]  # `astuple` copies each: ten times the time
+        values = [getattr(self, field.name) for field in fields(self)]  # `astuple` takes ten times as long
         return hashlib.blake2b(json.dumps(values).encode(), digest_size=16).hexdigest()
 
 
@@ -66,12 +66,12 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class SourceRow:
-    """Source as it was measured.
+    """Source on which a tracker was run, as stored in a results file.
 
-    scene_hash   the same for all seeds of a scenario (a recording: its hash)
-    text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
-    word         its name on a command line;  changes  KEY=VALUE that follow
-    severity     of a scenario that has severities
+    scene_hash   hash of the scenario without its seed; of a recording, its hash
+    text         kind 'scenario': the whole scenario as YAML, with its seed; 'recording': its path
+    word         its name on a command line;  changes  KEY=VALUE overrides after it
+    severity     severity of a scenario that has severities
     size         (columns, rows)
     length       number of frames
     """
@@ -133,10 +133,10 @@ class RunRecord:
 
 
 _HEAD = struct.Struct("<I")
-"""Length of the description that follows, bytes."""
+"""Number of bytes of the description that follows."""
 
 _LEVEL = 1
-"""Level of zlib: on tracks within 5 % of the size of the default level 6, in a third of its time."""
+"""Compression level of zlib: tracks are at most 5 % larger than at the default level 6, in a third of its time."""
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
@@ -147,7 +147,7 @@ def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def unpack(blob: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays of `pack`, read-only; ValueError for other bytes."""
+    """Return the arrays packed by `pack`, read-only; ValueError for other bytes."""
     try:
         data = zlib.decompress(blob)
         (described,) = _HEAD.unpack_from(data)

@@ -1,4 +1,4 @@
-"""Workers of a dask scheduler, on this machine or others, as an executor."""
+"""Executor on the workers of a dask scheduler, on this machine or others."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ WAIT_S = 10.0
 def cluster(address: str) -> Iterator[Executor]:
     """Yield the workers of the scheduler at an address such as 'tcp://127.0.0.1:8786', as an executor.
 
-    No task is replaced by an earlier equal one (`pure=False`): results files decide that. InputError where dask is not
-    installed, no scheduler answers, or it has no worker.
+    Dask reuses no result of an earlier equal task (`pure=False`): only the results file decides which runs exist.
+    InputError where dask is not installed, no scheduler answers, or it has no worker.
     """
     try:
         import distributed
@@ -32,8 +32,8 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         failed = " ".join(str(error).split()) or type(error).__name__
     if client is None:
-        # Outside of the handler, whose error refers to the half-made client. The client closes itself now: later, while
-        # another one starts, it could wait forever.
+        # Outside of the handler, whose error refers to the half-made client. Collected here, the client closes now:
+        # later, while another client starts, closing could wait forever.
         gc.collect()
         raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:

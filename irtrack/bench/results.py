@@ -31,7 +31,7 @@ SCHEMA_VERSION = 7
 """Raised whenever a table below changes. Figures are rows of the table `scores`: a new one changes no table."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
-"""Errors of SQLite where it cannot write: a full disk, a quota or a limit."""
+"""Error codes of SQLite where it cannot write because of a full disk, a quota or a limit."""
 
 _KEY = [field.name for field in fields(Key)]
 
@@ -67,10 +67,10 @@ COMMIT;
 
 
 class Results:
-    """Results file. Errors with the file, also one of another program or a broken one, are InputErrors.
+    """Results file. InputError where the file cannot be used, is of another program, or is damaged.
 
-    `create=True` creates a missing file (its folder must exist). `run` is the call of the bench that opened it; None
-    where it was opened for reading.
+    `create=True` creates a missing file (its folder must exist). `run` is the call of the bench that opened the file;
+    None where the file was opened for reading.
     """
 
     def __init__(self, path: str | Path, create: bool = False) -> None:
@@ -124,13 +124,13 @@ class Results:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Turn errors of reading into InputErrors, also damage that SQLite does not see."""
+        """Turn errors of reading into InputErrors, including damage that SQLite does not detect."""
         with self._file_errors():
             try:
                 yield
             except (sqlite3.Error, InputError):
                 raise
-            except Exception as error:  # UTF-8, JSON and packed arrays each have errors of their own for changed bytes
+            except Exception as error:  # UTF-8, JSON and packed arrays each raise other errors for changed bytes
                 what = f"not all in it can be read ({type(error).__name__})"
                 raise InputError(f"{self.path}: the results file is damaged: {what}") from error
 
@@ -156,10 +156,10 @@ class Results:
 
     @contextmanager
     def sweep(self) -> Iterator[None]:
-        """Make many transactions cheap: 0.02 ms each in place of four waits for the disk, some 16 ms.
+        """Make transactions within the block cheap: 0.02 ms each instead of 16 ms, four waits for the disk.
 
         SQLite keeps commits in a write-ahead log, NAME-wal, and merges it at the end. A process killed in between
-        leaves both files with all that was committed, and the next one to open NAME merges them; a power cut loses
+        leaves both files with all that was committed, and the next process to open NAME merges them; a power cut loses
         only what the system has not written yet (sqlite.org/wal.html). Where another process is writing, or the file
         system has no support, transactions keep their cost.
         """
@@ -169,8 +169,8 @@ class Results:
         try:
             yield
         finally:
-            with suppress(sqlite3.Error):  # open elsewhere: then the last to close it does so
-                self._db.execute("PRAGMA synchronous = FULL")  # without the log, less could damage the file
+            with suppress(sqlite3.Error):  # open in another process: the last to close the file merges the log
+                self._db.execute("PRAGMA synchronous = FULL")  # without the log, a weaker setting could damage the file
                 self._db.execute("PRAGMA journal_mode = DELETE")
 
     @contextmanager
@@ -196,24 +196,24 @@ class Results:
         return cursor.lastrowid or 0
 
     def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
-        """Note a call of the bench and return it; it is `run` from now on."""
+        """Store a call of the bench and return it; `run` is this call from now on."""
         row = {"started": started, "command": command, "versions": json.dumps(versions)}
         self.run = Run(self._insert("runs", row), started, command, dict(versions))
         return self.run
 
     def add_source(self, source: SourceRow) -> None:
-        """Note a source; one of the same name and hash is replaced (a recording may have moved)."""
+        """Store a source; it replaces a source of the same name and hash (a recording may have moved)."""
         row = {field.name: getattr(source, field.name) for field in fields(source)}
         row["columns"], row["rows"] = row.pop("size")
         row["changes"] = json.dumps(source.changes)
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Note that a call wants this run of a source under a label, computed by it or not."""
+        """Store that a call includes this run of a source under a label, whether or not the call computed the run."""
         self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
 
     def has(self, key: Key) -> bool:
-        """Return whether the file has a run that did not fail; failed ones are tried again."""
+        """Return whether the file has this run and it did not fail; failed runs are tried again."""
         with self._file_errors():
             found = self._db.execute("SELECT 1 FROM cells WHERE digest = ? AND status = 'ok'", (key.digest,))
             return found.fetchone() is not None
@@ -247,8 +247,9 @@ class Results:
     def cells(self, every: bool = False, run: Run | None = None) -> list[RunRecord]:
         """Return the run records, by source, label and seeds.
 
-        Where a source or a tracker has changed under the same name, only its newest version is returned, the one that
-        a call wanted last; `every=True` adds the older ones. With `run` only those that this call wanted.
+        Where a source or a tracker has changed under the same name, only the runs of its newest version are returned,
+        which the latest call included; `every=True` adds the older ones. With `run`, only the runs that this call
+        included are returned.
         """
         columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity"]
         sql = f"""

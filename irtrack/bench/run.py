@@ -1,4 +1,4 @@
-"""Run of a bench: groups of runs that share the frames of a source, here, in workers, or on an executor."""
+"""Execution of a bench: groups of runs that share frames run in this process, in workers, or on an executor."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from irtrack.runner.worker import one_thread
 from irtrack.types import GivenTracker
 
 CACHE_BYTES = 64 * 2**20
-"""Largest size of the images kept: 200 frames of 640 x 512 as 8 bits. Each group reads a longer source itself."""
+"""Largest size of the kept images, bytes: 200 frames of 640 x 512 px of 8 bits. Groups read longer sources again."""
 
 
 class FrameCache:
-    """Frames of the source that was read last, where no seed changes it: read once for all tracker seeds."""
+    """Frames of the last source whose frames depend on no seed, so that they are read once for all tracker seeds."""
 
     def __init__(self) -> None:
         self._key: tuple[str, Input] | None = None
@@ -46,16 +46,16 @@ class FrameCache:
         self._references: dict[tuple[str | None, int], Reference] = {}
 
     def pairs(self, source: Source, input: Input) -> list[Pair] | None:
-        """Return all frames of a source; None where its seed changes them, or they are too many to keep.
+        """Return all frames of a source; None where they depend on its seed, or are too many to keep.
 
-        What reading the source raises is passed on.
+        Exceptions raised by the source are passed on.
         """
         columns, rows = source.size
         pixel_bytes = 1 if input == "display" else 2
         if source.seed is not None or len(source) * columns * rows * pixel_bytes > CACHE_BYTES:
             return None
         if self._key != (source.hash, input):
-            self._key, self._pairs, self._references = None, [], {}  # the old frames go before the new ones come
+            self._key, self._pairs, self._references = None, [], {}  # frees the old frames before the new ones are read
             self._pairs = list(source.pairs(input=input))
             self._key = source.hash, input
         return self._pairs
@@ -73,13 +73,13 @@ def _truths(pairs: Iterable[Pair]) -> list[Truth]:
 
 
 def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
-    """Run all members of a group. A tracker that raises fails its own run and no other.
+    """Run all members of a group. A tracker that raises an exception fails its own run and no other.
 
-    cache   frames of the groups before, where one process runs several
+    cache   cache of frames, where one process runs several groups
 
-    What the source raises (a damaged recording) is passed on.
+    Exceptions raised by the source (a damaged recording) are passed on.
     """
-    source = copy(group.source)  # its caches go with it
+    source = copy(group.source)  # the copy is dropped after the group, with its caches
     cache = cache or FrameCache()
     heartbeat = heartbeat or Heartbeat()
     pairs = cache.pairs(source, group.input)
@@ -129,7 +129,7 @@ def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, he
 
 
 class _Attempt:
-    """Player whose tracker may fail, after which it sees no more frames."""
+    """Player of one tracker, which gets no more frames after the tracker has failed."""
 
     def __init__(self, player: Any, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
@@ -149,7 +149,7 @@ class _Attempt:
         except IrtrackError as error:
             self.failure = str(error)
         else:
-            if self._heartbeat.overdue:  # done before the watchdog came
+            if self._heartbeat.overdue:  # the frame ended after its deadline, but before the watchdog noticed
                 self.failure, self.at = self._heartbeat.limit.exceeded(), frame.index
 
 
@@ -177,14 +177,14 @@ def run_bench(
 ) -> Results:
     """Run every tracker on every source with every seed; runs in the results file are not repeated.
 
-    sources   scenarios and recordings, or entries with changes and severities; their names differ
-    trackers  specs (`irtrack.bench.spec`), trackers, or entries; their labels differ
+    sources   scenarios and recordings, or entries with changes and severities; no two have the same name
+    trackers  specs (`irtrack.bench.spec`), trackers, or entries; no two have the same label
     seeds     a number (0, 1, ...) or a list. Run i of a scenario has scene seed i and tracker seed i, the same scenes
               for every tracker; a recording has tracker seeds only
-    tracker_seeds   runs of each scene, each with another tracker seed (`irtrack.bench.plan.Seeds`)
-    jobs      worker processes; the outcomes are the same for any number, times aside. With more than one, or
+    tracker_seeds   number of runs of each scene, each with another tracker seed (`irtrack.bench.plan.Seeds`)
+    jobs      number of worker processes, on which only the measured times depend. With more than one, or
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
-    executor  any executor in place of those processes, such as dask's; it is left open
+    executor  any executor, such as dask's, in place of the worker processes; it is left open
     time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
     frame_limit_s  in place of it, the longest time for each frame
     target    id of the target to track in every source; by default that of each source
@@ -239,7 +239,7 @@ def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
 
 
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
-    """Note the runs of the plan; return its group with those that neither the file nor an earlier group has.
+    """Store the runs of the plan; return its group with the runs that neither the file nor an earlier group has.
 
     Two labels, or two names of the same scene, may have one run.
     """
@@ -269,7 +269,7 @@ def _outcomes(
 def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list[Group]) -> Iterator[list[Outcome]]:
     futures = [executor.submit(task, group) for group in groups]
     waiting, done = WeakSet(futures), as_completed(futures)
-    del futures  # each is let go, with the tracks in it, when it has been yielded
+    del futures  # each future is freed, with its tracks, when its outcomes have been yielded
     try:
         for future in done:
             try:
@@ -281,7 +281,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 raise WorkerError(f"a worker failed: {what}") from error
             yield found
     finally:
-        for future in list(waiting):  # else the executor of a caller would continue with them
+        for future in list(waiting):  # otherwise an executor of the caller would continue to run them
             future.cancel()
 
 
@@ -292,7 +292,7 @@ def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
 
 
 def run_limited(group: Group, limit: Limit) -> list[Outcome]:
-    """Run a group in a worker process of this process, which may itself be an executor's worker."""
+    """Run a group in a new worker process, started by this process, which may itself be an executor's worker."""
     if multiprocessing.current_process().daemon:
         raise IrtrackError(
             "a time limit takes workers that may start processes; allowed for dask: "
@@ -303,7 +303,7 @@ def run_limited(group: Group, limit: Limit) -> list[Outcome]:
 
 
 def _run_in(pool: Pool, limit: Limit, group: Group) -> list[Outcome]:
-    """Run a group in a worker of a pool; a tracker that hangs or kills it fails alone."""
+    """Run a group in a worker of a pool; a tracker that hangs or kills the worker fails alone."""
     answers = pool.run(_run_members, group.members, group.of(()), limit=limit, name=group.name)
     return [
         group.failed(member, answer.what, answer.frame) if isinstance(answer, Blame) else answer
@@ -312,7 +312,7 @@ def _run_in(pool: Pool, limit: Limit, group: Group) -> list[Outcome]:
 
 
 _worker_cache = FrameCache()
-"""Of a worker process: it runs one group at a time."""
+"""Cache of frames of a worker process, which runs one group at a time."""
 
 
 def _run_members(heartbeat: Heartbeat, members: Sequence[Member], group: Group) -> list[Outcome]:

@@ -30,14 +30,14 @@ class Entry:
 def parse_trackers(text: str) -> list[Entry]:
     """Return the entries of a list such as ``grey_pf,big=grey_pf:n=500:damping=0.9,mine=pkg.mod:Class``.
 
-    A comma or colon within brackets or quotes belongs to its value. InputError as `parse_tracker_spec`.
+    A comma or colon within brackets or quotes belongs to its value. InputError as for `parse_tracker_spec`.
     """
     return [parse_tracker_spec(part) for part in _split(text, ",")]
 
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """Parts of a tracker's spec; `label` is None where it has none."""
+    """Parts of a tracker's spec as text; `label` is None where the spec gives none."""
 
     label: str | None
     name: str
@@ -47,7 +47,7 @@ class Spec:
 def parse_tracker_spec(text: str) -> Entry:
     """Return the entry of a spec; without a label the whole spec is the label.
 
-    InputError as `read_spec` and `irtrack.registry.table.make`.
+    InputError as for `read_spec` and `irtrack.registry.table.make`.
     """
     from irtrack.registry.table import make
 
@@ -70,7 +70,7 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
     """Return the parts of a spec. VALUE is read as YAML.
 
     A part that does not begin with ``KEY=`` belongs to the part before it: a VALUE (``path=a:b``), or the NAME
-    (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable one or a repeated parameter.
+    (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable spec or a repeated parameter.
     """
     first, *rest = _split(text.strip(), ":")
     label, is_labelled, name = first.rpartition("=")
@@ -99,7 +99,7 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
 
 
 def entry(tracker: str | GivenTracker | Entry) -> Entry:
-    """Return the entry of a spec, of a tracker, plain or not, or an entry as it is."""
+    """Return the entry of a spec, a tracker, or a plain tracker (`irtrack.types.PlainTracker`); an entry as it is."""
     from irtrack.registry.identity import tracker_name
     from irtrack.registry.table import of
 
@@ -112,7 +112,7 @@ def entry(tracker: str | GivenTracker | Entry) -> Entry:
 
 
 def _split(text: str, mark: str) -> list[str]:
-    """Return the parts between marks outside of brackets and quotes."""
+    """Split a text at a separator, except within brackets and quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -135,13 +135,13 @@ AnySource: TypeAlias = str | Path | irsim.Scenario | Source
 
 @dataclass(frozen=True, eq=False)
 class SourceEntry:
-    """Source and its use.
+    """Source of a bench, with its overrides, severities, target and name.
 
     source       a scenario's or recording's path or name, a Scenario, or a Source
-    changes      KEY=VALUE over a scenario's keys
-    severities   some of the scenario's, or 'all'; none: its own severity
+    changes      KEY=VALUE overrides of a scenario's keys
+    severities   severities to run, or 'all'; empty: the scenario's own severity
     target       id of the target to track; None: the source's default
-    name         in tables; None: its own. At severity 3 `@3` is added
+    name         name in tables; None: the source's own. At severity 3 `@3` is appended
     """
 
     source: AnySource
@@ -153,9 +153,9 @@ class SourceEntry:
 
 @dataclass(frozen=True, eq=False)
 class SourceSpec:
-    """Source spec: an open source, its name in tables, and its word on a command line (None for a Python value).
+    """Source spec: an open source, its name in tables, and its `word` on a command line (None: a Python object).
 
-    severity   of a scenario that has severities;  changes  KEY=VALUE
+    severity   severity of a scenario that has severities;  changes  KEY=VALUE overrides
     """
 
     source: Source

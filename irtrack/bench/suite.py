@@ -24,18 +24,18 @@ Item = TypeVar("Item")
 
 
 class SuiteSource(Part):
-    """Scenario or recording, and its use; a plain name is short for it."""
+    """Scenario or recording of a suite, with its overrides and severities; a name alone is short for it."""
 
     source: Annotated[str, Field(min_length=1)]
     """File, looked up beside the suite first, or name of a shipped scenario."""
     changes: Mapping[str, Any] = {}
     """Values by override keys, such as `camera.netd_mk: 80`."""
     severities: Literal["all"] | Several[Index] = ()
-    """Severities of the scenario; by default its own."""
+    """Severities to run; by default the scenario's own severity."""
     target: str | None = None
-    """Id of the target to track; by default the source's."""
+    """Id of the target to track; by default the one that the source names."""
     name: Name | None = None
-    """Name in tables; by default its own."""
+    """Name in tables; by default the name of the scenario or recording."""
 
     @model_validator(mode="before")
     @classmethod
@@ -44,7 +44,7 @@ class SuiteSource(Part):
 
 
 class SuiteTracker(Part):
-    """Tracker; a spec as for `--trackers` is short for it: `big=grey_pf:particles=500`."""
+    """Tracker of a suite; a spec as for `--trackers` is short for it: `big=grey_pf:particles=500`."""
 
     tracker: Annotated[str, Field(min_length=1)]
     """Name of `irtrack list`, or module:Class."""
@@ -60,10 +60,10 @@ class SuiteTracker(Part):
 
 
 class SuiteFile(Part):
-    """Suite as a YAML file."""
+    """Suite as written in a YAML file."""
 
     about: str = ""
-    """Purpose."""
+    """Purpose of the suite."""
     sources: Annotated[Several[SuiteSource], Field(min_length=1)]
     """Scenarios and recordings."""
     trackers: Several[SuiteTracker] = ()
@@ -71,7 +71,7 @@ class SuiteFile(Part):
     detectors: Several[SuiteTracker] = ()
     """Detectors, each of which runs on all sources."""
     seeds: Annotated[int, Field(ge=1, le=100_000)] = 10
-    """Number of scene seeds, from 0 on; each is the tracker's seed too."""
+    """Number of scene seeds, from 0 on; the tracker has the same seed."""
     tracker_seeds: Annotated[int, Field(ge=1, le=1000)] = 1
     """Runs of each scene, each with another tracker seed."""
     input: Literal["display", "counts"] = "display"
@@ -82,7 +82,7 @@ class SuiteFile(Part):
     @model_validator(mode="before")
     @classmethod
     def _is_no_scenario(cls, value: Any) -> Any:
-        """Report a scenario in place of a suite as one error, not one for each of its keys."""
+        """Report a scenario given in place of a suite as one error instead of one for each key."""
         if isinstance(value, Mapping):
             own, of_scenes = cls.model_fields.keys(), irsim.Scenario.model_fields.keys()
             if value.keys() & (of_scenes - own) and not value.keys() & (own - of_scenes):
@@ -96,7 +96,7 @@ class SuiteFile(Part):
 
 @dataclass(frozen=True, eq=False)
 class Suite:
-    """Suite that was read and checked: the arguments of `irtrack.run_bench`."""
+    """Suite after reading and checking, as arguments of `irtrack.run_bench`."""
 
     about: str
     sources: list[SourceSpec]
@@ -108,7 +108,7 @@ class Suite:
 
 
 def is_suite(word: str) -> bool:
-    """Return whether a word names a suite: `*suite*.yaml`, or the same without the ending for a shipped one."""
+    """Return whether an argument names a suite: `*suite*.yaml`, or without the ending a shipped suite."""
     path = Path(word)
     return "suite" in path.stem and path.suffix in {".yaml", ".yml", ""}
 
@@ -166,15 +166,15 @@ def _detector(detector: SuiteTracker) -> Entry:
 
 
 STRESS_SUITE = "suites/stress-suite"
-"""Shipped suite of all causes of failure, a stress scenario each at all of its severities."""
+"""Shipped suite with a stress scenario for each cause of failure, at all of its severities."""
 
 
 def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = (), path: str = STRESS_SUITE) -> Suite:
-    """Return the stress suite for these trackers: each cause of failure alone, from harmless to severe.
+    """Return the stress suite for these trackers: each source varies one cause of failure, harmless to severe.
 
     path   file of a suite, or name of a shipped one;  causes  names of its sources; all by default
 
-    InputError for an unknown cause, for a source at fewer than two severities, and as `load_suite`.
+    InputError for an unknown cause, for a source at fewer than two severities, and as for `load_suite`.
     """
     suite = load_suite(path)
     by_cause = {each.name: each.family for each in suite.sources}

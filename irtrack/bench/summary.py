@@ -1,4 +1,4 @@
-"""Summary of runs by source and tracker: ranks, ties, repeats, and paired differences on the same frames."""
+"""Summary of runs by source and tracker: ranks, ties, repeated runs, and paired differences on the same frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Pair = tuple[RunRecord, RunRecord]
 
 
 def distinct(cells: Iterable[RunRecord]) -> list[RunRecord]:
-    """Return the records without those that repeat another: same tracker, same frames, same outcome.
+    """Return the records without repeated runs, which have the tracker, the frames and the outcome of another run.
 
     A tracker without randomness has the same outcome with every tracker seed: that is one run.
     """
@@ -23,14 +23,14 @@ def distinct(cells: Iterable[RunRecord]) -> list[RunRecord]:
 
 
 def pairs(a: Iterable[RunRecord], b: Iterable[RunRecord]) -> list[Pair]:
-    """Return each record of `b` with that of `a` on the same frames with the same tracker seed; repeats count once."""
+    """Pair each record of `b` with the record of `a` on the same frames and tracker seed; repeated runs count once."""
     firsts = {_frames_key(cell): cell for cell in a}
     both = [(first, second) for second in b if (first := firsts.get(_frames_key(second))) is not None]
     return list({(_repeat_key(first), _repeat_key(second)): (first, second) for first, second in both}.values())
 
 
 def difference(both: Sequence[Pair], figure: str) -> Difference | None:
-    """Return second minus first of a figure over the pairs, its interval by scenes; None where no pair has it."""
+    """Return the mean of second minus first of a metric, with its interval over scenes; None where no pair has it."""
     firsts, seconds = ([value(pair[side], figure) for pair in both] for side in (0, 1))
     scenes = [f"{a.source}/{a.key.source_hash}" for a, _ in both]
     return paired_difference(seconds, firsts, scenes, most=ALL_FIGURES[figure].most)
@@ -51,7 +51,7 @@ def _frames_key(cell: RunRecord) -> tuple[object, ...]:
 
 
 def _repeat_key(cell: RunRecord) -> tuple[object, ...]:
-    """Return the identity of a run and its repeats."""
+    """Return the identity that a run shares with the runs that repeat it."""
     key = cell.key
     where = (cell.source, key.source_hash, key.target, key.start, key.input)
     told_by = key.tracker_seed if cell.outcome is None else cell.outcome
@@ -74,20 +74,19 @@ RULES: dict[Standing, str] = {
 
 @dataclass(frozen=True, slots=True)
 class SummaryRow:
-    """One tracker on one source (or on all), over its runs; a figure is None where no run has it.
+    """Metrics of one tracker on one source (or on all), over its runs; None where no run has the metric.
 
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
-                      error before loss, then fastest; by the runs of the scenes that every tracker
-                      of the source has, so that all are compared on the same ones
-    standing          'told': it differs from the row above by more than chance; see `RULES`
-    compared          number of runs behind the rank (all, where no scene is common)
-    runs, failed      runs that do not repeat another, and those of them that failed
-    repeats           runs left out as bit-identical repeats: see `distinct`
-    scored            runs that did not fail and have truth;  lost  those of them that were lost
+                      error before loss, then fastest; only scenes on which every tracker was run enter the rank
+    standing          'told': the row differs from the row above by more than chance; others: see `RULES`
+    compared          number of runs that enter the rank (all runs, where the trackers have no scene in common)
+    runs, failed      numbers of runs that do not repeat another, and of failed runs among them
+    repeats           number of runs left out as bit-identical repetitions, see `distinct`
+    scored            number of runs with truth that did not fail;  lost  number of lost runs among them
     lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
-    held              centre errors of the frames before the loss, those of all runs taken together
+    held              centre errors of the frames before the loss, of all runs together
     off_share, precision_*, success_auc, ms_median
-                      means over runs of the figures of `irtrack.metrics.Score`
+                      means over runs of the metrics of `irtrack.metrics.Score`
     """
 
     source: str
@@ -119,16 +118,16 @@ class SummaryRow:
 
 
 MEANS = ("off_share", "precision_5", "precision_20", "precision_norm", "success_auc", "ms_median")
-"""Figures of a row that are means over runs."""
+"""Metrics of a row that are means over runs."""
 
 RANKED = ("", "tracker", "runs", "lost", "95 %", "rmse before loss, px", "off", "≤ 5 px", "≤ 20 px", "AUC", "ms")
-"""Head of the ranked table as text."""
+"""Column heads of the ranked table as text."""
 
 NOTHING = "–"
 
 
 def ranked_texts(row: SummaryRow) -> tuple[str, ...]:
-    """Return the columns of a row under `RANKED`."""
+    """Return the texts of a row under the heads `RANKED`."""
     return (
         f"{row.rank}{MARKS[row.standing]}",
         row.label,
@@ -193,7 +192,7 @@ def _scene(cell: RunRecord) -> tuple[str, str]:
 
 
 def _standing(above: list[RunRecord], below: list[RunRecord]) -> Standing:
-    """Return the standing of the one below: by the first figure in which the two differ."""
+    """Return the standing of the lower row, by the first metric in which the two rows differ."""
     both = pairs(above, below)
     found = [each for name in ("lost", "off_share", "error_held") if (each := difference(both, name)) is not None]
     if all(each.is_open for each in found):
@@ -249,7 +248,7 @@ def _mean(figures: list[float | None]) -> float | None:
 
 
 def _together(parts: list[tuple[int, CentreFigures]]) -> CentreFigures:
-    """Return the figures over all frames, from (frames, figures) of each run."""
+    """Return the centre-error metrics over all frames, from (number of frames, metrics) of each run."""
     abs_x, sd_x = _pooled_spread([(count, each.abs_x, each.sd_x) for count, each in parts])
     abs_y, sd_y = _pooled_spread([(count, each.abs_y, each.sd_y) for count, each in parts])
     return CentreFigures(
@@ -265,20 +264,20 @@ def _together(parts: list[tuple[int, CentreFigures]]) -> CentreFigures:
 
 
 def _pooled(parts: list[tuple[int, float | None]]) -> float | None:
-    """Return the mean over all frames, from (frames, mean) of each run."""
+    """Return the mean over all frames, from (number of frames, mean) of each run."""
     known = [(count, mean) for count, mean in parts if count and mean is not None]
     total = sum(count for count, _ in known)
     return sum(count * mean for count, mean in known) / total if total else None
 
 
 def _pooled_rms(parts: list[tuple[int, float | None]]) -> float | None:
-    """Return the root mean square over all frames, from (frames, root mean square) of each run."""
+    """Return the root mean square over all frames, from (number of frames, root mean square) of each run."""
     square = _pooled([(count, None if value is None else value * value) for count, value in parts])
     return None if square is None else math.sqrt(square)
 
 
 def _pooled_spread(parts: list[tuple[int, float | None, float | None]]) -> tuple[float | None, float | None]:
-    """Return mean and standard deviation over all frames, from (frames, mean, sd) of each run.
+    """Return mean and standard deviation over all frames, from (number of frames, mean, sd) of each run.
 
     E[x^2] = sd^2 + mean^2 holds in each run and in the whole.
     """

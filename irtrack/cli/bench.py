@@ -40,14 +40,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SourceArguments:
-    """(label, source) of each source, the label None if not given; KEY=VALUE overrides of all scenarios."""
+    """Arguments of the bench: (label or None, source) of each source, and KEY=VALUE overrides of all scenarios."""
 
     sources: tuple[tuple[str | None, str], ...]
     changes: tuple[str, ...]
 
 
 def read_words(words: Sequence[str]) -> SourceArguments:
-    """Divide the arguments: KEY=VALUE has a scenario key before its sign and no file after it."""
+    """Divide the arguments into sources and overrides: a scenario key, `=`, and a value that names no file."""
     from irsim import Scenario
 
     sources: list[tuple[str | None, str]] = []
@@ -103,7 +103,7 @@ def _entries(trackers: str | None, detectors: str | None) -> list[Entry]:
 
 
 def _specs(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[SourceSpec]:
-    """Return the specs of a source; InputError where it is missing, also for a wrong KEY=VALUE."""
+    """Return the specs of a source; InputError where the source is missing or an override is wrong."""
     from irsim import Scenario
     from irsim.config.base import suggestion
     from irtrack.bench import SourceEntry
@@ -216,14 +216,14 @@ def sweep(
     target: str | None = None,
     start: str | None = None,
 ) -> list[RunRecord]:
-    """Run a suite with a progress line; return its own runs, not all of the file. Ctrl-C ends the command."""
+    """Run a suite with a progress line; return this suite's runs, not all runs of the file. Ctrl-C ends the command."""
     from irtrack.bench import cluster, run_bench
 
     tally = Tally()
     try:
         with ExitStack() as stack:
             executor = None if scheduler is None else stack.enter_context(cluster(scheduler))
-            # An infinite limit, so that a tracker that dies does so in a worker process.
+            # An infinite limit makes trackers run in worker processes, so that a crash does not end the command.
             apart = None if executor is not None else math.inf
             progress = stack.enter_context(terminal.progress_bar("bench"))
 

@@ -39,7 +39,7 @@ TRACKERS = "[LABEL=]NAME[:KEY=VALUE...],..."
 TRACKERS_HELP = "Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500"
 
 FRAME_LIMIT_S = 10.0
-"""Default limit for a frame, s: hundreds of times the time of the slowest shipped tracker."""
+"""Default time limit for a frame, s: hundreds of times the time of the slowest shipped tracker."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Jobs = Annotated[int, option("N", "Worker processes.", min=1)]
@@ -112,7 +112,7 @@ class Settings:
 def split_settings(
     words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str], given: Mapping[str, Any] | None = None
 ) -> Settings:
-    """Divide KEY=VALUE settings between tracker and scenario; `given`: parameters after the tracker's name.
+    """Divide KEY=VALUE settings between tracker and scenario; `given`: parameters already set after the tracker's name.
 
     A parameter of the tracker goes to the tracker. Else a top-level key of the scenario (a recording has none), or a
     key with a dot, goes to the scenario. InputError for any other key, unless the tracker takes any key, and for a

@@ -32,7 +32,7 @@ def keep_output() -> None:
         sys.stdout.flush()
         own = os.dup(_STDOUT)
         os.dup2(_STDERR, _STDOUT)
-    except (AttributeError, OSError, ValueError):  # one of the two is closed
+    except (AttributeError, OSError, ValueError):  # standard output or standard error is closed
         return
     old = sys.stdout
     sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115 - open as long as the program runs
@@ -66,7 +66,7 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 
 
 
 def print_run(track: Track, score: Score, has_truth: bool) -> None:
-    """Print tracker, source, target and scores, or the reason why there are none; has_truth: of the source."""
+    """Print tracker, source, target and scores, or the reason why there are none; `has_truth`: the source has truth."""
     indices = track.indices
     followed = track.target or "a given box"
     print(
@@ -105,7 +105,7 @@ def _why_unscored(track: Track, has_truth: bool) -> str:
 
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:
-    """Print the ranked table of each source; errors before the loss."""
+    """Print the ranked table of each source; centre errors are those before the loss."""
     from irtrack.bench.summary import MARKS, RULES
 
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")

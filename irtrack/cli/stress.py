@@ -47,7 +47,7 @@ def stress(
 
 
 def _print(figures: Sequence[SeverityFigures]) -> None:
-    """Print a row for each cause and tracker: share of lost runs at each severity, and breaking point."""
+    """Print a row for each cause of failure and tracker: share of lost runs at each severity, and breaking point."""
     severities = sorted({s for each in figures for point in each.breaking.values() for s in point.severities.tolist()})
     rows = []
     for each in figures:

@@ -15,7 +15,7 @@ from irsim.recording.output import atomic_text
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
-"""Centre, size and velocity in px and px a frame; blank where the tracker gives none."""
+"""Columns of the CSV file: centre and size in px, velocity in px/frame; blank where the tracker gives no value."""
 
 
 def track_to_csv(track: Track, path: str | Path) -> Path:
@@ -74,7 +74,7 @@ def _number(value: float | None) -> float | None:
 
 
 def record_track(track: Track, rate_hz: float, path: str | Path) -> Path:
-    """Write the track and return its path; rate_hz: of the source. irsim's InputError where it cannot be written."""
+    """Write the track as a recording and return its path; `rate_hz`: frame rate of the source. Errors as in irsim."""
     header = TrackHeader(
         tracker=track.tracker,
         source=track.source,

@@ -1,4 +1,4 @@
-"""Environment of the peers: its Python, and the peers that it has."""
+"""Python environment of the peers, the trackers of OpenCV and dlib, and the peers installed in it."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ VARIABLE = "IRTRACK_PEERS"
 HINT = f"make peers installs {', '.join(server.PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
 _BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
 LONGEST_S = 60.0
-"""Longest time for the Python of the peers to list them: it imports OpenCV and dlib, from a cold disk."""
+"""Longest time to list the peers, s: their Python imports OpenCV and dlib, perhaps from a cold disk."""
 
 
 def python() -> Path | None:
-    """Return the Python of the peers: that of IRTRACK_PEERS, else of .venv-peers here or beside irtrack, else None.
+    """Return the Python of the peers: IRTRACK_PEERS, else that of .venv-peers here or beside irtrack; None without one.
 
     InputError where IRTRACK_PEERS names no file.
     """
@@ -39,16 +39,16 @@ def command(name: str, interpreter: Path) -> tuple[str, ...]:
 
 
 def offered() -> list[str]:
-    """Return the peers of the environment; none where there is no such environment.
+    """Return the names of the installed peers; empty where no environment of peers exists.
 
-    InputError where its Python, or that of IRTRACK_PEERS, cannot list them.
+    InputError where the Python of the environment cannot list them.
     """
     interpreter = python()
     return [] if interpreter is None else list(_answered(interpreter))
 
 
 def required(name: str) -> Path:
-    """Return the Python that runs a peer; InputError where there is none."""
+    """Return the Python that runs a peer; InputError where no environment has this peer."""
     interpreter = python()
     if interpreter is None:
         raise InputError(f"{name}: runs in an environment that is not there; allowed: after {HINT}")
@@ -57,7 +57,7 @@ def required(name: str) -> Path:
 
 @cache
 def _answered(interpreter: Path) -> tuple[str, ...]:
-    """Return the peers that a Python lists."""
+    """Run a Python to list its peers, and return their names."""
     try:
         done = subprocess.run(command("", interpreter)[:2], capture_output=True, timeout=LONGEST_S, check=True)
         return tuple(name for name in json.loads(done.stdout) if name in server.PEERS)

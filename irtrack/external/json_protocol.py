@@ -6,7 +6,7 @@ where bits is above 8:
     {"do": "init" or "step", "frame": 7, "time": 0.28, "rows": 240, "columns": 320, "bits": 8,
      "box": [x, y, w, h], "seed": 5 (these two of init only)}
 
-and the answer a line of JSON, boxes as label files write them (top-left pixel, width, height):
+The answer is a line of JSON, with boxes as in label files (top-left pixel, width, height):
 
     {"box": [x, y, w, h], "status": "tracking", "occluded" or "lost", "score": a number or null}
     {"error": "what went wrong"}
@@ -31,12 +31,12 @@ from irtrack.types import Status
 STATUSES: tuple[Status, ...] = get_args(Status)
 
 _idle: dict[tuple[str, ...], list[Child]] = {}
-"""Idle programs by their command: as a start takes a second, they are used again."""
+"""Idle programs by command, kept for the next session since starting a program takes a second."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer of a program after a frame."""
+    """Answer of a program to one frame."""
 
     box: Box
     status: Status
@@ -44,7 +44,7 @@ class Answer:
 
 
 class Session:
-    """Program that tracks one target; after the last reference to the session it may track another."""
+    """Session with a program that tracks one target; when it is deleted, the program is kept for another session."""
 
     def __init__(self, name: str, command: Sequence[str], timeout_s: float) -> None:
         self.name = name
@@ -57,7 +57,7 @@ class Session:
         weakref.finalize(self, _release, key, self._child)
 
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
-        """Track the content of the box from this frame on. TrackerError as in `Child.ask`, and where it reports one."""
+        """Track the content of the box from this frame on. TrackerError as in `Child.ask` or for an answered error."""
         return self._ask(frame, {"do": "init", "box": list(box.pixels), "seed": seed})
 
     def step(self, frame: Frame) -> Answer:

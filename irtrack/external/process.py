@@ -1,4 +1,4 @@
-"""Child program over pipes: requests and answers line by line; it is ended where it hangs.
+"""Child program over pipes: requests and answers line by line; a program that hangs is ended.
 
 Threads write and read, so that no program, whether it prints without end or reads nothing, blocks the caller.
 """
@@ -21,11 +21,11 @@ import numpy as np
 from irtrack.errors import InputError, TrackerError
 
 QUOTED = 300
-"""Letters of the last output of the program that an error quotes."""
+"""Number of characters of the last output of a program that an error quotes."""
 SETTLE_S = 5e-5
-"""Pause before a request, in which a surplus answer right after the last one is detected."""
+"""Pause before a request, s, in which a surplus answer to the last request is detected."""
 CHUNK = 1 << 16
-"""Bytes read at once: the capacity of a pipe."""
+"""Number of bytes read at once: the capacity of a pipe."""
 LONGEST_LINE = 1 << 24
 """Longest line that may be an answer, bytes."""
 GRACE_S = 1.0
@@ -36,11 +36,11 @@ Piece = bytes | np.ndarray
 
 
 class Child:
-    """Running program; where it dies or hangs, `ask` and `greeting` raise, and it is ended.
+    """Running program; where it dies or hangs, `ask` and `greeting` raise TrackerError and end it.
 
-    prefix    begin of every answer; other lines are output, kept for errors
-    farewell  request to end by itself; without one it is ended at once
-    greets    it sends a line before the first request
+    prefix    first bytes of every answer; other lines are output of the program, kept for error messages
+    farewell  request by which the program ends itself; empty: it is killed at once
+    greets    whether the program sends a line before the first request
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Child:
         """Start the program; InputError where it cannot be started."""
         pipe = subprocess.PIPE
         try:
-            # In a session of its own Ctrl-C does not reach it, and its own children end with it.
+            # In a process session of its own, Ctrl-C does not reach the program, and its children end with it.
             self._process = subprocess.Popen(
                 list(command), stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
             )
@@ -59,7 +59,7 @@ class Child:
         self._prefix, self._farewell = prefix, farewell
         self._requests: queue.SimpleQueue[Sequence[Piece] | None] = queue.SimpleQueue()
         self._answers: queue.Queue[bytes] = queue.Queue(maxsize=1)
-        # Answers are counted: a surplus one would be taken for the answer to the next request.
+        # Answers due are counted: a surplus answer would be taken for the answer to the next request.
         self._owed = int(greets)
         self._untimely = False
         self._answered = False
@@ -72,9 +72,10 @@ class Child:
         return self._process.poll() is None
 
     def ask(self, request: Sequence[Piece], timeout_s: float) -> bytes:
-        """Return the answer to a request, a line with its end.
+        """Return the answer to a request, a line including its line end.
 
-        TrackerError where the program has died, gives no answer within timeout_s, or answered before the request.
+        TrackerError where the program has died, gives no answer within `timeout_s`, or had sent a line before the
+        request.
         """
         time.sleep(SETTLE_S)
         self._owed += 1
@@ -82,7 +83,7 @@ class Child:
         return self.greeting(timeout_s)
 
     def greeting(self, timeout_s: float) -> bytes:
-        """Return its greeting; TrackerError as in `ask`."""
+        """Return the line that the program sends at its start; TrackerError as in `ask`."""
         try:
             line = self._answers.get(timeout=timeout_s)
         except queue.Empty:
@@ -98,12 +99,12 @@ class Child:
         raise self.refuse(f"its program answered a line of {LONGEST_LINE} bytes or more, {quoted(line)}")
 
     def refuse(self, why: str) -> TrackerError:
-        """End the program; return the error with the reason."""
+        """End the program; return the error to raise, with the reason."""
         self.close(farewell=False)
         return TrackerError(why)
 
     def close(self, farewell: bool = True) -> None:
-        """End the program and its children, if it has not ended."""
+        """End the program and its children, if it is still running."""
         atexit.unregister(self.close)
         if farewell and self._farewell and self.alive:
             self._requests.put([self._farewell])
@@ -115,11 +116,11 @@ class Child:
         self._requests.put(None)
         until = time.monotonic() + GRACE_S
         while any(thread.is_alive() for thread in self._threads) and time.monotonic() < until:
-            with suppress(queue.Empty):  # the reader may wait for its last answer to be taken
+            with suppress(queue.Empty):  # the reading thread may wait until its last answer is taken
                 self._answers.get(timeout=0.01)
 
     def _ending(self) -> str:
-        """Return how the program ended; it has closed its output, so it has ended or is ended now."""
+        """Return in words how the program ended; it has closed its output, and is ended now if still running."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE_S)
         status = self._process.poll()
@@ -156,7 +157,7 @@ class Child:
                 self._untimely = self._untimely or given > self._owed
                 for answer in answers:
                     self._answers.put(answer)
-                if not rest.startswith(self._prefix[: len(rest)]):  # output, whatever ends it
+                if not rest.startswith(self._prefix[: len(rest)]):  # output of the program, with or without a line end
                     self._remember(rest)
                     rest = b"..."
         if len(rest) < LONGEST_LINE:
@@ -171,11 +172,11 @@ class Child:
                 self._remember(chunk)
 
     def _remember(self, words: bytes) -> None:
-        self._said = (self._said + words)[-4 * QUOTED :]  # four bytes a letter at most
+        self._said = (self._said + words)[-4 * QUOTED :]  # four bytes per character at most
 
 
 def quoted(line: bytes) -> str:
-    """Return a line as errors show it."""
+    """Return a line of a program, shortened for an error message."""
     return repr(line if len(line) <= QUOTED else line[:QUOTED] + b"...")
 
 

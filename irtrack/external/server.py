@@ -18,13 +18,13 @@ PEERS = ("cv_mil", "cv_kcf", "cv_csrt", "cv_mosse", "dlib")
 
 Box = tuple[float, float, float, float]
 Follow = Callable[[Any], tuple[Box, bool, float | None]]
-"""From an image (rows, cols) uint8 to (box, whether it reports the target, score)."""
+"""Function from an image (rows, cols) uint8 to (box, whether the peer reports the target, score)."""
 Start = Callable[[Any, Box, int], Follow]
-"""From the first image, the box in it and a seed to the function for the next images."""
+"""Function from the first image, the box in it and a seed to the `Follow` function for the next images."""
 
 
 def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
-    """Answer requests until there are none; an exception of the peer is an answer too."""
+    """Answer requests until the input ends; an exception of the peer is answered as an error."""
     import numpy as np
 
     follow: Follow | None = None
@@ -33,7 +33,7 @@ def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
         rows, columns, bits = request["rows"], request["columns"], request["bits"]
         wide = bits > 8
         image = np.frombuffer(requests.read(rows * columns * (1 + wide)), "<u2" if wide else "u1")
-        # Peers know 8 bits only.
+        # Peers take images of 8 bits only.
         picture = (image >> (bits - 8) if wide else image).astype(np.uint8).reshape(rows, columns)
         try:
             if request["do"] == "init":
@@ -50,13 +50,13 @@ def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
 
 
 def opencv(make: Callable[[], Any], whole: bool) -> Start:
-    """Return a tracker of OpenCV; `whole`: it takes boxes of whole px only."""
+    """Return the start function of a tracker of OpenCV; `whole`: the tracker takes boxes of whole px only."""
     import cv2
 
     cv2.setNumThreads(1)
 
     def start(picture: Any, box: Box, seed: int) -> Follow:
-        cv2.setRNGSeed(seed)  # MIL takes no generator; the process is this tracker's own
+        cv2.setRNGSeed(seed)  # MIL takes no generator; no other tracker runs in this process
         tracker = make()
         given = tuple(round(side) for side in box) if whole else box
         if tracker.init(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), given) is False:
@@ -77,7 +77,7 @@ def opencv(make: Callable[[], Any], whole: bool) -> Start:
 
 
 def correlation(library: Any) -> Start:
-    """Return the tracker of dlib; its score is the height of the peak, it never reports a loss."""
+    """Return the start function of dlib's tracker; its score is its correlation peak, and it never reports a loss."""
 
     def start(picture: Any, box: Box, seed: int) -> Follow:
         tracker = library.correlation_tracker()
@@ -96,7 +96,7 @@ def correlation(library: Any) -> Start:
 
 
 def starter(name: str) -> Start:
-    """Return the start function of a peer; an exception where this environment does not have it."""
+    """Return the start function of a peer; raise an exception where this environment lacks the peer."""
     if name == "dlib":
         return correlation(importlib.import_module("dlib"))
     cv2 = importlib.import_module("cv2")
@@ -114,7 +114,7 @@ def has(name: str) -> bool:
 
 
 def main(names: list[str]) -> None:
-    # Libraries print to standard output; what is answered goes where it pointed at first.
+    # Libraries print to standard output, so answers go to a copy of it made before it is redirected.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     if names:

@@ -29,13 +29,13 @@ from irtrack.external.process import Child, quoted
 
 PREFIX = b"@@TRAX:"
 REGIONS = ("rectangle", "polygon", "mask")
-"""Kinds of regions that a target can be given as, the preferred one first."""
+"""Kinds of regions in which a target can be sent, the preferred one first."""
 
 PICTURES = ("path", "buffer", "data", "memory")
-"""Forms of images, the preferred one first: nearly every tracker of VOT reads files. 'data' is the specification's word
-for the 'buffer' of libtrax."""
+"""Forms in which images can be sent, the preferred one first: nearly every tracker of VOT reads files. 'data' is the
+specification's word for the 'buffer' of libtrax."""
 CHANNELS = ("color", "ir")
-"""Channels as which the infrared image is sent; most trackers know only color."""
+"""Names of channels under which the infrared image is sent; most trackers take only `color`."""
 LAST_VERSION = 4
 
 _TOKEN = re.compile(r'\s*(?:"((?:[^"\\]|\\.)*)"|([^\s"]+))')
@@ -45,7 +45,7 @@ _ESCAPED = re.compile(r"\\(.)")
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """kind: hello, state, quit, ...;  arguments in their order;  properties: what follows as KEY=VALUE."""
+    """TraX message: `kind` (hello, state, ...), `arguments` in order, and `properties`, the KEY=VALUE after them."""
 
     kind: str
     arguments: tuple[str, ...]
@@ -53,14 +53,14 @@ class Message:
 
 
 def write(kind: str, arguments: Sequence[str] = (), properties: Mapping[str, object] | None = None) -> bytes:
-    """Return a message as a line."""
+    """Return a message as a line of bytes."""
     words = [*arguments, *(f"{key}={value}" for key, value in (properties or {}).items())]
     escaped = (word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") for word in words)
     return PREFIX + " ".join([kind, *(f'"{word}"' for word in escaped)]).encode() + b"\n"
 
 
 def read(line: bytes) -> Message:
-    """Return the message of a line that begins with the prefix; TrackerError where it is none."""
+    """Return the message in a line that begins with `PREFIX`; TrackerError where the line holds no message."""
     kind, _, rest = line.removeprefix(PREFIX).decode(errors="replace").strip().partition(" ")
     arguments: list[str] = []
     properties: dict[str, str] = {}
@@ -85,7 +85,7 @@ def listed(text: str) -> list[str]:
 
 
 def region(box: Box, kind: str, shape: tuple[int, int]) -> str:
-    """Return a box as a region of a kind of `REGIONS`; a mask is cut to the (rows, columns) of the frame."""
+    """Return a box as a region of a kind in `REGIONS`; a mask is cut to `shape`, the (rows, columns) of the frame."""
     x, y, w, h = box.pixels
     if kind == "mask":
         left, top = max(round(x), 0), max(round(y), 0)
@@ -129,7 +129,7 @@ def box_of(text: str) -> Box | None:
 
 
 def memory(image: Image) -> str:
-    """Return an image in the form 'memory': its plain values."""
+    """Return an image in the form 'memory', its pixel values without compression."""
     depth = "gray16" if image.dtype == np.uint16 else "gray8"
     plain = image.astype(image.dtype.newbyteorder("<"), copy=False).tobytes()
     return f"image:{image.shape[1]};{image.shape[0]};{depth};{base64.b64encode(plain).decode()}"
@@ -146,14 +146,14 @@ def _around_mask(numbers: list[int]) -> Box | None:
         return None
     rows, columns = np.divmod(np.array(ones), w)
     left, right = columns[:, 0].min(), columns[:, 1].max()
-    if (rows[:, 0] != rows[:, 1]).any():  # a run that goes on over the end of a row touches both sides
+    if (rows[:, 0] != rows[:, 1]).any():  # a run that continues in the next row touches both sides of the frame
         left, right = 0, w - 1
     top, bottom = rows[0, 0], rows[-1, 1]
     return Box.from_pixels(x + int(left), y + int(top), int(right - left) + 1, int(bottom - top) + 1)
 
 
 class TraxSession:
-    """Program that tracks one target from the first frame on. It ends with the last reference to the session."""
+    """Session with a program that tracks one target. The program ends when the session is deleted."""
 
     def __init__(self, name: str, command: Sequence[str], timeout_s: float) -> None:
         """Start the program; InputError where it cannot be started."""
@@ -167,7 +167,8 @@ class TraxSession:
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
         """Track the content of the box from this frame on; return the first answer.
 
-        TrackerError where the program dies, hangs, quits, wants a form that is not offered, or does not speak TraX.
+        TrackerError where the program dies, hangs, quits, wants a form of region or image that is not offered, or does
+        not speak TraX.
         """
         try:
             hello = self._message(self._child.greeting(self._timeout_s), "hello").properties
@@ -213,7 +214,7 @@ class TraxSession:
         return Answer(self._last, "tracking" if box else "lost", score)
 
     def _message(self, line: bytes, kind: str) -> Message:
-        """Return the message of a line; TrackerError where it is not of the kind."""
+        """Return the message in a line; TrackerError where it is not of this `kind`."""
         message = read(line)
         if message.kind == "quit":
             reason = " ".join(message.properties.get("trax.reason", "").split())
@@ -223,7 +224,7 @@ class TraxSession:
         return message
 
     def _chosen(self, what: str, offered: str, known: Sequence[str], default: str) -> str:
-        """Return the first known word of those that the program offers."""
+        """Return the first of the `known` words that the program offers."""
         words = listed(offered) or [default]
         for word in known:
             if word in words:

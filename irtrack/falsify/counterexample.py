@@ -1,4 +1,4 @@
-"""Candidates for a counterexample, points of a scenario's space with parts and frames removed; their shrinking."""
+"""Candidates for a counterexample (points of a scenario's parameter space with parts and frames removed); shrinking."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from irtrack.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Scene of one trial.
+    """Candidate for a counterexample: the scene of one trial.
 
     point     value of each searched key
-    without   names of parts that are switched off in addition to those of the scenario
+    without   names of parts of the scenario (targets, occluders, noises, ...) that are switched off
     frames    number of frames; None: the scenario's own
     """
 
@@ -24,7 +24,7 @@ class Candidate:
     frames: int | None = None
 
     def scenario(self, space: irsim.Variations, seed: int | None = None) -> irsim.Scenario | None:
-        """Return the scene, its nuisances drawn by the seed; None where the values are no valid scenario."""
+        """Return the scene, its nuisance values drawn with the seed; None where the values make no valid scenario."""
         try:
             scene = space.concrete(self.point, seed)
             changes: dict[str, Any] = {}
@@ -38,7 +38,7 @@ class Candidate:
 
 
 Move = Callable[[Candidate], list[Candidate]]
-"""Returns simpler candidates, the simplest first; none where the given one is the simplest."""
+"""Function that returns simpler candidates, the simplest first; an empty list where none is simpler."""
 
 
 def shrink(
@@ -46,7 +46,7 @@ def shrink(
 ) -> Iterator[Candidate]:
     """Yield ever simpler candidates that break the rule, until no move simplifies the last one.
 
-    breaks   returns for candidates, in order, whether each breaks the rule
+    breaks   function that yields for each candidate, in order, whether it breaks the rule
     """
     while True:
         before = candidate
@@ -61,13 +61,13 @@ def shrink(
 
 
 def all_moves(space: irsim.Variations, names: Sequence[str]) -> list[Move]:
-    """Return the moves: all named parts off, each part off, each key at a lower severity."""
+    """Return the simplifications: all named parts off, each part off, each varied key at a lower severity."""
     off = [_switch_off(names), *(_switch_off([name]) for name in names)] if names else []
     return [*off, *map(_lower_severity, space.knobs)]
 
 
 def removable_parts(scenario: irsim.Scenario, needed: Collection[str | None]) -> list[str]:
-    """Return names of the parts that can be switched off; `needed`: targets of the rules.
+    """Return the names of parts of a scenario that can be switched off; `needed`: names of targets that rules refer to.
 
     Settings within parts stay: gain control, blur and texture change a scene rather than simplify it.
     """
@@ -92,7 +92,7 @@ def _lower_severity(knob: Any) -> Move:
 
 
 def lower_values(knob: Any, value: Any) -> list[Any]:
-    """Return the key's values at whole severities that are nearer to the benign value than `value`, nearest first."""
+    """Return the values of a key at whole severities between the benign value and `value`, nearest to benign first."""
     rising = sorted(knob.severities, key=lambda severity: (abs(severity), -severity))
     values = [knob.variation.at_severity(severity, knob.benign) for severity in rising]
     if value in values:

@@ -1,4 +1,4 @@
-"""Search for a failure of a tracker: find it, repeat it, test its seed sensitivity, shrink it."""
+"""Falsification of a tracker: find a failure, repeat it, test its seed sensitivity, and shrink its scene."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from irtrack.falsify.trial import Subject, Trials, Verdict
 from irtrack.metrics import wilson
 
 FRESH = 20
-"""Default number of fresh seeds that test the seed sensitivity of a failure."""
+"""Default number of fresh seeds (not used in the search) that test the seed sensitivity of a failure."""
 
 FRESH_WHILE_SHRINKING = 5
 """Fresh seeds for each simpler candidate of a structural failure, which must stay structural; also the least number
@@ -38,7 +38,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class SeedSensitivity:
-    """Number of fresh seeds, of scene and tracker, in which the same rule is broken."""
+    """Numbers of fresh seeds, of scene and tracker, that break the same rule, and that were run."""
 
     broken: int
     seeds: int
@@ -55,14 +55,14 @@ class SeedSensitivity:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Broken rule, with the counterexample as found and as shrunk.
+    """Failure: the broken rule, with the counterexample as found and as shrunk.
 
     rule               number of the rule, `RAISES` or `ENDS`
-    run                run of the search, from 1; 0 for the benign point, which is tried first
-    found              counterexample of the search;  sensitivity  of it to fresh seeds
-    repeats            whether it has the same outcome, bit for bit, when it is run again
+    run                number of the run that found it, from 1; 0: the benign point, which is tried first
+    found              counterexample of the search;  sensitivity  its sensitivity to fresh seeds
+    repeats            whether the counterexample has the same outcome, bit for bit, when it is run again
     least              smallest counterexample of the same rule
-    least_sensitivity  of the smallest one; None where the search was interrupted before
+    least_sensitivity  seed sensitivity of `least`; None where the search was interrupted before its test
     """
 
     rule: int | str
@@ -76,9 +76,9 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class NoFailure:
-    """Result of a search without a failure: the least margin, its point, the number of runs.
+    """Result of a search without a failure: the least margin, the point with this margin, the number of runs.
 
-    untried   rules, in words, that no run tested
+    untried   texts of rules that no run tested
     """
 
     margin: float
@@ -88,9 +88,9 @@ class NoFailure:
 
 
 class Falsification:
-    """Search of one scenario's space for a failure of one subject.
+    """Search of one scenario's parameter space for a failure of one tracker under test, the subject.
 
-    failure   smallest known failure; an interrupted search has it too
+    failure   smallest failure so far, also of an interrupted search; None before the first
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Falsification:
         return self.failure
 
     def broken(self, rule: int | str) -> str:
-        """Return the failure in words."""
+        """Return the failure of a rule in words."""
         return IMPLICIT[rule][0] if isinstance(rule, str) else f"{rule_text(self.subject.rules[rule])} is broken"
 
     def scene(self, candidate: Candidate) -> irsim.Scenario:
@@ -144,7 +144,7 @@ class Falsification:
         return scene
 
     def smallest(self, failure: Failure) -> irsim.Scenario:
-        """Return the smallest scene, which expects only the broken rule."""
+        """Return the smallest scene of the failure, with only the broken rule expected."""
         rules = self.subject.rules if isinstance(failure.rule, str) else (self.subject.rules[failure.rule],)
         expect = [{"kind": rule.kind, **rule.model_dump(exclude_none=True)} for rule in rules]
         return irsim.change(self.scene(failure.least), {"expect": expect})
@@ -183,13 +183,13 @@ class Falsification:
         return replace(nearest, untried=tuple(untried))
 
     def _repeats(self, candidate: Candidate, verdict: Verdict) -> bool:
-        """Return whether two more runs have this verdict, and equal numbers in every frame."""
+        """Return whether two more runs have the same verdict, and equal estimates in every frame."""
         (first, traces), (second, others) = (self.trials.examine(self.scene(candidate)) for _ in range(2))
         same = all(one.same_as(other) for one, other in zip(traces, others, strict=False))
         return first == second == verdict and same
 
     def _sensitivity(self, candidate: Candidate, rule: int | str, count: int | None = None) -> SeedSensitivity:
-        """Return the seed sensitivity over `count` fresh seeds, by default over all."""
+        """Return the seed sensitivity over the first `count` fresh seeds, by default over all."""
         count = self._fresh if count is None else count
         own = self.space.scenario.seed
         seeds = [int(stream(own, "falsify/fresh", k).integers(2**31)) for k in range(count)]
@@ -197,7 +197,7 @@ class Falsification:
         return SeedSensitivity(sum(verdict.breaks(rule) for verdict in verdicts), count)
 
     def _breaks(self, rule: int | str) -> Callable[[Sequence[Candidate]], Iterator[bool]]:
-        """Return the test whether candidates break the rule, structurally where the failure is structural."""
+        """Return a test whether candidates break the rule, and do so structurally where the failure is structural."""
         assert self.failure is not None
         seed_dependent = not self.failure.sensitivity.is_structural
 
@@ -211,7 +211,7 @@ class Falsification:
         return breaks
 
     def _shrink(self, rule: int | str) -> None:
-        """Switch off parts that are not needed, then lower severities."""
+        """Shrink the scene of the failure: switch off parts that are not needed, then lower severities."""
         assert self.failure is not None
         candidate = self.failure.least
         scene = self.scene(candidate)

@@ -1,4 +1,4 @@
-"""Search of a scenario's ranges for a failure: arguments, files and reports around a `Falsification`."""
+"""Search of a scenario's parameter ranges for a failure: arguments, files and reports around a `Falsification`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from irtrack.runner.pool import start_runner
 from irtrack.types import Tracker
 
 Report = Callable[[Falsification, Failure, Path], None]
-"""Writes reports of a failure into a folder that holds its minimal.yaml and minimal.mcap."""
+"""Function that writes reports of a failure into the folder with its minimal.yaml and minimal.mcap."""
 
 
 def find_failure(
@@ -60,17 +60,17 @@ def find_failure(
     folder    created if missing. It gets a journal of all trials, from which the same call resumes, and after a
               failure minimal.yaml and minimal.mcap
     search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
-    jobs      worker processes; the result does not depend on the number. With more than one, or with a limit, the
+    jobs      number of worker processes; the result does not depend on it. With more than one, or with a limit, the
               calling script needs the guard ``if __name__ == "__main__"``
     seed      seed of the search; the scenes and the tracker have the scenario's own seed
-    fresh     fresh seeds that test whether a failure is structural or seed-dependent
-    frame_limit_s   run the tracker in worker processes, also with one job: a tracker that takes longer for a frame, or
-              whose process dies, fails as one that raises does
+    fresh     number of fresh seeds that test whether a failure is structural or seed-dependent
+    frame_limit_s   longest time of the tracker for a frame, s, in worker processes even with one job; a tracker that
+                    takes longer, or whose process dies, fails like one that raises an exception
     name, command   name of the scenario and command line, for the reports
-    file      file of a loaded scenario, which must not be replaced
+    file      file of a loaded scenario, which no output may replace
     keep_in   folder in which a failure is kept (`irtrack.falsify.regressions`); None: not kept
     report    called with the falsification, the failure and the folder when the files are written
-    say, progress   called with lines of text, and with (runs done, budget)
+    say, progress   functions called with lines of text, and with (runs done, budget)
 
     Return the shrunk failure, or the least margin. InputError, before the first run, where nothing varies, an option
     is wrong or an output would replace the scenario's file. KeyboardInterrupt is raised after the failure found so far

@@ -9,12 +9,12 @@ import irsim
 from irsim.recording.output import atomic_text, check_output
 
 MINIMAL = "minimal"
-"""Stem of the smallest scene and of its recording."""
+"""File name, without ending, of the smallest scene and of its recording."""
 JOURNAL = "trials.jsonl"
 REPORT = "report.md"
 REPLAY = "replay.html"
 FOUND = (f"{MINIMAL}.yaml", f"{MINIMAL}.mcap", REPLAY, REPORT)
-"""Files of a failure."""
+"""Names of the files of a failure."""
 
 
 def clear(folder: Path) -> None:
@@ -31,12 +31,12 @@ def check_outputs(folder: Path, scenario: Path | None) -> None:
 
 
 def file_stem(scenario: str, label: str) -> str:
-    """Return the stem of file names of a tracker on a scenario."""
+    """Return the stem of file names for a tracker with this label on a scenario."""
     return f"{scenario}-{label}".replace(":", "-").replace("/", "-")
 
 
 def write_minimal(folder: Path, scene: irsim.Scenario, head: Sequence[str]) -> None:
-    """Write the smallest scene, with comment lines at its head, and its frames."""
+    """Write the smallest scene, with `head` as comment lines at its top, and its frames."""
     irsim.record(irsim.Rendering(scene, MINIMAL), folder / f"{MINIMAL}.mcap", compression="zstd")
     with atomic_text(folder / f"{MINIMAL}.yaml") as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True, folder=folder))

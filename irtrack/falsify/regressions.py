@@ -28,7 +28,7 @@ KEPT = Path("scenarios") / "regressions"
 """Default folder of kept failures."""
 
 ROUNDING = 1
-"""Counts by which a rendered frame may differ from the recorded one: machines round differently."""
+"""Counts by which a rendered frame may differ from the recorded one, since machines round differently."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +36,12 @@ class Kept:
     """Kept failure.
 
     path                 scene file; the recording lies beside it
-    label                label of the tracker;  tracker, parameters  its name and its changed parameters
+    label                label of the tracker;  tracker, parameters  its name, and its parameters that differ from the
+                         defaults
     input                input of the tracker
-    broken               whether a rule of the scene was broken at the last update
-    how                  kind of failure then: `RULE`, `RAISES` or `ENDS`; None: no failure, or an older note
+    broken               whether the tracker broke a rule of the scene at the last update
+    how                  kind of failure at the last update: `RULE`, `RAISES` or `ENDS`; None: no failure, or a note of
+                         an older version
     limit_s              limit for a frame, s: the tracker runs in a worker process; None: no limit, in this process
     fault                error in the note, or a missing file: only `path` is valid; None: no error
     """
@@ -73,7 +75,7 @@ class Kept:
         return examine(subject, irsim.open_recording(self.recording), scene.seed, runner, limit)[0]
 
     def changes(self, runner: Runner | None = None, limit_s: float | None = None) -> list[str]:
-        """Return the differences from the note, a line each.
+        """Judge the tracker anew and return the differences from the note, a line each.
 
         runner, limit_s   runner, and limit for a frame, s; by default as noted
 
@@ -97,7 +99,7 @@ class Kept:
         return found
 
     def update(self, runner: Runner | None = None, limit_s: float | None = None) -> Kept:
-        """Record the frames anew where they differ, and note the verdict. Arguments and errors as of `changes`."""
+        """Record the frames anew where they differ, and note the verdict. Arguments and errors as for `changes`."""
         with self._judging(runner, limit_s) as (used, limit):
             scene = irsim.load(self.path)
             if used.call(_first_changed_frame, scene, self.recording) is not None:
@@ -109,7 +111,7 @@ class Kept:
 
     @contextmanager
     def _judging(self, runner: Runner | None, limit_s: float | None) -> Iterator[tuple[Runner, float | None]]:
-        """Yield runner and limit, by default as noted; errors within name the file."""
+        """Yield the runner and the time limit, by default as noted; errors raised in the block name the file."""
         if self.fault is not None:
             raise InputError(self.fault)
         try:
@@ -124,7 +126,7 @@ class Kept:
 
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
-    """Return the failures kept in a folder, by name, including those with a `fault`."""
+    """Return the failures kept in a folder, sorted by name, including those with a `fault`."""
     return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
 
 
@@ -139,8 +141,8 @@ def _first_changed_frame(_: Heartbeat, scene: irsim.Scenario, recording: Path) -
 
 @dataclass(frozen=True, slots=True)
 class Regressions:
-    """Result of kept failures: `changes`, the differences from the notes, and `faults`, the reasons why some could not
-    be judged; a line each."""
+    """Result of judging kept failures: `changes`, the differences from the notes, and `faults`, the reasons why some
+    could not be judged; a line each."""
 
     changes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
@@ -177,7 +179,7 @@ def keep(
 ) -> Kept:
     """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; the same scene is kept once.
 
-    how, limit_s   as of `Kept`
+    how, limit_s   as for `Kept`
     """
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")
@@ -187,7 +189,7 @@ def keep(
     number = 2
     while path.exists() and not _holds(path, scene):
         path, number = folder / f"{stem}-{number}.yaml", number + 1
-    # Only the changed parameters: later the tracker runs with its present defaults.
+    # Only changed parameters are noted, so that the tracker later runs with the defaults of that time.
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:
@@ -204,7 +206,7 @@ def keep(
 
 
 def _holds(path: Path, scene: irsim.Scenario) -> bool:
-    """Return whether the file holds the same scene and rules; False where it cannot be read."""
+    """Return whether a file holds this scene with its rules; False where the file cannot be read."""
     try:
         kept = irsim.load(path)
     except InputError:

@@ -1,4 +1,4 @@
-"""Rules that a scenario expects of a track: their margins, and explanations of the margins.
+"""Rules that a scenario expects a track to keep: their margins, and explanations of the margins.
 
 Margins are the robustness of signal temporal logic (Donzé and Maler, FORMATS 2010, LNCS 6246, 92): "always" is the
 least value over time, "at some time" the greatest. A margin below 0 means that the rule is broken. It is measured in
@@ -22,7 +22,7 @@ from irtrack.metrics import Trace
 from irtrack.metrics.lost import OFF_IN_A_ROW, off_beyond
 
 UNTESTED = 1.0
-"""Margin of a rule about frames that the track does not have."""
+"""Margin of a rule that no frame of the track tests."""
 
 RULE = "rule"
 """The track breaks a rule of the scenario."""
@@ -35,14 +35,14 @@ IMPLICIT = {
     RAISES: ("the tracker raises an exception", "no exception"),
     ENDS: ("its process dies, or it hangs", "an answer within the time limit"),
 }
-"""Failure and requirement of the rules that hold without being stated."""
+"""Failure and requirement, in words, of the rules that every scenario has without stating them."""
 
 FAILURES = {
     RULE: ("broke {rules}", "breaks {rules}"),
     RAISES: ("raised an exception", "raises an exception"),
     ENDS: ("ended its process or hung", "ends its process or hangs"),
 }
-"""Past and present of each kind of failure."""
+"""Each kind of failure in the past and in the present tense."""
 
 
 def rules_of(scenario: irsim.Scenario) -> tuple[irsim.Expectation, ...]:
@@ -64,7 +64,7 @@ def margin(rule: irsim.Expectation, trace: Trace) -> float:
 
 
 def frames_to_break(rule: irsim.Expectation, trace: Trace) -> int:
-    """Return the length of the shortest beginning of a track that breaks the rule."""
+    """Return the number of frames of the shortest beginning of a track that breaks the rule."""
     return next(n for n in range(1, len(trace.indices) + 1) if margin(rule, trace.first(n)) < 0)
 
 
@@ -76,7 +76,7 @@ def rule_text(rule: irsim.Expectation) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Requirement of a rule and result of the track, in words, with the margin."""
+    """Explanation of a margin: requirement of the rule and result of the track, in words."""
 
     asked: str
     reached: str
@@ -92,14 +92,14 @@ def explain(rule: irsim.Expectation, trace: Trace) -> Explanation:
 
 
 def explain_all(scenario: irsim.Scenario, trace: Trace, target: str) -> list[Explanation]:
-    """Explain each stated rule of the scenario that is about this target, for a track of it."""
+    """Explain each stated rule of the scenario about this target, for a track of the target."""
     rules = rules_of(scenario) if scenario.expect else ()
     return [explain(rule, trace) for rule in rules if rule.target in (None, target)]
 
 
 @dataclass(frozen=True, slots=True)
 class RuleKind:
-    """Functions of a kind of rule: its margin, its requirement in words, the result of a track in words."""
+    """Functions of one kind of rule: margin, requirement in words, and result of a track in words."""
 
     margin: Callable[[Any, Trace], float]
     requirement: Callable[[Any], str]
@@ -107,12 +107,12 @@ class RuleKind:
 
 
 def _distance_to_off(trace: Trace) -> Floats:
-    """Return (n,): 1 on the target, 0 at the bound of a frame off, below 0 beyond; nan without a target."""
+    """Return 1 - error / (largest error on the target), (n,): below 0 where a frame is off; nan without a target."""
     return np.asarray(1 - trace.errors / off_beyond(trace.truth.diagonals, trace.accuracy))
 
 
 def _never_lost_margin(_: irsim.NeverLost, trace: Trace) -> float:
-    """Return the least, over rows of ten counted frames, of the best frame (`irtrack.metrics.lost.LOSS_RULE`)."""
+    """Return the least over all runs of ten counted frames of the best distance to off in the run (see `LOSS_RULE`)."""
     on = _distance_to_off(trace)[trace.counted]
     if len(on) < OFF_IN_A_ROW:
         return UNTESTED
@@ -120,7 +120,7 @@ def _never_lost_margin(_: irsim.NeverLost, trace: Trace) -> float:
 
 
 def _never_lost_result(_: irsim.NeverLost, trace: Trace) -> str:
-    """Describe the longest row of counted frames off."""
+    """Describe the longest run of successive counted frames that are off."""
     judged = np.flatnonzero(trace.counted)
     edges = np.diff(np.concatenate([[False], trace.off[judged], [False]]).astype(np.int8))
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
@@ -132,7 +132,7 @@ def _never_lost_result(_: irsim.NeverLost, trace: Trace) -> str:
 
 
 def _error_margin(rule: irsim.ErrorBelow, trace: Trace) -> float:
-    """Return 1 - e / px, e the quantile of the error at `share`; px is at least the accuracy of the truth."""
+    """Return 1 - e / px, where e is the `share` quantile of the error, and px is at least the accuracy of the truth."""
     ratios = np.sort((trace.errors / np.fmax(rule.px, trace.accuracy))[trace.counted])
     return 1 - float(ratios[math.ceil(rule.share * len(ratios)) - 1]) if len(ratios) else UNTESTED
 
@@ -151,9 +151,9 @@ def _error_result(rule: irsim.ErrorBelow, trace: Trace) -> str:
 
 
 def _return_margin(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
-    """Return the least, over returns into view, of the best frame in time.
+    """Return the least, over reappearances of the target, of the best distance to off within the allowed frames.
 
-    A view that ends before the time is up counts only where the tracker was on the target.
+    A reappearance that ends before the allowed frames counts only where the tracker was on the target.
     """
     on, margins = _distance_to_off(trace), [UNTESTED]
     for each in trace.returns:
@@ -164,7 +164,7 @@ def _return_margin(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
 
 
 def _return_result(rule: irsim.ReacquiredWithin, trace: Trace) -> str:
-    """Describe the return that took longest, of those that decide."""
+    """Describe the slowest reacquisition, of the reappearances that decide the rule."""
     deciding = [each for each in trace.returns if each.after is not None or each.watched > rule.frames]
     if not deciding:
         return "no return that decides"
@@ -177,9 +177,9 @@ def _return_result(rule: irsim.ReacquiredWithin, trace: Trace) -> str:
 
 
 def _false_claims(trace: Trace) -> list[tuple[int, int]]:
-    """Return for each stretch without a visible target: position of its first frame, frames until the last "tracking".
+    """Return (position of its first frame, frames to its last "tracking") of each interval without a visible target.
 
-    The second number is 0 where the status is never "tracking" in the stretch.
+    The second number is 0 where the status is never "tracking" in the interval.
     """
     gone = ~trace.truth.present | (trace.visible == 0)
     gone[:1] = False
@@ -192,7 +192,7 @@ def _false_claims(trace: Trace) -> list[tuple[int, int]]:
 
 
 def _claim_margin(rule: irsim.HonestWhileHidden, trace: Trace) -> float:
-    """Return the least, over stretches without the target, of the time left after the last "tracking"."""
+    """Return the least share of `within` left after the last "tracking", over intervals without target."""
     margins: list[float] = [(rule.within - frames) / max(rule.within, 1) for _, frames in _false_claims(trace)]
     return min([UNTESTED, *margins])
 
@@ -225,4 +225,4 @@ KINDS: dict[type[irsim.Expectation], RuleKind] = {
         _claim_result,
     ),
 }
-"""Each kind of rule. A user's own rule has the margin of its method and no other words."""
+"""Functions by kind of rule. A rule of a user's class has the margin of its own method, and no words."""

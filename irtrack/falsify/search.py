@@ -13,18 +13,18 @@ from irsim.rng import stream
 from irsim.types import Floats
 
 BATCH = 16
-"""Points a batch of the searches that do not adapt; a power of two, as Sobol points need."""
+"""Points per batch of the non-adaptive searches; a power of two, as Sobol points need."""
 
 STEP = 0.25
-"""Initial standard deviation of CMA-ES: a quarter of the range."""
+"""Initial standard deviation of CMA-ES, in sides of the unit cube."""
 
 Searcher = Generator[Floats, Floats, None]
-"""Yields batches of points (n, dimension) of the unit cube; is sent their margins (n,)."""
+"""Generator that yields batches of points (n, dimension) of the unit cube, and is sent their margins (n,)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchPoint:
-    """Point of a search with its run, from 1, and its margin."""
+    """Point of a search with the number of its run, from 1, and its margin."""
 
     run: int
     shares: Floats
@@ -37,7 +37,7 @@ def search(
     """Yield the points of a search, at most `budget`, in an order that depends on the margins alone.
 
     kind      one of `SEARCHES`
-    margins   returns the margins of a batch of points (n, dimension), in order
+    margins   function that yields the margins of a batch of points (n, dimension), in order
     """
     searcher = SEARCHES[kind](dimension, seed)
     batch, run = next(searcher), 0
@@ -53,7 +53,7 @@ def search(
 
 
 def random_search(dimension: int, seed: int) -> Searcher:
-    """Yield uniform random points: the baseline."""
+    """Yield uniform random points, the baseline of searches."""
     for batch in count():
         yield stream(seed, "falsify/random", batch).random((BATCH, dimension))
 

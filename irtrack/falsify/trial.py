@@ -1,4 +1,4 @@
-"""Trials: a tracker runs over one concrete scene and is judged by the scene's rules; a journal keeps the verdicts."""
+"""Trials, each a run of a tracker on one concrete scene, judged by its rules; a journal keeps the verdicts."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
 from irtrack.types import Tracker
 
 NO_LIMIT_S = 1e9
-"""No limit for a frame, as a number that JSON can hold: thirty years."""
+"""Time for a frame, s, that stands for no limit, as a number that JSON can hold: thirty years."""
 
 HERE = InProcess()
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Tracker under test with its label, its input, and the rules it must keep."""
+    """Subject: the tracker under test with its label, its input, and the rules that its track must keep."""
 
     label: str
     tracker: Tracker
@@ -43,9 +43,9 @@ class Subject:
 class Verdict:
     """Result of a trial.
 
-    margins    margin of each rule, below 0 where it is broken
-    raised     exception of the tracker, or end of its process, in one line; None without either
-    limit_s    limit for a frame, s, where the process died or hung; else None
+    margins    margin of each rule, below 0 where the rule is broken
+    raised     exception of the tracker, or how its process ended, in one line; None without either
+    limit_s    time limit for a frame, s, where the process died or hung; else None
     """
 
     margins: tuple[float, ...]
@@ -54,7 +54,7 @@ class Verdict:
 
     @property
     def margin(self) -> float:
-        """Least margin of all rules; -1 where the tracker raised or ended."""
+        """Least margin of all rules; -1 where the tracker raised an exception or its process ended."""
         return -1.0 if self.raised is not None else min(self.margins)
 
     @property
@@ -70,17 +70,17 @@ class Verdict:
         return RULE if isinstance(self.broken, int) else self.broken
 
     def breaks(self, rule: int | str) -> bool:
-        """Return whether that rule is broken."""
+        """Return whether this rule (its number, `RAISES` or `ENDS`) is broken."""
         return self.broken == rule if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
 
 
 def frame_limit(limit_s: float | None) -> Limit:
-    """Return the limit of a tracker that may take `limit_s` for each frame."""
+    """Return the limit of `limit_s` for each frame; no limit for None."""
     return Limit(NO_LIMIT_S if limit_s is None else limit_s, "frame")
 
 
 def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenario | None) -> Verdict:
-    """Return the verdict on a scene; no rule is broken without a scene, or without a target to start on."""
+    """Return the verdict on a scene; no rule counts as broken without a valid scene or without a target to start on."""
     if scenario is None:
         return _untried(subject)
     return examine(subject, irsim.Rendering(scenario), scenario.seed, runner, limit)[0]
@@ -89,7 +89,7 @@ def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenar
 def examine(
     subject: Subject, source: Source, seed: int, runner: Runner = HERE, limit: Limit | None = None
 ) -> tuple[Verdict, tuple[Trace, ...]]:
-    """Return the verdict on a source and the trace of each rule; `seed` is the tracker's.
+    """Run the tracker on a source; return the verdict and the trace of each rule. `seed`: seed of the tracker.
 
     There are no traces where the tracker raised, its process died or hung, or it could not start.
     """
@@ -98,7 +98,7 @@ def examine(
         return runner.call(_examined, subject, source, seed, limit=limit)
     except TrackerLostError as lost:
         if not lost.blame.at_work:
-            runner.call(_drawn, source, subject.input)  # raises where the source itself ends the process
+            runner.call(_drawn, source, subject.input)  # raises where the source, not the tracker, ends the process
         return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", limit.seconds), ()
 
 
@@ -122,7 +122,7 @@ def _examined(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int)
 
 
 def _drawn(_: Heartbeat, source: Source, input: Input) -> None:
-    """Draw the source's frames without a tracker."""
+    """Read all frames of a source without a tracker, to see whether the source itself ends the process."""
     replay(source, [], input, 0)
 
 
@@ -131,7 +131,7 @@ def _untried(subject: Subject) -> Verdict:
 
 
 def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
-    """Return the function that passes a frame to the player and marks it on the heartbeat."""
+    """Return a function that passes a frame to the player and records the frame in the heartbeat."""
 
     def see(frame: Frame) -> None:
         with heartbeat.frame(frame.index):
@@ -143,10 +143,10 @@ def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
 class Trials:
     """Trials of a subject, with a journal of one JSON line a trial, from which an interrupted search resumes.
 
-    Entries of the journal count only where they were made by the same code, and where a process died or hung, with the
-    same limit for a frame.
+    Entries of the journal count only where the same code made them; an entry of a process that died or hung counts only
+    with the same limit for a frame.
 
-    run   number of trials that the journal did not have
+    run   number of trials run so far, without those taken from the journal
     """
 
     def __init__(self, subject: Subject, journal: Path, runner: Runner = HERE, limit_s: float | None = None) -> None:
@@ -170,7 +170,7 @@ class Trials:
         self.run = 0
 
     def verdicts(self, scenarios: Sequence[irsim.Scenario | None]) -> Iterator[Verdict]:
-        """Yield the verdict on each scene, in order; scenes run when needed, or ahead in other jobs."""
+        """Yield the verdict on each scene, in order; scenes run when needed, or ahead of need in other workers."""
         keys = [self._key(each) for each in scenarios]
         new = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
         outcomes = self.runner.ordered(self._judge, list(new.values()))

@@ -1,10 +1,10 @@
-"""Background model learned pixel by pixel and registered to each frame.
+"""Background model: a normal distribution of each pixel, learned over time and registered to each frame.
 
-A normal distribution for each pixel, of running mean and variance (C. Wren, A. Azarbayejani, T. Darrell, A. Pentland,
+Each pixel has a running mean and variance (C. Wren, A. Azarbayejani, T. Darrell, A. Pentland,
 "Pfinder", IEEE TPAMI 19(7), 1997, section 3.2), in coordinates that move with the camera. A frame is registered by a
 shift, a gain and an offset: the shift by phase correlation (C. Kuglin, D. Hines, 1975), then all four by reweighted
-least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). So automatic gain, pan and shake of the camera are no
-change; its roll and zoom are.
+least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). So automatic gain, pan and shake of the camera do not
+appear as foreground; its roll and zoom do.
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from irsim.types import MEDIAN_TO_SIGMA, Image
 
 Grid = npt.NDArray[np.float32]
 Region = tuple[slice, slice]
-"""Rows and columns of a part of the picture."""
+"""Rows and columns of a rectangle of the picture, as slices."""
 
 ROUNDING = 1 / 12
 """Counts^2. Variance of rounding to whole counts."""
 START_SHIFT = 0.3
-"""px. Shift included in a pixel's first variance, until that is learned: slopes are uncertain."""
+"""px. Registration error included in the initial variance of a pixel, as it changes the grey level on slopes."""
 SHIFT = 0.1
-"""px. Shift included in every variance: the error of interpolation and registration on slopes."""
+"""px. Error of interpolation and registration included in every variance, as it changes the grey level on slopes."""
 MOVING_RATE = 0.03
-"""Share of the new picture learned where the foreground is: after 33 frames a thing at rest is background."""
+"""Share of the new picture that enters the model in the foreground: after 33 frames an object at rest is background."""
 BETTER = 0.98
-"""A shift or gain is accepted where it lowers the mean deviation below this share; else noise would move a still
-camera."""
+"""Ratio of mean deviations, after to before, below which a shift or gain is accepted; otherwise noise would move the
+model under a still camera."""
 SURE = 4.0
-"""Standard errors by which a jump of more than a pixel must lower the deviation. On an even sky noise alone reached 3.3
-in 1,392 frames; jumps of a shaking camera reach 5 and more."""
+"""Standard errors by which a shift of more than a pixel must lower the deviation. On an even sky noise alone reached
+3.3 in 1,392 frames; shifts of a shaking camera reach 5 and more."""
 SMOOTH = 1.0
 """px. Standard deviation of the normal kernel that smooths frames before registration."""
 OUTLIER = 9.0
-"""Squared deviations beyond which a residual adds no more to a variance."""
+"""Largest squared residual, in variances of the pixel, that enters the variance."""
 LEAST_SIDE = 16
-"""px. Smaller frames are not registered."""
+"""px. Least side of a frame that is registered."""
 SMOOTHINGS = 200
-"""Passes of a 3 x 3 mean that fill a masked region from its edge."""
+"""Number of passes of a 3 x 3 mean that fill a masked region from its edge."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RegisteredFrame:
     """Frame registered to the background model.
 
-    picture    (rows, columns) the frame in the model's grey scale;  mean, variance: the model under the frame
-    known      (rows, columns) whether the background was ever seen there
+    picture    (rows, columns) the frame in the model's grey scale;  mean, variance  the model at the frame's pixels
+    known      (rows, columns) whether the model has observed the background at the pixel
     shift      (dx, dy) px between the model's canvas and the frame, less than a pixel
     moved      (dx, dy) px of the scene since the last frame
     """
@@ -68,8 +68,8 @@ class RegisteredFrame:
 class BackgroundModel:
     """Mean (counts), variance (counts^2) and number of observations of each pixel, on a canvas of the frame's size.
 
-    The canvas moves by whole pixels, `shift` is the rest. noise: variance of a constant pixel, counts^2; gain and
-    offset are the last frame's.
+    The canvas moves with the scene by whole pixels; `shift` is the remaining fraction. `noise`: variance of a pixel at
+    rest, counts^2; `gain`, `offset`: those of the last frame.
     """
 
     mean: Grid
@@ -105,7 +105,7 @@ class BackgroundModel:
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
     def register(self, image: Image, align: bool) -> tuple[BackgroundModel, RegisteredFrame]:
-        """Return the model moved to a frame, and the frame in its scale; without `align` neither is changed."""
+        """Return the model moved to a frame, and the frame in the model's grey scale; unchanged without `align`."""
         raw = image.astype(np.float32)
         moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
@@ -120,7 +120,7 @@ class BackgroundModel:
     def updated(
         self, registered: RegisteredFrame, foreground: Grid, rate: float, target: Region | None
     ) -> BackgroundModel:
-        """Return the model after a frame: learned at `rate` where it is visible, not at all in the target's region."""
+        """Return the model after it learned a frame at `rate` where the background is visible, outside the target."""
         share = np.maximum(1 / (self.observations + 1), np.float32(rate))
         open_ = np.ones(foreground.shape, np.float32)
         if target is not None:
@@ -134,8 +134,8 @@ class BackgroundModel:
         return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
     def _aligned(self, raw: Grid) -> BackgroundModel:
-        """Return the model with the shift, gain and offset that bring it nearest to a frame."""
-        # Everything is smoothed first: a shift by half a pixel smooths noise, and would fit better.
+        """Return the model with the shift, gain and offset that fit it best to a frame."""
+        # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
         still, raw = _smooth(self.mean), _smooth(raw)
         best, under = self, _shifted(still, self.shift)
         deviation = best._deviation(under, raw)
@@ -145,7 +145,7 @@ class BackgroundModel:
         moved = _shifted(still, coarse.shift)
         if abs(dx) < raw.shape[1] / 2 and abs(dy) < raw.shape[0] / 2:
             nearer = coarse._deviation(moved, raw)
-            is_jump = max(abs(dx), abs(dy)) > 1  # finer steps reach no further
+            is_jump = max(abs(dx), abs(dy)) > 1  # least squares reach up to a pixel
             if nearer.mean() < BETTER * deviation.mean() and (not is_jump or _significant(deviation - nearer)):
                 best, under, deviation = coarse, moved, nearer
         for _ in range(2):
@@ -158,12 +158,12 @@ class BackgroundModel:
         return best
 
     def _deviation(self, under: Grid, raw: Grid) -> Grid:
-        """Return the absolute deviation of a frame from the model under it, clipped; every fourth pixel."""
+        """Return the absolute deviation of a frame from the model at its pixels, clipped; every fourth pixel."""
         apart = np.abs(raw[::2, ::2] - np.float32(self.gain) * under[::2, ::2] - np.float32(self.offset))
         return np.minimum(apart, np.float32(12 * self.noise**0.5))
 
     def _refined(self, under: Grid, raw: Grid) -> BackgroundModel:
-        """Return one step of least squares, weighted by Cauchy's 1 / (1 + (r / 2 s)^2), s from the median deviation."""
+        """Return the model after one step of least squares with weights 1 / (1 + (r / 2 s)^2), s by the median."""
         inner = (slice(1, -1, 2), slice(1, -1, 2))
         across, down = (cv2.Sobel(under, cv2.CV_32F, *axes, scale=1 / 8)[inner].ravel() for axes in ((1, 0), (0, 1)))
         grey = under[inner].ravel()
@@ -189,7 +189,7 @@ class BackgroundModel:
         )
 
     def _rolled(self, whole: tuple[int, int], picture: Grid) -> BackgroundModel:
-        """Return the model on a canvas moved by whole pixels; pixels that come into view are taken from the frame."""
+        """Return the model on a canvas moved by whole pixels; pixels new in view are taken from the frame."""
         matrix = np.array([[1, 0, whole[0]], [0, 1, whole[1]]], np.float64)
         size = picture.shape[::-1]
         fresh = cv2.warpAffine(np.ones(picture.shape, np.uint8), matrix, size, flags=cv2.INTER_NEAREST) == 0
@@ -209,14 +209,14 @@ class BackgroundModel:
 
 
 def _significant(gain: Grid) -> bool:
-    """Return whether the mean of differences is above 0 by `SURE` errors, of those too far apart to be correlated."""
+    """Return whether the mean of `gain`, subsampled to be uncorrelated, is above 0 by `SURE` standard errors."""
     single = gain[::2, ::2]
     error = float(single.std()) / np.sqrt(single.size)
     return bool(single.mean() > SURE * error)
 
 
 def _smooth(picture: Grid) -> Grid:
-    return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]  # OpenCV's stubs know no element types
+    return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]  # OpenCV's stubs have no element types
 
 
 def _squared_slope(picture: Grid) -> Grid:
@@ -232,11 +232,11 @@ def _shifted(picture: Grid, shift: tuple[float, float]) -> Grid:
     if max(abs(shift[0]), abs(shift[1])) < 1e-3:
         return picture
     matrix = np.array([[1, 0, shift[0]], [0, 1, shift[1]]], np.float64)
-    return cv2.warpAffine(  # type: ignore[return-value]  # OpenCV's stubs know no element types
+    return cv2.warpAffine(  # type: ignore[return-value]  # OpenCV's stubs have no element types
         picture, matrix, picture.shape[::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
     )
 
 
 @lru_cache(maxsize=4)
 def _window(shape: tuple[int, int]) -> Grid:
-    return cv2.createHanningWindow(shape[::-1], cv2.CV_32F)  # type: ignore[return-value]  # OpenCV's stubs know no element types
+    return cv2.createHanningWindow(shape[::-1], cv2.CV_32F)  # type: ignore[return-value]  # OpenCV's stubs have no element types

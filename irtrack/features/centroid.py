@@ -8,12 +8,12 @@ from irsim.types import Image
 
 
 def contrast(patch: Image, region: Image) -> float:
-    """Return the target's contrast, counts: positive for a hot target, negative for a cold one.
+    """Return the contrast of a target with its background, counts: above 0 for a hot target, below 0 for a cold one.
 
-    `region` is the patch and its surroundings; its median is the background level. The patch, of target and background
-    in any shares, is split by a threshold midway between the means of both parts (Ridler, Calvard, "Picture
-    thresholding using an iterative selection method", IEEE Trans. SMC 8, 1978). The target is the part whose mean is
-    farther from the level. 0 where the patch is constant.
+    `region` is the patch and its surroundings; its median is the background level. The patch, which shows target and
+    background in any shares, is split by a threshold midway between the means of the two parts (Ridler, Calvard,
+    "Picture thresholding using an iterative selection method", IEEE Trans. SMC 8, 1978). The target is the part whose
+    mean is farther from the background level. 0 where the patch is constant.
     """
     if patch.min() == patch.max():
         return 0.0

@@ -16,14 +16,14 @@ from irtrack.features.window import Reach, Window, region
 
 
 def ncc(region: Image | Floats, template: Floats) -> Floats:
-    """Return r in -1 .. 1 for every place of the template (h, w) within the region (H, W).
+    """Return the coefficient r, -1 .. 1, at every position of the template (h, w) within the region (H, W).
 
-    The result is (H-h+1, W-w+1); [0, 0] has the template's corner on the region's. Where the window or the template
-    is constant, r is undefined and given as 0.
+    The result is (H-h+1, W-w+1); element [0, 0] has the template at the top-left corner of the region. Where the window
+    or the template is constant, r is undefined and given as 0.
     """
     if float(np.ptp(template)) == 0.0:
         return np.zeros((region.shape[0] - template.shape[0] + 1, region.shape[1] - template.shape[1] + 1))
-    # float32 less the mean level: sums of 16-bit counts would otherwise lose the contrast.
+    # The mean level is subtracted first: float32 sums of 16-bit counts would otherwise lose the contrast.
     level = float(template.mean())
     scores = cv2.matchTemplate(
         (region - level).astype(np.float32), (template - level).astype(np.float32), cv2.TM_CCOEFF_NORMED
@@ -32,11 +32,11 @@ def ncc(region: Image | Floats, template: Floats) -> Floats:
 
 
 def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tuple[float, float], float]:
-    """Return the highest place (x, y), refined to a fraction of a pixel, and its score.
+    """Return the position (x, y) of the highest score, refined to a fraction of a pixel, and this score.
 
-    default   the place where all scores are equal, as for a template without structure
+    default   position to return where all scores are equal, as for a template without structure
 
-    On each axis by the parabola through the peak and its neighbours; not refined on the edge.
+    Each axis is refined by the parabola through the peak and its neighbours; a peak on the edge is not refined.
     """
     if default is not None and float(np.ptp(scores)) == 0.0:
         return default, float(scores.flat[0])
@@ -49,9 +49,9 @@ def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tu
 
 
 def best_distractor(scores: Floats, corner: tuple[int, int], window: Window) -> float:
-    """Return the highest score of windows that do not overlap the one at `corner`, the likeliest false match.
+    """Return the score of the likeliest false match, the best window that does not overlap the one at `corner`.
 
-    0 where there is no such place, or none above 0.
+    0 where no window fits, or none has a score above 0.
     """
     apart = np.ones(scores.shape, bool)
     x, y = corner
@@ -61,7 +61,7 @@ def best_distractor(scores: Floats, corner: tuple[int, int], window: Window) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """Target in a first frame: its window, its pixels (rows, columns), counts, and the best distractor's score."""
+    """Target in a first frame: window, pixels (rows, columns) in counts, and the best distractor's score."""
 
     window: Window
     pixels: Floats
@@ -84,6 +84,6 @@ class Patch:
 
 
 def _vertex(before: float, top: float, after: float) -> float:
-    """Return the place of the highest point of the parabola through (-1, before), (0, top), (1, after)."""
+    """Return the position of the maximum of the parabola through (-1, before), (0, top), (1, after)."""
     curvature = before - 2 * top + after
     return 0.5 * (before - after) / curvature if curvature < 0 else 0.0

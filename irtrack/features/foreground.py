@@ -1,4 +1,4 @@
-"""Foreground of a target before a `BackgroundModel`: pixels that differ from it and have the target's grey levels."""
+"""Foreground: pixels that differ from a `BackgroundModel` and have the target's grey levels."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from irtrack.features.background import Grid, Region, RegisteredFrame
 from irtrack.features.quantiser import MARGIN, levels_between
 
 BINS = 32
-"""Grey levels of the target's histogram: those of Cheng et al. 2006, section 3."""
+"""Number of grey levels of the histogram, as in Cheng et al. 2006, section 3."""
 UNEXPLAINED = 0.05
-"""Share of pixels that follow neither distribution, evenly over all greys: no pixel is certain."""
+"""Share of pixels with any grey level, assumed in both densities, so that no probability is 0 or 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyDensities:
-    """Densities of grey levels, (bins,) per count over low .. high: of the target, and of the ring around it."""
+    """Probability densities of grey levels, (bins,) per count over low .. high, of the target and its ring."""
 
     low: float
     high: float
@@ -28,11 +28,11 @@ class GreyDensities:
 
     @classmethod
     def of(cls, image: Image, region: Region, kernel: Floats) -> GreyDensities:
-        """Return the densities in a first frame: the target's, weighted by a kernel (rows, columns), and its ring's."""
+        """Return the densities in a first frame, with the target weighted by a kernel (rows, columns)."""
         rows, columns = region
         picture = image.astype(np.float32)
         low, high = levels_between(picture, picture[region])
-        margin = max(MARGIN * (high - low), (BINS - high + low) / 2)  # a bin is a count at least
+        margin = max(MARGIN * (high - low), (BINS - high + low) / 2)  # a bin is at least one count wide
         around = np.zeros(picture.shape, np.float32)
         tall, wide = rows.stop - rows.start, columns.stop - columns.start
         around[max(rows.start - tall, 0) : rows.stop + tall, max(columns.start - wide, 0) : columns.stop + wide] = 1
@@ -42,9 +42,9 @@ class GreyDensities:
         return replace(blank, target=blank._density(picture, kernel), ring=blank._density(picture, around))
 
     def foreground(self, registered: RegisteredFrame) -> Grid:
-        """Return the probability (rows, columns) that a pixel shows the target, of a prior of one half.
+        """Return the probability (rows, columns) that a pixel shows the target, with a prior of one half.
 
-        An unknown background may have any grey level of the first ring.
+        Where the background has not been observed, its density is that of the ring in the first frame.
         """
         even = np.float32(UNEXPLAINED / (self.high - self.low))
         squares = np.minimum((registered.picture - registered.mean) ** 2 / registered.variance, 60)
@@ -68,7 +68,7 @@ class GreyDensities:
         return replace(self, target=self.target + np.float32(rate) * (density - self.target))
 
     def _density(self, picture: Grid, weights: Floats | Grid) -> Grid:
-        """Return (bins,) per count, smoothed over neighbouring bins; uniform where all weights are 0."""
+        """Return the density, (bins,) per count, smoothed over neighbouring bins; uniform where all weights are 0."""
         cells = np.clip((picture - self.low) * (BINS / (self.high - self.low)), 0, BINS - 1).astype(np.intp)
         counts = np.bincount(cells.ravel(), np.asarray(weights, np.float64).ravel(), BINS)
         counts = counts / counts.sum() if counts.sum() > 0 else np.full(BINS, 1 / BINS)
@@ -78,9 +78,9 @@ class GreyDensities:
 
 
 def local_foreground(foreground: Grid, deviations: tuple[float, float]) -> Grid:
-    """Return the mean excess of foreground over background, max(2 p - 1, 0), about each pixel; 0 beyond the frame.
+    """Return the local mean of max(2 p - 1, 0) about each pixel, p its foreground probability, 0 beyond the frame.
 
-    Weighted by a normal kernel of deviations (x, y) px.
+    The mean is weighted by a normal kernel with standard deviations (x, y) px.
     """
     x, y = deviations
     return cv2.GaussianBlur(  # type: ignore[return-value]  # OpenCV's stubs know no element types
@@ -89,9 +89,9 @@ def local_foreground(foreground: Grid, deviations: tuple[float, float]) -> Grid:
 
 
 def peaks(heights: Grid, reach: tuple[int, int], least: float, most: int) -> tuple[Floats, Floats]:
-    """Return centres (n, 2) px and heights (n,) of the maxima within reach (x, y) px, the highest first.
+    """Return centres (n, 2) px and heights (n,) of pixels that are the maximum within `reach` (x, y) px, highest first.
 
-    Centres lie between pixels by parabolas along each axis.
+    Centres are refined to a fraction of a pixel by parabolas along each axis.
     """
     tops = cv2.dilate(heights, np.ones((2 * reach[1] + 1, 2 * reach[0] + 1), np.uint8))
     rows, columns = np.nonzero((heights == tops) & (heights > least))

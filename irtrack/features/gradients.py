@@ -2,8 +2,8 @@
 
     G = sqrt(Gx^2 + Gy^2),  theta = arctan(Gy / Gx),  Gx, Gy from the Sobel operators
 
-A target's window is a pattern of places about its centre. A particle of another size scales the pattern; each place is
-at the nearest pixel.
+A target's window is a pattern of sample positions about its centre. A particle of another size scales the pattern; each
+sample is taken at the nearest pixel.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ Gradient = npt.NDArray[np.float32]
 def sobel(image: Image, left: int, top: int, right: int, bottom: int) -> tuple[Gradient, Gradient]:
     """Return Gx, Gy of the part [top:bottom, left:right] of a frame, (bottom - top, right - left) each.
 
-    In counts times 4, the sum of an operator's positive weights. Beyond the frame its edge pixels are repeated.
+    The unit is counts times 4, the sum of an operator's positive weights. Beyond the frame its edge pixels are
+    repeated.
     """
     height, width = image.shape
     inner_left, inner_top = max(left - 1, 0), max(top - 1, 0)
@@ -54,9 +55,9 @@ def orientations(gx: Gradient, gy: Gradient, bins: int) -> tuple[Bins, Gradient]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """Places about a target's centre, at its first size: x (C,), y (R,) px.
+    """Sample positions about a target's centre, at its size in the first frame: x (C,), y (R,) px.
 
-    kernel (R, C): weights of grey levels; edges (R, C): whether gradients count.
+    `kernel` (R, C): weights of grey levels; `edges` (R, C): whether the gradient at the sample counts.
     """
 
     x: Floats
@@ -66,7 +67,7 @@ class Pattern:
 
     @classmethod
     def of(cls, window: Window, most: int) -> Pattern:
-        """Return the window's pixels; where they exceed about `most`, an even grid of places among them.
+        """Return the pattern of a window's pixels, or of an even grid of about `most` where it has more pixels.
 
         The kernel sums to one: Epanechnikov's g(r) = 1 - r^2 within the ellipse of the window (Li, Li 2014, eq. 4 is
         unreadable; by the text it favours places near the centre).
@@ -82,7 +83,7 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cues:
-    """Histograms of both cues, each summing to one or empty: grey (..., B), gradient (..., B')."""
+    """Histograms of both cues, grey (..., B) and gradient (..., B'), each summing to one, or zero where empty."""
 
     grey: Floats
     gradient: Floats
@@ -92,14 +93,14 @@ class Cues:
         return Cues(self.grey[window], self.gradient[window])
 
     def similarity(self, other: Cues) -> tuple[Floats, Floats]:
-        """Return the Bhattacharyya coefficients of both cues with those of one other (eq. 8)."""
+        """Return the Bhattacharyya coefficients of the histograms of both cues with those of `other` (eq. 8)."""
         return (
             np.minimum(np.sqrt(self.grey) @ np.sqrt(other.grey), 1.0),
             np.minimum(np.sqrt(self.gradient) @ np.sqrt(other.gradient), 1.0),
         )
 
     def blended(self, other: Cues, rate: float) -> Cues:
-        """Return (1 - rate) of these histograms plus `rate` of others."""
+        """Return (1 - rate) times these histograms plus `rate` times the others."""
         return Cues((1 - rate) * self.grey + rate * other.grey, (1 - rate) * self.gradient + rate * other.gradient)
 
 
@@ -112,7 +113,7 @@ class CueImage:
     edge_bins: int
 
     def windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cues, Floats]:
-        """Return cues of windows at `centers` (N, 2) px, `scales` (N, 2) times the first size, and visible shares (N,).
+        """Return cues and visible shares (N,) of windows at `centers` (N, 2) px, `scales` (N, 2) times the first size.
 
         Grey levels are weighted by the kernel (eq. 3), orientations by their magnitude alone, since a kernel would fade
         the edges. Pixels outside the frame belong to no bin.
@@ -151,7 +152,7 @@ class CueImage:
         visible[met] = kernel.sum(axis=(1, 2)) if not (across.all() and down.all()) else 1.0
 
     def ring(self, box: tuple[float, float, float, float], margin: int) -> Cues:
-        """Return cues of the pixels within `margin` px around a box (cx, cy, w, h), each of the same weight."""
+        """Return cues of the pixels within `margin` px around a box (cx, cy, w, h), all with the same weight."""
         cx, cy, w, h = box
         left, top = floor(cx - w / 2 + 0.5), floor(cy - h / 2 + 0.5)
         right, bottom = left + max(1, round(w)), top + max(1, round(h))
@@ -167,9 +168,9 @@ class CueImage:
         return cues.of(0)
 
     def similarity_map(self, window: Window, pattern: Pattern, model: Cues) -> tuple[Floats, Floats]:
-        """Return rho of both cues (rows, columns) of the window with its corner at each pixel where it fits.
+        """Return rho of both cues, (rows, columns) each, of the window with its corner at each pixel where it fits.
 
-        It is the similarity of `windows` at scale 1 (of a pattern that leaves out pixels, nearly).
+        It is the similarity of `windows` at scale 1, only nearly so where the pattern leaves out pixels.
         """
         rows, columns = max(self.image.shape[0] - window.rows + 1, 0), max(self.image.shape[1] - window.columns + 1, 0)
         if 0 in (rows, columns):
@@ -180,7 +181,7 @@ class CueImage:
             for u, share in enumerate(reference):
                 single = ((cells == u) * weights).astype(np.float32)
                 mass = cv2.filter2D(single, cv2.CV_32F, kernel, anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
-                mass = np.maximum(mass[:rows, :columns], 0)  # a long kernel goes by a DFT, which rounds
+                mass = np.maximum(mass[:rows, :columns], 0)  # OpenCV applies a long kernel by a DFT, which rounds
                 rho += np.sqrt(share * mass)
                 total += mass
             rho /= np.sqrt(total)
@@ -201,14 +202,14 @@ def _polar(gx: Gradient, gy: Gradient) -> tuple[Gradient, Gradient]:
 
 
 def _pixels(places: Floats, edge: int) -> tuple[Bins, Bools]:
-    """Return the pixels of places on one axis, and which lie inside the frame; those outside have the pixel 0."""
+    """Return the pixel of each position on one axis (0 where outside the frame), and whether it is inside."""
     at = np.floor(places + 0.5)
     within = (at >= 0) & (at < edge)
     return np.where(within, at, 0).astype(np.intp), within
 
 
 def _thinned(places: Floats, thinning: float) -> Floats:
-    """Return every `thinning`-th place, spread evenly between both ends."""
+    """Return positions about `thinning` px apart, spread evenly between both ends."""
     count = max(1, round(len(places) / thinning))
     if count == len(places):
         return places

@@ -25,25 +25,25 @@ from irtrack.features.quantiser import contiguous
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles
-"""(2L+1, 2L+1): the number of samples of each pixel of a neighbourhood. Whole numbers, as are their sums over counts,
-so that a part of a picture is exactly that of the whole."""
+"""(2L+1, 2L+1): the number of samples at each pixel of a neighbourhood. Sums of whole numbers are exact, so that a part
+of a picture computed alone equals the part of the whole."""
 
 Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
-"""Standard deviations of the residual on each side of the middle grey: a target of SCR 8 is just white. Chosen here."""
+"""Standard deviations of the residual between middle grey and white: a target of SCR 8 is just white. Chosen here."""
 
 ROUNDING = 1 / sqrt(12)
 """Standard deviation of rounding to whole counts, the least noise of any frame."""
 
 DIRECT = 7
-"""Side of the largest kernel that OpenCV sums sample by sample on any machine, not by a Fourier transform."""
+"""Side of the largest kernel, px, that OpenCV sums sample by sample on any machine, not by a Fourier transform."""
 
 
 def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
     """Return the samples (2L+1, 2L+1) of the ring neighbourhood of eq. 1, m on each radius.
 
-    inner is the least radius, 0 in the source; beyond the target's half size it excludes the target.
+    `inner` is the least radius, px, 0 in the paper; beyond half the target's size it excludes the target.
     """
     kernel = np.zeros((2 * L + 1, 2 * L + 1), np.float32)
     for r in range(inner, L + 1):
@@ -92,7 +92,7 @@ class HighPass:
 
     @classmethod
     def fitted(cls, image: Image, kernel: Kernel, grid: int) -> HighPass:
-        """Return the filter whose gain maps `REACH` deviations of a first frame's residual to 128 grey levels.
+        """Return the filter whose gain maps `REACH` standard deviations of a first frame's residual to 128 grey levels.
 
         The deviation is estimated by the median absolute residual, which targets change little.
         """
@@ -106,11 +106,11 @@ class HighPass:
         return picture if self.write(image, (0, 0), picture) else self.full_picture(image)
 
     def view(self, image: Image) -> HighPassedFrame | Picture:
-        """Return the picture computed part by part on demand; the whole where predictions lie on a grid."""
+        """Return the picture computed part by part on demand; computed whole where predictions lie on a grid."""
         return HighPassedFrame(image, self) if self.grid == 1 else self(image)
 
     def write(self, image: Image, corner: tuple[int, int], picture: Picture) -> bool:
-        """Write the part of the picture with its corner at (left, top) by the C kernel; False where it cannot."""
+        """Compute the part of the picture at corner (left, top) by the C kernel; return False where it cannot."""
         return (
             COMPILED
             and self.grid == 1
@@ -118,7 +118,7 @@ class HighPass:
         )
 
     def full_picture(self, image: Image) -> Picture:
-        """Return the whole picture by array operations."""
+        """Return the whole picture, computed by array operations."""
         samples = float(self.kernel.sum())
         # float32 holds whole numbers below 2^24, and OpenCV sums many samples by a Fourier transform.
         exact = len(self.kernel) <= DIRECT and samples * np.iinfo(image.dtype).max < 2**24
@@ -145,7 +145,7 @@ class HighPassedFrame:
         return self.image.shape[0], self.image.shape[1]
 
     def __getitem__(self, part: tuple[slice, slice]) -> Picture:
-        """Return (rows, columns) of a part inside the frame; both slices have both ends."""
+        """Return the part (rows, columns) of the picture inside the frame; both slices must have both ends."""
         rows, columns = part
         picture = np.empty((max(rows.stop - rows.start, 0), max(columns.stop - columns.start, 0)), np.uint8)
         if picture.size == 0 or self.high_pass.write(self.image, (columns.start, rows.start), picture):
@@ -158,5 +158,5 @@ class HighPassedFrame:
 
 
 def _nearest(value: float) -> int:
-    """Return the nearest whole number; halves, up to rounding errors, go up on any machine."""
+    """Return the nearest whole number; halves are rounded up on any machine, despite rounding errors."""
     return int(np.floor(value + 0.5 + 1e-9))

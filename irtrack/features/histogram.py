@@ -26,7 +26,7 @@ Picture = Image | HighPassedFrame
 Distance = Literal["bhattacharyya", "kullback_leibler", "variance_ratio"]
 
 TINY = float(np.finfo(np.float64).tiny)
-"""Divisor of an empty histogram, which stays zero."""
+"""Least divisor of a histogram, so that an empty one stays zero."""
 FLOOR = 1e-3
 """Least share of a bin in a logarithm: delta of Collins et al. 2005, section 2.2."""
 _UNWANTED = np.empty(0)
@@ -53,7 +53,7 @@ def epanechnikov_kernel(window: Window) -> Floats:
 
 
 def counted(cells: Bins, weights: npt.NDArray[Any], bins: int) -> Floats:
-    """Return the weight in each bin, (N, bins), of N sets of cells (N, ...) with weights that broadcast to them."""
+    """Return the total weight in each bin, (N, bins), of N sets of bin indices (N, ...) with broadcast weights."""
     count = len(cells)
     own = cells + np.arange(0, count * bins, bins).reshape(-1, *[1] * (cells.ndim - 1))
     every = np.broadcast_to(weights, own.shape)
@@ -62,7 +62,7 @@ def counted(cells: Bins, weights: npt.NDArray[Any], bins: int) -> Floats:
 
 
 def normalised(mass: Floats) -> Floats:
-    """Return histograms (..., bins) over their sums; an empty one stays zero."""
+    """Return histograms (..., bins) divided by their sums; an empty one stays zero."""
     whole: Floats = mass / np.maximum(mass.sum(axis=-1, keepdims=True), TINY)
     return whole
 
@@ -72,7 +72,7 @@ def histogram(
 ) -> tuple[Floats, float]:
     """Return one window's histogram (bins,), summing to one, and the visible share of the kernel.
 
-    Wholly outside the frame: zeros and 0.
+    A window wholly outside the frame gives zeros and 0.
     """
     left, top = window.corner(center)
     cells = _cells(image, quantiser, left, top, left + window.columns, top + window.rows)
@@ -100,7 +100,7 @@ def similarity(
 def _masses(
     image: Picture, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser
 ) -> tuple[Floats, Bins, bool]:
-    """Return the mass (n, bins + 1) of the distinct windows, the window of each centre (N,), whether all are inside.
+    """Return masses (n, bins + 1) of distinct windows, the window index of each centre (N,), whether all are inside.
 
     The last bin holds the pixels outside the frame.
     """
@@ -125,7 +125,7 @@ def _masses_plain(
 ) -> tuple[Floats, Bins, bool]:
     height, width = image.shape
     corners = np.floor(np.nan_to_num(centers, nan=-np.inf) - np.array(window.corner_offset))
-    # A window wholly outside the frame is brought to its edge, where it is as empty.
+    # A window wholly outside the frame is moved to just outside its edge, where it is empty too.
     corners = np.clip(corners, (-window.columns, -window.rows), (width, height)).astype(np.intp)
     distinct, windows = np.unique(corners[:, ::-1], axis=0, return_inverse=True)
     y, x = distinct[:, :1] + np.arange(window.rows), distinct[:, 1:] + np.arange(window.columns)
@@ -138,7 +138,7 @@ def _masses_plain(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MatchScore:
-    """Match of a place with the reference: its histogram (bins,), its rho, and the rho of its local background."""
+    """Match of the window at a position with the reference: histogram (bins,), rho, and rho of the local background."""
 
     histogram: Floats
     score: float
@@ -147,10 +147,11 @@ class MatchScore:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalBackground:
-    """Window and the ring around it, counted together.
+    """Window and the ring around it, the local background, whose histograms are counted together.
 
-    outer    the window of both, with the target's centre
-    kernels  (2, rows, columns): the target's kernel, 0 on the ring; the ring's, flat, 0 on the target; each sums to one
+    outer    window that covers both, with the target's centre
+    kernels  (2, rows, columns): kernel of the target, 0 on the ring; kernel of the ring, flat, 0 on the target; each
+             sums to one
     """
 
     outer: Window
@@ -159,7 +160,7 @@ class LocalBackground:
 
     @classmethod
     def of(cls, window: Window, kernel: Floats, margin: tuple[int, int], quantiser: Quantiser) -> LocalBackground:
-        """Return a ring `margin` (x, y) px wide around a window with its kernel."""
+        """Return the local background of a window with its kernel, a ring `margin` (x, y) px wide."""
         x, y = margin
         shape = (window.rows + 2 * y, window.columns + 2 * x)
         middle = slice(y, y + window.rows), slice(x, x + window.columns)
@@ -172,22 +173,22 @@ class LocalBackground:
     def histograms(self, image: Picture, center: tuple[float, float]) -> tuple[Floats, Floats]:
         """Return the histograms (2, bins) of the window and the ring, summing to one, and their visible shares (2,).
 
-        Wholly outside the frame: zeros and 0.
+        A window wholly outside the frame gives zeros and 0.
         """
         mass, visible = (self._counted if COMPILED else self._counted_plain)(image, *self.outer.corner(center))
         return mass[:, :-1], visible
 
     def score(self, image: Picture, center: tuple[float, float], reference: Floats) -> MatchScore:
-        """Return the match of a place with a reference (bins,); its score is multiplied by the visible share."""
+        """Return the match of the window at `center` with a reference (bins,); rho is times the visible share."""
         mass, visible = (self._counted if COMPILED else self._counted_plain)(image, *self.outer.corner(center))
         score, background = bhattacharyya(mass, reference).tolist()
         return MatchScore(mass[0, :-1], score * float(visible[0]), background)
 
     def _counted(self, image: Picture, left: int, top: int) -> tuple[Floats, Floats]:
-        """Return histograms (2, bins + 1) and visible shares; the last bin is that of pixels outside."""
+        """Return histograms (2, bins + 1) and visible shares (2,); the last bin holds pixels outside the frame."""
         rows, columns = self.outer.rows, self.outer.columns
         height, width = image.shape
-        if not (-columns <= left <= width and -rows <= top <= height):  # far outside, where all is as empty
+        if not (-columns <= left <= width and -rows <= top <= height):  # moved to just outside the edge
             left, top = min(max(left, -columns), width), min(max(top, -rows), height)
         pixels, x, y = _part(image, left, top, left + columns, top + rows)
         mass, visible = np.empty((2, self.quantiser.bins + 1)), np.empty(2)
@@ -205,7 +206,7 @@ class LocalBackground:
 
 
 def _part(image: Picture, left: int, top: int, right: int, bottom: int) -> tuple[Image, int, int]:
-    """Return pixels of the frame that hold a region, and the place (x, y) of the first."""
+    """Return pixels of the frame that contain a region, and the position (x, y) of the first pixel."""
     if isinstance(image, HighPassedFrame):
         height, width = image.shape
         x, y = min(max(left, 0), width), min(max(top, 0), height)
@@ -229,7 +230,7 @@ def _cells(image: Picture, quantiser: Quantiser, left: int, top: int, right: int
 def bhattacharyya(p: Floats, q: Floats) -> Floats:
     """Return rho = sum_u sqrt(p(u) q(u)) of p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8).
 
-    Further bins of p, such as that of pixels outside the frame, are ignored; ValueError where it has fewer than q.
+    Further bins of p, such as that of pixels outside the frame, are ignored; ValueError where p has fewer bins than q.
     """
     if COMPILED:
         rho: Floats = np.empty(p.shape[:-1])
@@ -249,7 +250,7 @@ def bhattacharyya_distance(q: Floats, b: Floats) -> float:
 
 
 def kullback_leibler(q: Floats, b: Floats) -> float:
-    """Return sum q ln(q / b), with no share under `FLOOR`; at least 0."""
+    """Return sum q ln(q / b), where shares below `FLOOR` are raised to it; at least 0."""
     return max(float(q @ _log_ratio(q, b)), 0.0)
 
 

@@ -5,11 +5,12 @@
     y   <- sum_i x_i w_i g(r_i^2) / sum_i w_i g(r_i^2),  g = -k'                           (eq. 13)
 
 D. Comaniciu, V. Ramesh, P. Meer, "Kernel-Based Object Tracking", IEEE TPAMI 25(5), 2003. The profile is
-Epanechnikov's, k(r^2) = max(0, 1 - r^2), so g is flat within the window's ellipse; its edge is a ramp one pixel wide,
-else pixels that have just entered would draw the window. The paper halves a step that lowers the similarity, which
-almost never happens; that is left out here. Centres lie anywhere between pixels. Pixels outside the frame do not count.
+Epanechnikov's, k(r^2) = max(0, 1 - r^2), so g is flat within the window's ellipse; the edge of g is a ramp one pixel
+wide, since pixels that enter at a sharp edge would attract the window. The paper halves a step that
+lowers the similarity; here it does not, as such steps almost never occur. Centres lie anywhere between pixels. Pixels
+outside the frame do not count.
 
-The window should fit the target: a larger one contains the whole target at many places, and stops short.
+The window should fit the target: a larger window contains the whole target at many positions, and stops off centre.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ from irtrack.features.histogram import TINY, bhattacharyya, counted
 from irtrack.features.quantiser import Bins, Quantiser, contiguous
 
 Bandwidth = tuple[float, float]
-"""h of both axes (x, y), px: half the sides of the window's ellipse."""
+"""Bandwidths h on both axes (x, y), px: the semi-axes of the window's ellipse."""
 LEAST_BANDWIDTH = 1.0
-"""px. A narrower window may fall between the pixels; at this one k is at least .5 at the nearest."""
+"""px. A narrower window may fall between the pixels; at this bandwidth k is at least .5 at the nearest pixel."""
 _PIXELS_AT_ONCE = 500_000
-"""Pixels of windows moved together by the plain twin: some tens of megabytes."""
+"""Number of pixels that the Python equivalent of the C kernel processes at once: some tens of megabytes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Modes:
     """Modes reached by N windows.
 
-    centers  (N, 2) px;  rho  (N,) similarity to the reference there, 0 .. 1, of the visible part
+    centers  (N, 2) px;  rho  (N,) similarity of the visible part of the window to the reference, 0 .. 1
     visible  (N,) share of the kernel's mass inside the frame
     """
 
@@ -52,7 +53,7 @@ def bandwidth(box: Box, scale: float = 1.0) -> Bandwidth:
 def kernel_histogram(
     image: Image, center: tuple[float, float], h: Bandwidth, quantiser: Quantiser
 ) -> tuple[Floats, float]:
-    """Return p (bins,) about one centre (eq. 3, 4), summing to one, and the visible share of the kernel.
+    """Return the histogram p (bins,) about a centre (eq. 3, 4), summing to one, and the visible share of the kernel.
 
     Wholly outside the frame: zeros and 0.
     """
@@ -72,8 +73,8 @@ def mean_shift(
 ) -> Modes:
     """Return the modes of windows at `centers` (N, 2) px moved by eq. 13 until a step is shorter than `eps` px.
 
-    At most `iterations` steps (20: Comaniciu, Meer 2002, section 6). A window without a grey level of the reference
-    (bins,) stays.
+    At most `iterations` steps (20: Comaniciu, Meer 2002, section 6). A window that contains no grey level of the
+    reference (bins,) stays where it is.
     """
     centers = np.array(centers, dtype=np.float64, order="C")
     mass, visible = np.empty((len(centers), quantiser.bins)), np.empty(len(centers))
@@ -99,7 +100,7 @@ def _mean_shift_plain(
         view = _View.of(image, centers[moving], h, quantiser)
         mass, _ = view.masses(quantiser.bins)
         ratio = np.sqrt(np.divide(reference, mass, out=np.zeros_like(mass), where=mass > 0))
-        ratio = np.concatenate([ratio, np.zeros((len(ratio), 1))], axis=1)  # none for pixels outside the frame
+        ratio = np.concatenate([ratio, np.zeros((len(ratio), 1))], axis=1)  # pixels outside the frame have weight 0
         pull = np.take_along_axis(ratio, view.bins, axis=1) * view.g
         total = pull.sum(axis=1)
         total[total == 0] = np.inf
@@ -112,7 +113,7 @@ def _mean_shift_plain(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _View:
-    """P pixels about each of N centres.
+    """P pixels about each of N centres, with their bins and kernel weights.
 
     x, y   (N, P) px from the centre;  bins  (N, P), the bin `bins` for pixels outside the frame
     k, g   (N, P) the kernel's profile and its slope
@@ -127,7 +128,7 @@ class _View:
     @classmethod
     def of(cls, image: Image, centers: Floats, h: Bandwidth, quantiser: Quantiser) -> _View:
         rows, columns = image.shape
-        # The ramp of g ends half a pixel beyond h, and a centre lies up to half a pixel from the middle pixel.
+        # The ramp of g ends half a pixel beyond h, and a centre lies up to half a pixel from its nearest pixel.
         x, y = (np.arange(-int(side + 1), int(side + 1) + 1) for side in h)
         middle = np.floor(centers + 0.5)
         x, y = middle[:, :1] + x, middle[:, 1:] + y
@@ -145,17 +146,17 @@ class _View:
         )
 
     def masses(self, bins: int) -> tuple[Floats, Floats]:
-        """Return the kernel's mass in each bin (N, bins) over the whole window's, and its visible share (N,)."""
+        """Return the share of the kernel's mass in each bin (N, bins), and its visible share (N,)."""
         mass = counted(self.bins, self.k, bins + 1)
         inside: Floats = mass[:, :-1] / mass.sum(axis=1, keepdims=True)
         return inside, inside.sum(axis=1)
 
 
 def back_projection(image: Image, quantiser: Quantiser, reference: Floats) -> Floats:
-    """Return the share (rows, columns), 0 .. 1, by which each pixel's level belongs to the reference (bins,).
+    """Return the back projection (rows, columns), 0 .. 1: the weight of each pixel's level in the reference (bins,).
 
     q(b(x)) / max q (Bradski, "Computer Vision Face Tracking for Use in a Perceptual User Interface", Intel Technology
-    Journal Q2, 1998); his mean shift and CamShift search this picture.
+    Journal Q2, 1998); mean shift and CamShift of that paper search this picture.
     """
     shares: Floats = (reference / max(float(reference.max()), TINY)).take(quantiser(image))
     return shares

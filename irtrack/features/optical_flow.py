@@ -12,18 +12,18 @@ Picture = npt.NDArray[np.uint8]
 Places = npt.NDArray[np.float32]
 
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)
-"""Iterations at most, and px of the last step (Bouguet 2001, section 2.3: convergence within .03 px)."""
+"""Termination: at most 20 iterations, or a step below 0.03 px (Bouguet 2001, section 2.3)."""
 
 
 def forward_backward(
     before: Picture, after: Picture, points: Floats, window: int, levels: int
 ) -> tuple[Floats, Floats]:
-    """Return the places of points (N, 2) px in the next picture, and their forward-backward errors (N,) px.
+    """Return the positions of points (N, 2) px in the next picture, and their forward-backward errors (N,) px.
 
     Pyramidal Lucas-Kanade (J.-Y. Bouguet, "Pyramidal Implementation of the Affine Lucas Kanade Feature
-    Tracker", Intel, 2001), forward and back: the error is the distance of a point's end from its start
-    (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that
-    is lost on the way, or leaves the picture, has an infinite error.
+    Tracker", Intel, 2001), runs forward and back; the error is the distance between the start of a point and the end of
+    its way back (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that is
+    lost on the way, or leaves the picture, has an infinite error.
     """
     start = points.astype(np.float32).reshape(-1, 1, 2)
 

@@ -16,14 +16,15 @@ Counts = Image | npt.NDArray[np.float32]
 BinsRange = Literal["full", "first_frame"]
 
 TAILS = (1.0, 99.0)
-"""Percentiles that bound the first frame's levels, without dead pixels (up to 0.5 %) and noise peaks; chosen here."""
+"""Percentiles that bound the levels of the first frame, without dead pixels (up to 0.5 %) and noise peaks; chosen
+here."""
 MARGIN = 0.1
-"""Share of that range added on both sides, for targets that grow warmer or colder; chosen here."""
+"""Share of the range between `TAILS` added on both sides, for targets that grow warmer or colder; chosen here."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantiser:
-    """`bins` equal bins over [low, high) counts; levels outside go to the end bins."""
+    """Quantiser of grey levels to `bins` equal bins over [low, high) counts; levels outside go to the end bins."""
 
     low: float
     high: float
@@ -34,13 +35,13 @@ class Quantiser:
         return _table(self.low, self.high, self.bins, image.itemsize).take(image)
 
     def table(self, itemsize: int) -> npt.NDArray[np.uint16]:
-        """Return the bin of each level of an unsigned integer of `itemsize` bytes."""
+        """Return the bin of each grey level that an unsigned integer of `itemsize` bytes can hold."""
         return _short_table(self.low, self.high, self.bins, itemsize)
 
 
 @lru_cache(maxsize=16)
 def _table(low: float, high: float, bins: int, itemsize: int) -> Bins:
-    """Return the bin of each level; keys are plain numbers, since hashing a dataclass costs 3 us."""
+    """Return the bin of each level. Arguments are numbers, as the cache would hash a dataclass in 3 us."""
     cells = (np.arange(256**itemsize) - low) * (bins / (high - low))
     table: Bins = np.clip(cells, 0, bins - 1).astype(np.intp)
     return table
@@ -63,16 +64,16 @@ def full_range(bits: int, bins: int) -> Quantiser:
 
 
 def levels_between(image: Counts, patch: Counts) -> tuple[float, float]:
-    """Return (low, high) counts of a frame and a patch of it, the `TAILS` of each cut."""
+    """Return the (low, high) counts that a frame and a patch of it span, each between its percentiles `TAILS`."""
     levels = np.concatenate([np.percentile(image, TAILS), np.percentile(patch, TAILS)])
     return float(levels.min()), float(levels.max())
 
 
 def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
-    """Return the quantiser of the range filled by a first frame and the target's patch, plus a margin.
+    """Return the quantiser of the range of grey levels in a first frame and the target's patch, plus `MARGIN`.
 
-    With the full range a low-contrast target and its background share one bin. The patch has percentiles of its own,
-    since a small hot target lies beyond the frame's.
+    With the full range a low-contrast target and its background would share one bin. Percentiles of the patch are taken
+    apart, since a small hot target lies beyond those of the frame.
     """
     low, high = levels_between(image, patch)
     margin = max(MARGIN * (high - low), 0.5)

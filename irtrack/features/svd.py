@@ -19,27 +19,27 @@ from irtrack.features.correlation import peak
 Residual = npt.NDArray[np.float32]
 
 OVERSAMPLING = 5
-"""Further random directions (Halko et al. 2011, section 1.3.1: five to ten)."""
+"""Number of random directions beyond the wanted components (Halko et al. 2011, section 1.3.1: five to ten)."""
 THINNED = 4
-"""Step of rows and columns sampled for the deviation of a residual: 4800 of 320x240 px give it to 2 %."""
+"""Step of rows and columns sampled for the standard deviation of a residual: 4800 of 320x240 px give it to 2 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """Frame (rows, columns) and its largest singular parts, left (rows, k) times right (k, columns)."""
+    """Frame (rows, columns) and its k largest singular components, left (rows, k) times right (k, columns)."""
 
     frame: Residual
     left: Residual
     right: Residual
 
     def less(self, components: int) -> Residual:
-        """Return the frame without its `components` largest singular parts, counts."""
+        """Return the frame without its `components` largest singular components, counts."""
         residual: Residual = self.frame - self.left[:, :components] @ self.right[:components]
         return residual
 
 
 def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Parts:
-    """Return the `components` largest singular parts of a frame, by random projection.
+    """Return the `components` largest singular components of a frame, by random projection.
 
     N. Halko, P. Martinsson, J. Tropp, "Finding Structure with Randomness", SIAM Review 53(2), 2011,
     algorithm 4.4 with one power iteration, and 5.1; in 32 bits.
@@ -56,25 +56,25 @@ def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Pa
 
 
 def standardised(residual: Residual, size: tuple[int, int], sign: float) -> Residual:
-    """Return z: the mean over a target's (w, h) px less the median, in robust standard deviations.
+    """Return z (rows, columns): the mean over the target's (w, h) px minus the median, in robust standard deviations.
 
-    The deviation is estimated by the median distance from the median, which targets and edges change little. sign is
-    1 for hot targets, -1 for cold ones. A residual within rounding errors gives zeros.
+    The standard deviation is estimated by the median distance from the median, which targets and edges change little.
+    `sign` is 1 for hot targets, -1 for cold ones. A residual within rounding errors gives zeros.
     """
     mean = cv2.blur(residual, size, borderType=cv2.BORDER_REFLECT)
     some = mean[::THINNED, ::THINNED]
     middle = np.median(some)
     deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(some - middle)))
-    if deviation <= 1e-6 * max(float(np.abs(residual).max()), 1.0):  # rounding of 32 bits alone
+    if deviation <= 1e-6 * max(float(np.abs(residual).max()), 1.0):  # the residual is only rounding of 32 bits
         return np.zeros_like(residual)
     z: Residual = (mean - middle) * np.float32(sign / deviation)
     return z
 
 
 def candidates(z: Residual, size: tuple[int, int], threshold: float, most: int) -> tuple[Floats, Floats]:
-    """Return centres (n, 2) px and z (n,) of the highest places above a threshold, the highest first, at most `most`.
+    """Return centres (n, 2) px and z (n,) of at most `most` maxima above a threshold, the highest first.
 
-    A place is a maximum within a target's (w, h) px on all sides; its centre is refined by parabolas.
+    A maximum is the highest z within the target's (w, h) px on all sides; its centre is refined by parabolas.
     """
     highest = cv2.dilate(z, np.ones((2 * size[1] - 1, 2 * size[0] - 1), np.uint8))
     rows, columns = np.nonzero((z == highest) & (z > threshold))

@@ -1,4 +1,4 @@
-"""Velocity of a target from its last places, and the similarity of two velocities.
+"""Velocity of a target from its last positions, and the similarity of two velocities.
 
 Xue, Yuan, Xie 2011, section 2. Places are (..., k, 2) px, the oldest first; velocities (..., 2).
 """
@@ -16,7 +16,7 @@ Speed = Literal["lambda", "sqrt_lambda"]
 
 
 def pca_velocity(places: Floats, speed: Speed) -> Floats:
-    """Return the velocity along the principal axis of the places (Algorithm 1).
+    """Return the velocity along the principal axis of the last positions (Algorithm 1).
 
     Its direction is that of the eigenvector of the largest eigenvalue lambda_max of their covariance (step 3, divided
     by k). The speed is proportional to lambda_max (step 5) or, by the text of section 2, to sqrt(lambda_max); the
@@ -38,10 +38,10 @@ def pca_velocity(places: Floats, speed: Speed) -> Floats:
 
 
 def velocity_similarity(velocities: Floats, model: Floats) -> Floats:
-    """Return the similarity (...) of velocities (..., 2) to one (2,), 0 .. 1 (eq. 6).
+    """Return the similarity (...), 0 .. 1, of velocities (..., 2) to the velocity `model` (2,) (eq. 6).
 
-    The smaller speed over the larger, times the cosine between the directions; 0 for a cosine below 0. Two targets at
-    rest have 1; one at rest and one that moves, 0.
+    It is the smaller speed over the larger, times the cosine between the directions, and 0 for a cosine below 0. Two
+    velocities of 0 have similarity 1; a velocity of 0 and another one, 0.
     """
     speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
     # min / max . cosine = dot / max^2, which needs no division by a speed of 0.
@@ -52,9 +52,9 @@ def velocity_similarity(velocities: Floats, model: Floats) -> Floats:
 
 
 def trajectory_similarity(trajectory: Floats, places: Floats, speed: Speed) -> Floats:
-    """Return the similarity (N,) of a trajectory's velocity and its next one, for each next place (N, 2) px.
+    """Return the similarity (N,) of a trajectory's velocity before and after adding each next position (N, 2) px.
 
-    trajectory is (k, 2) px. The next velocity is that of its last k - 1 places and the new one.
+    `trajectory` is (k, 2) px. The velocity after is that of its last k - 1 positions and the next position.
     """
     if COMPILED:
         out = np.empty(len(places))
@@ -72,9 +72,9 @@ def _trajectory_similarity_plain(trajectory: Floats, places: Floats, speed: Spee
 
 
 def line_fit(places: Floats) -> tuple[Floats, Floats]:
-    """Return the straight line through k places (k, 2): its place one frame ahead, px, and its velocity, px/frame.
+    """Fit a straight line to k positions (k, 2) px; return its position one frame ahead, px, and velocity, px/frame.
 
-    By least squares, v = 12 / (k (k^2 - 1)) sum_i (i - mean i) x_i. The line of one place stands still.
+    Least squares give v = 12 / (k (k^2 - 1)) sum_i (i - mean i) x_i. A single position has velocity 0.
     """
     if COMPILED:
         ahead, velocity = np.empty(2), np.empty(2)

@@ -17,7 +17,7 @@ from irsim.types import Box, Floats, Image
 
 AnyArray = TypeVar("AnyArray", bound=npt.NDArray[np.generic])
 Reach = int | tuple[int, int] | None
-"""px, on both axes or (x, y); None: the whole frame."""
+"""Largest displacement in a search, px, on both axes or (x, y); None: the whole frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,11 @@ class Window:
 
     @property
     def corner_offset(self) -> tuple[float, float]:
-        """Offset (x, y) px of a centre from its corner: floor(centre - offset) is the nearest corner."""
+        """Offset (x, y) px by which floor(centre - offset) is the top-left pixel of the nearest window."""
         return self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5
 
     def corner(self, center: tuple[float, float]) -> tuple[int, int]:
-        """Return column and row of the top-left pixel for one centre, px."""
+        """Return column and row of the top-left pixel of the window at a target's centre, px."""
         x, y = self.corner_offset
         return floor(center[0] - x), floor(center[1] - y)
 
@@ -73,10 +73,10 @@ class Window:
 
 
 def region(image: Image, window: Window, corner: tuple[int, int], reach: Reach) -> tuple[int, int, Image]:
-    """Return (left, top, pixels) covered by a window moved by up to `reach` from `corner`.
+    """Return (left, top, pixels) of the search region, covered by a window moved by up to `reach` from `corner`.
 
-    Pixels beyond the frame are left out. The corner is first moved to the nearest place at
-    which the window lies inside the frame.
+    Pixels beyond the frame are left out. The corner is first moved to the nearest position at which the window lies
+    inside the frame.
     """
     height, width = image.shape
     if reach is None:

@@ -2,7 +2,7 @@
 
 All filters and detections are paired so that the sum of the costs is least (S. Blackman, R. Popoli, "Design and
 Analysis of Modern Tracking Systems", 1999, sections 6.4 and 7.2; the assignment by scipy). The first track is the
-target; the others claim the detections of other things.
+target; the others take the detections of other objects.
 """
 
 from __future__ import annotations
@@ -17,38 +17,38 @@ from irtrack.filters.kalman import updated_covariance
 from irtrack.filters.motion import constant_velocity
 
 DETECTION = 0.9
-"""Probability of a detection of a thing detected in the last frame, and (`REAPPEARANCE`) of one that was not."""
+"""Detection probability of an object detected in the last frame, and `REAPPEARANCE`, that of an object that was not."""
 REAPPEARANCE = 0.5
 CLUTTER = 1e-6
-"""False or new detections per px^2 and frame: one in thirteen frames of 320 x 240 px."""
+"""Density of false or new detections per px^2 and frame: one in thirteen frames of 320 x 240 px."""
 LEVEL_SD = 0.4
-"""Standard deviation of the logarithm of a detection's height over its track's level."""
+"""Standard deviation of ln(height of a detection / level of its track), the level being a running mean of heights."""
 START_SPEED = 1.0
 """px/frame. Standard deviation of a new track's first speed on each axis."""
 CONFIRMED = 5
-"""Detections from which on a track is confirmed; before, the first miss ends it."""
+"""Number of detections from which on a track is confirmed; the first miss ends a track before."""
 MEMORY, EARNED = 40, 0.25
-"""Frames that another track survives without a detection, at most; and for each of its detections."""
+"""Frames that a track other than the target's survives without a detection: at most, and per detection so far."""
 NEIGHBOUR = 1.2
-"""Sides of the target within which two tracks' detections merge."""
+"""Distance within which the detections of two tracks merge, in sides of the target."""
 WHOLE = 0.95
-"""Share of its level from which on a detection shows the whole target."""
+"""Share of the track's level from which on a detection shows the whole target."""
 PARTIAL = 0.8
-"""Share of its level below which a detection does not give the target's place: the track coasts."""
+"""Share of the track's level below which a detection does not give the target's position: the track coasts."""
 LEVEL_FALL, LEVEL_RISE = 0.02, 0.2
-"""Shares of a new height that enter the level: slow downwards, since occlusion sets in slowly, too."""
+"""Shares of a lower and of a higher new height that enter the level; the first is small as occlusion begins slowly."""
 FORBIDDEN = 1e6
 
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """Motion and measurement of tracks.
+    """Parameters of motion and measurement of tracks.
 
     acceleration    standard deviation, px/frame^2
-    measurement_sd  standard deviation of a whole target's place, px
-    partial         px of standard deviation for each share of its level that a detection lacks or exceeds
-    neighbour       px within which tracks disturb each other;  gate: squared Mahalanobis distance
-    seen            least share of its level for a detection to be the target
+    measurement_sd  standard deviation of the measured position of a whole target, px
+    partial         standard deviation, px, times the share of the level by which a detection is too low or too high
+    neighbour       distance within which tracks disturb each other, px;  gate  largest squared Mahalanobis distance
+    seen            least share of the level for a detection to be the target
     """
 
     acceleration: float
@@ -62,7 +62,8 @@ class Rules:
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
     """n tracks, the target first: mean (n, 4) x, y px, vx, vy px/frame; covariance (n, 4, 4); level (n,) of their
-    detections' heights; detections so far and misses in a row (n,); coasting (n,): unmeasured, as partly hidden."""
+    detections' heights; detections so far and misses in a row (n,); coasting (n,): predicted
+    without measurement, since the target is partly hidden."""
 
     mean: Floats
     covariance: Floats
@@ -77,18 +78,18 @@ class Tracks:
         return cls(mean, covariance, level, np.full(count, float(detections)), np.zeros(count), np.zeros(count))
 
     def take(self, chosen: npt.NDArray[np.bool_]) -> Tracks:
-        """Return the tracks of a mask (n,)."""
+        """Return the tracks selected by a mask (n,)."""
         return Tracks(*(getattr(self, name)[chosen] for name in Tracks.__slots__))
 
     def joined(self, others: Tracks) -> Tracks:
-        """Return these tracks, then others."""
+        """Return these tracks followed by others."""
         return Tracks(*(np.concatenate([getattr(self, n), getattr(others, n)]) for n in Tracks.__slots__))
 
 
 def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float, float], rules: Rules) -> Tracks:
     """Return the tracks after a frame with detections at centres (m, 2) px of heights (m,).
 
-    moved: px of the scene since the last frame.
+    `moved`: displacement (x, y) px of the scene since the last frame.
     """
     F, Q = constant_velocity(rules.acceleration)
     mean = tracks.mean @ F.T + np.array([*moved, 0.0, 0.0])
@@ -114,7 +115,7 @@ def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float
             continue
         extra = 0.0
         if (np.hypot(*(mean[unpaired, :2] - centers[detection]).T) < rules.neighbour / NEIGHBOUR).any():
-            extra = (rules.neighbour / NEIGHBOUR / 2) ** 2  # one detection of two things: uncertain for either
+            extra = (rules.neighbour / NEIGHBOUR / 2) ** 2  # one detection of two objects is uncertain for each of them
         gain = covariance[track, :, :2] @ np.linalg.inv(S[track, detection] + extra * np.eye(2))
         mean[track] += gain @ nu[track, detection]
         R = (noise[track, detection] + extra) * np.eye(2)
@@ -144,7 +145,7 @@ def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float
 
 
 def _nearness(mean: Floats, tracks: Tracks, rules: Rules) -> Floats:
-    """Return (n,) from 0, with no confirmed track within `neighbour`, to 1, with one at the same place."""
+    """Return the nearness (n,) of the nearest confirmed track: 0 beyond `neighbour`, 1 at the same position."""
     apart = np.hypot(*(mean[:, None, :2] - mean[None, :, :2]).transpose(2, 0, 1))
     apart[:, tracks.detections < CONFIRMED] = np.inf
     np.fill_diagonal(apart, np.inf)
@@ -153,7 +154,7 @@ def _nearness(mean: Floats, tracks: Tracks, rules: Rules) -> Floats:
 
 
 def _assigned(tracks: Tracks, relative: Floats, distance: Floats, log_det: Floats, rules: Rules) -> Floats:
-    """Return pairs (k, 2) of a track and its detection: the least sum of -2 ln of the likelihoods."""
+    """Return the pairs (k, 2) of track and detection with the least sum of -2 ln likelihood."""
     count, detections = distance.shape
     found = np.where(tracks.misses > 0, REAPPEARANCE, DETECTION)
     height = np.log(np.maximum(relative, 1e-6))

@@ -1,4 +1,4 @@
-"""Linear Kalman filter as functions (Kalman 1960; Bar-Shalom et al. 2001, section 5.2.4).
+"""Functions of a linear Kalman filter (Kalman 1960; Bar-Shalom et al. 2001, section 5.2.4).
 
 mean (n,), covariance P (n, n), transition F (n, n), process noise Q (n, n), measurement z (m,),
 measurement matrix H (m, n), measurement noise R (m, m).
@@ -22,16 +22,16 @@ def innovation(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tupl
 
 
 def update(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
-    """Return the state after a measurement."""
+    """Return mean and covariance after a measurement z."""
     nu, S = innovation(mean, P, z, H, R)
     gain = np.linalg.solve(S, H @ P).T
     return mean + gain @ nu, updated_covariance(P, gain, H, R)
 
 
 def updated_covariance(P: Floats, gain: Floats, H: Floats, R: Floats) -> Floats:
-    """Return the covariance (n, n) after a measurement that entered by a gain (n, m).
+    """Return the covariance (n, n) after a measurement with a gain (n, m), by Joseph's form.
 
-    Joseph's form, which keeps P symmetric and positive for any gain.
+    It keeps P symmetric and positive for any gain.
     """
     rest = np.eye(len(P)) - gain @ H
     after: Floats = rest @ P @ rest.T + gain @ R @ gain.T

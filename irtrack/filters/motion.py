@@ -1,4 +1,4 @@
-"""Motion models of a target's centre from one frame to the next. Lengths in px, time in frames."""
+"""Motion models of a target's centre from one frame to the next. Distances are in px, times in frames."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from irtrack._native import COMPILED, kernels
 from irtrack.filters.resampling import Indices
 
 Propagation = Literal["gaussian", "disc"]
-"""Distribution of particles within a radius: normal, with a deviation of a third of it, or uniform over the disc."""
+"""Distribution of particles within a radius: normal, of standard deviation radius / 3, or uniform over the disc."""
 
 _STRAIGHT = 1e-4
-"""rad/frame. Below, sin(omega) / omega and the like are taken from their series: the omitted terms of third order are
-below 1e-12."""
+"""rad/frame. Turn rate below which sin(omega) / omega and related terms are taken from their series; the omitted terms
+are below 1e-12."""
 
 
 def random_walk(positions: Floats, radius: float, propagation: Propagation, rng: np.random.Generator) -> Floats:
-    """Draw places (N, 2) px about positions (N, 2), within a radius in px (normal: 98.9 % of them)."""
+    """Draw positions (N, 2) px about `positions` (N, 2), within a radius in px (normal: 98.9 % of them)."""
     if propagation == "gaussian":
         return positions + radius / 3 * rng.standard_normal(positions.shape)
     distance, angle = radius * np.sqrt(rng.random(len(positions))), 2 * pi * rng.random(len(positions))
@@ -29,7 +29,7 @@ def random_walk(positions: Floats, radius: float, propagation: Propagation, rng:
 
 
 def random_walk_density(places: Floats, origins: Floats, radius: float, propagation: Propagation) -> Floats:
-    """Return the density (N,) per px^2 of `random_walk` at places (N, 2) px, from equally likely origins (M, 2)."""
+    """Return the density (N,) per px^2 of `random_walk` at `places` (N, 2), from equally likely `origins` (M, 2) px."""
     square = ((places[:, None] - origins[None]) ** 2).sum(axis=2)
     if propagation == "disc":
         inside: Floats = (square <= radius**2).mean(axis=1) / (pi * radius**2)
@@ -44,9 +44,9 @@ def ar2(
 ) -> tuple[Floats, Floats]:
     """Draw x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u, and return it with x_{t-1}, (n, 2) px each.
 
-    positions and previous are x_{t-1}, x_{t-2} (N, 2) px, of which the ancestors (n,) move; u is normal, of a
-    deviation (n,) px. Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With damping 1 and
-    a deviation R, x has after n frames the deviation R sqrt(n (n+1) (2n+1) / 6).
+    positions and previous are x_{t-1}, x_{t-2} (N, 2) px, of which the ancestors (n,) move; u is normal with standard
+    deviations `deviation` (n,) px. Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With
+    damping 1 and a deviation R, x has after n frames the deviation R sqrt(n (n+1) (2n+1) / 6).
     """
     normals = rng.standard_normal((len(ancestors), 2))
     if COMPILED:
@@ -97,7 +97,7 @@ def coordinated_turn(state: Floats) -> tuple[Floats, Floats]:
 
 
 def turn_noise(acceleration: float, turn_rate: float) -> Floats:
-    """Return Q (5, 5) of accelerations of deviation px/frame^2 and a turn rate that changes by rad/frame per frame."""
+    """Return Q (5, 5) for standard deviations of acceleration, px/frame^2, and turn-rate change, rad/frame^2."""
     noise = np.zeros((5, 5))
     noise[:4, :4] = constant_velocity(acceleration)[1]
     noise[4, 4] = turn_rate**2

@@ -1,9 +1,9 @@
-"""Sequential Monte Carlo: the one step that all particle filters take, weights, and the number of particles.
+"""Sequential Monte Carlo: the step that all particle filters share, weights, and the number of particles.
 
     resample -> move -> weigh -> estimate            (Doucet, de Freitas, Gordon 2001, chapter 1)
 
 `smc_step` takes a tracker's three functions: `resample` picks ancestors by their weights, `move` draws from the
-proposal, and `likelihood` gives log-likelihoods. `particle_estimate` makes an `Estimate` of its outcome.
+proposal, and `likelihood` gives log-likelihoods. `particle_estimate` makes an `Estimate` from its outcome.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from irtrack.types import Estimate, Status
 class Weights:
     """Normalised importance weights W of particles, from the logarithms of their unnormalised ones.
 
-    W (..., N) is proportional to prior exp(scale lw), each set summing to one: Bayes' rule.
+    By Bayes' rule W (..., N) is proportional to prior exp(scale lw), each set summing to one.
 
-    lw          (..., N) log-likelihoods over the scale, up to a constant; -inf for a likelihood of 0
-    prior       (..., N), at least 0, of any sum; equal for all by default
-    degenerate  every particle of a set has a prior or a likelihood of 0: then all weights are equal
+    lw          (..., N) log-likelihoods divided by the scale, up to a constant; -inf for a likelihood of 0
+    prior       (..., N) prior weights, at least 0, of any sum; equal by default
+    degenerate  whether every particle of a set has prior or likelihood 0; then all weights are equal
 
-    The largest lw of a prior above 0 is subtracted first, so that not all likelihoods can underflow.
+    The largest lw among particles with a prior above 0 is subtracted first, so that not all likelihoods can underflow.
     """
 
     __slots__ = ("W", "degenerate")
@@ -74,7 +74,7 @@ def _posterior_plain(lw: Floats, prior: Floats, scale: float) -> Floats | None:
 
 
 def normalise(weights: Floats) -> Floats:
-    """Return weights (..., N) over their sums."""
+    """Return weights (..., N) divided by their sums."""
     whole: Floats = weights / weights.sum(axis=-1, keepdims=True)
     return whole
 
@@ -101,9 +101,9 @@ def covariance(W: Floats, particles: Floats, center: Floats) -> Floats:
 
 @dataclass(slots=True, eq=False)
 class Likelihood:
-    """Log-likelihoods of N particles: scale lw (N,), up to a constant.
+    """Log-likelihoods of N particles: `scale` times `lw` (N,), up to a constant.
 
-    visible (N,): share of each particle's window inside the frame; 0: its likelihood is 0.
+    `visible` (N,): share of each particle's window inside the frame; where it is 0 the likelihood is 0.
     """
 
     lw: Floats
@@ -132,9 +132,9 @@ def smc_step(
 ) -> Step[L]:
     """Resample, move and weigh the particles of weights W (M,).
 
-    resample    gives the ancestors (N,) by their weights; None: every particle is its own, and keeps its weight
-    move        draws particles (N, d) from the proposal, for their ancestors
-    likelihood  of the particles
+    resample    function that draws ancestors (N,) by weight; None: no resampling, particles keep their weights
+    move        function that draws particles (N, d) from the proposal, given their ancestors
+    likelihood  function that returns the likelihood of the particles
 
     Where all likelihoods are 0, all weights are equal.
     """
@@ -171,11 +171,11 @@ def particle_estimate(
 
 
 def kld_bound(cells: Floats, epsilon: float, z: float) -> Floats:
-    """Return the particles needed to keep the Kullback-Leibler distance to the sampled distribution below epsilon.
+    """Return the number of particles that keeps the Kullback-Leibler distance to the true distribution below epsilon.
 
         n = (k - 1) / (2 epsilon) (1 - 2 / (9 (k - 1)) + sqrt(2 / (9 (k - 1))) z)^3
 
-    with a probability of normal quantile z, for particles in k `cells` (...); one cell needs one particle (Fox,
+    with the probability of the normal quantile z, for particles in k `cells` (...); one cell needs one particle (Fox,
     "Adapting the Sample Size in Particle Filters through KLD-Sampling", Int. J. Robotics Research 22(12), 2003,
     eq. 14).
     """
@@ -186,10 +186,10 @@ def kld_bound(cells: Floats, epsilon: float, z: float) -> Floats:
 
 
 def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: float) -> int:
-    """Return how many of the moved particles (N, 2) px to keep: the first n that reach the bound.
+    """Return the number n of moved particles (N, 2) px to keep: the first n that reach `kld_bound`.
 
-    They must be in random order. A particle counts where it falls into an empty cell of `cell` px. At least `least`
-    are kept; N where the bound is not reached.
+    Particles must be in random order. k is the number of cells, `cell` px wide, that hold a particle. At least `least`
+    particles are kept, and all N where the bound is not reached.
     """
     places = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
     _, firsts = np.unique(places @ np.array([2**31, 1]), return_index=True)
@@ -200,5 +200,5 @@ def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: flo
 
 
 def ess_count(count: int, size: float, wanted: float, least: int, most: int) -> int:
-    """Return the number of particles that would have had the effective sample size wanted, least .. most."""
+    """Return the number of particles that would have had the effective sample size `wanted`, in least .. most."""
     return min(max(ceil(count * wanted / size), least), most)

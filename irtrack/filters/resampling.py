@@ -69,7 +69,7 @@ def systematic(weights: Floats, rng: np.random.Generator, count: int | None = No
 
 
 def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
-    """Return how often `systematic` takes each particle (R, N), of many sets of weights (R, N).
+    """Return the number of times (R, N) that `systematic` takes each particle, for R sets of weights (R, N).
 
     Point j, at (j + u) / N, falls on the first i with N c_i - u > j for cumulative weights c: up to i
     fall ceil(N c_i - u) points.
@@ -79,7 +79,7 @@ def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
     marks *= n / marks[:, -1:]
     marks -= rng.random((count, 1))
     ends = np.ceil(marks, out=marks).astype(np.intp)
-    ends[:, -1] = n  # despite rounding
+    ends[:, -1] = n  # exact despite rounding
     copies: Indices = np.diff(ends, axis=1, prepend=0)
     return copies
 
@@ -122,8 +122,8 @@ def largest_first(weights: Floats, count: int) -> Indices:
 def after_selection(weights: Floats, count: int, restoring: Restoring) -> Floats:
     """Return weights (..., N) after the `count` in front were resampled among themselves (Li, Li 2014, Step 6).
 
-    The formula is lost in print. `own`: those in front share their total weight and the others keep theirs, which
-    keeps the distribution. `equal`: 1/N for all, which gives the others too much: at Np = .56 N, 44 %.
+    The printed formula is illegible. `own`: the particles in front share their total weight and the others keep theirs,
+    which keeps the distribution. `equal`: all get 1/N, which gives the others too much: 44 % at Np = .56 N.
     """
     if restoring == "equal":
         return np.full(weights.shape, 1 / weights.shape[-1])

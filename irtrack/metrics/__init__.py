@@ -1,4 +1,4 @@
-"""Figures of tracks against ground truth: arrays in, values out."""
+"""Metrics of tracks against ground truth, functions from arrays to values."""
 
 from irtrack.metrics.attributes import ATTRIBUTES, Attribute, AttributeRow, by_attribute
 from irtrack.metrics.centre_error import (

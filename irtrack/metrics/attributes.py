@@ -1,4 +1,4 @@
-"""Attributes that make a frame hard, by its ground truth, and the figures of tracks in such frames."""
+"""Attributes that make a frame hard, by its ground truth, and metrics of tracks in frames with an attribute."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GROWS = 0.03
 TURN_PX = 0.5
 """Least change of the apparent velocity that counts as a manoeuvre, px per frame."""
 LOW_SCR = 3.0
-"""A signal-to-clutter ratio below this is low: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
+"""Signal-to-clutter ratio below which it is low: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
 NEAR = 3.0
 """Distance of another target, in diagonals of the target's box, below which it is clutter. All limits but LOW_SCR
 are chosen here: no benchmark prints one for each frame."""
@@ -30,7 +30,7 @@ are chosen here: no benchmark prints one for each frame."""
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """Ground truth of one target over n frames; nan or False where it is absent or unknown.
+    """Ground truth of one target over n frames; nan or False where the target is absent or a value unknown.
 
     in_view, crossing (n,) bool;  visible (n,);  velocity (n, 2) px per frame;  attitude (n, 3)
     degrees;  size (n, 2) px;  scr (n,);  nearest (n,) distance of the nearest other target in diagonals of its box
@@ -47,7 +47,7 @@ class History:
 
     @classmethod
     def of(cls, truths: Sequence[Truth], target: str | None) -> History:
-        """Return the history of a target in consecutive truths."""
+        """Return the history of a target from the truths of consecutive frames."""
         seen = [None if target is None else truth.target(target) for truth in truths]
         nearest = np.full(len(truths), np.nan)
         for k, (truth, one) in enumerate(zip(truths, seen, strict=True)):
@@ -83,13 +83,13 @@ def _deforming(history: History) -> np.ndarray:
 
 
 def _change(values: Floats) -> Floats:
-    """Return the change from the frame before, (n, d); 0 in the first."""
+    """Return the change from the previous frame, (n, d); 0 in the first frame."""
     return np.asarray(np.diff(values, axis=0, prepend=values[:1]))
 
 
 @dataclass(frozen=True)
 class Attribute:
-    """Attribute of a frame: its rule in words, and as a function of the history, (n,) bool."""
+    """Attribute of frames: its definition in words, and as a function from the history to (n,) bool."""
 
     rule: str
     of: Callable[[History], np.ndarray]
@@ -111,7 +111,7 @@ ATTRIBUTES: dict[str, Attribute] = {
 
 
 def marks(truths: Sequence[Truth], target: str | None) -> np.ndarray:
-    """Return the attributes of each frame, (n, len(ATTRIBUTES)) bool."""
+    """Return whether each frame has each attribute, (n, len(ATTRIBUTES)) bool."""
     history = History.of(truths, target)
     found = [np.asarray(attribute.of(history), dtype=bool) for attribute in ATTRIBUTES.values()]
     return np.stack(found, axis=1) if truths else np.zeros((0, len(ATTRIBUTES)), dtype=bool)
@@ -119,13 +119,14 @@ def marks(truths: Sequence[Truth], target: str | None) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class AttributeRow:
-    """Figures of tracks in the frames with an attribute; None where no frame gives one.
+    """Metrics of tracks in the frames with an attribute; None where no frame defines the metric.
 
-    frames      such frames after the start, in all tracks;  counted  those of them with a visible target
-    off_share   share of the counted ones that are off
-    error       mean centre error over such frames before the loss in which the target is present, px
-    losses      losses dated to such a frame, or to within `OFF_IN_A_ROW` frames after one
-    tracks      tracks with such a frame
+    frames      number of frames with the attribute after the start, in all tracks;  counted  those with a visible
+                target
+    off_share   share of the counted frames that are off
+    error       mean centre error over the frames with the attribute before the loss in which the target is present, px
+    losses      number of losses dated to a frame with the attribute, or up to `OFF_IN_A_ROW` frames later
+    tracks      number of tracks that have a frame with the attribute
     """
 
     attribute: str

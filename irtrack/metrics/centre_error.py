@@ -1,6 +1,6 @@
 """Centre error, normalised error and precision curves.
 
-A centre within the accuracy of the ground truth (imported boxes have a limited one) is right at any threshold.
+A centre within the accuracy of the ground truth (limited for imported boxes) is right at any threshold.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ PRECISION_NORM = np.arange(0, 51) / 100
 
 
 def centre_errors(centers: Floats, truth: Floats) -> Floats:
-    """Return the Euclidean distance of centres (n, 2) from true ones, (n,) px; nan where there is none."""
+    """Return the Euclidean distance of centres (n, 2) from true centres, (n,) px; nan where there is no true centre."""
     offsets = np.asarray(centers, dtype=np.float64) - truth
     return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]))
 
@@ -34,7 +34,7 @@ def normalised_errors(centers: Floats, truth: Floats, sizes: Floats) -> Floats:
 
 
 def mean_abs(offsets: Floats) -> tuple[float, float]:
-    """Return the mean of |e| and its (population) standard deviation, for errors of one axis; nan of none."""
+    """Return mean and (population) standard deviation of |e|, for errors e on one axis; nan without errors."""
     if len(offsets) == 0:
         return np.nan, np.nan
     size = np.abs(offsets)
@@ -43,18 +43,18 @@ def mean_abs(offsets: Floats) -> tuple[float, float]:
 
 
 def rmse(errors: Floats) -> float:
-    """Return the root mean square; nan of no errors."""
+    """Return the root mean square of errors; nan without errors."""
     return math.sqrt(np.square(errors).sum() / len(errors)) if len(errors) else np.nan
 
 
 def precision_curve(
     errors: Floats, thresholds: Floats = PRECISION_PX, within_accuracy: np.ndarray | None = None
 ) -> Floats:
-    """Return the share of the errors (n,) that are <= each threshold; nan of no errors.
+    """Return the share of the errors (n,) that are <= each threshold; nan without errors.
 
     Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2 (there also Babenko
-    2011). The published figure is that at 20 px. `within_accuracy` (n,) bool: errors within the accuracy of the
-    truth, right at any threshold.
+    2011). The published figure is that at 20 px. `within_accuracy` (n,) bool: whether each error is within the accuracy
+    of the truth, and so right at any threshold.
     """
     if len(errors) == 0:
         return np.full(len(thresholds), np.nan)

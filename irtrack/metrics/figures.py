@@ -1,4 +1,4 @@
-"""Figures of `irtrack.metrics.Score`, each a function of a trace; nan where no frame gives one."""
+"""Metrics ("figures") of `irtrack.metrics.Score`, each a function of a trace; nan where undefined."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from irtrack.metrics.trace import Trace
 
 @dataclass(frozen=True)
 class Figure:
-    """Description of a figure.
+    """Description of a metric.
 
     of      function of a trace, or of `ManyFigures` or `DetectionFigures`; None: one of `CentreFigures`
     better  direction in which it is better
@@ -40,12 +40,12 @@ class Figure:
 
 
 def _less(of: Callable[[Trace], float | bool | None]) -> Figure:
-    """Return a share or a yes and no of which less is better."""
+    """Return the description of a share, or of a true or false, of which less is better."""
     return Figure(of, "", "less", 1.0)
 
 
 def _more(of: Callable[[Trace], float]) -> Figure:
-    """Return a share of which more is better."""
+    """Return the description of a share of which more is better."""
     return Figure(of, "", "more", 1.0)
 
 
@@ -72,13 +72,13 @@ def _reacquired_after(trace: Trace) -> float:
 
 
 def _mean(values: Floats) -> float:
-    """Return the mean of the known values; nan of none."""
+    """Return the mean of the values that are not nan; nan without any."""
     known = values[~np.isnan(values)]
     return float(known.sum() / len(known)) if len(known) else np.nan
 
 
 def _median(values: Floats) -> float:
-    """Return the median; nan of no values."""
+    """Return the median; nan without values."""
     if len(values) == 0:
         return np.nan
     ordered = np.sort(values)  # np.median takes ten times as long for the few frames of a short track
@@ -123,4 +123,4 @@ OF_TRACE: dict[str, Figure] = {
     "cpu_ms_mean": Figure(lambda trace: _mean(trace.cpu_ms[1:]), "ms", "less"),
     "cpu_ms_median": Figure(lambda trace: _median(trace.cpu_ms[1:]), "ms", "less"),
 }
-"""Figures of a trace by name; their types are those of the fields of `Score`."""
+"""Metrics of a trace by name; their types are those of the fields of `Score`."""

@@ -11,12 +11,12 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, slots=True)
 class LongTerm:
-    """Best point of the precision-recall curve; nan where there is none.
+    """Point of largest F on the precision-recall curve; nan where the curve has no point.
 
     precision   mean overlap over the frames in which the tracker reports a position
     recall      mean overlap over the frames in which part of the target is visible
     f           2 precision recall / (precision + recall)
-    threshold   on the confidence, at which it is reached
+    threshold   threshold on the confidence at this point
     """
 
     precision: float
@@ -43,7 +43,7 @@ def long_term(overlap: Floats, confidence: Floats, present: np.ndarray) -> LongT
     thresholds = confidence[falling]
     sums = met[falling].cumsum()
     last = np.ones(len(falling), bool)
-    last[:-1] = thresholds[1:] != thresholds[:-1]  # predictions of one confidence come in together
+    last[:-1] = thresholds[1:] != thresholds[:-1]  # frames of equal confidence pass a threshold together
     precision = (sums / np.arange(1, len(falling) + 1))[last]
     recall = (sums / present.sum())[last]
     total = precision + recall

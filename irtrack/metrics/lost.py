@@ -1,4 +1,4 @@
-"""Track loss: the one definition that all tables cite."""
+"""Track loss, by the one definition that all tables cite."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from irsim.types import SHOWN, Floats
 
 OFF_PX = 5.0
-"""Centre error up to which no frame is off, however small the target."""
+"""Centre error, px, up to which no frame is off, however small the target."""
 
 OFF_IN_A_ROW = 10
-"""Frames off in a row that make a loss."""
+"""Number of successive frames off that make a loss."""
 
 LOSS_RULE = (
     f"A frame is off when the centre error exceeds the largest of {OFF_PX:g} px, the diagonal of the true box and the "
@@ -35,7 +35,8 @@ def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarra
 def loss(off: np.ndarray, shown: np.ndarray) -> int | None:
     """Return the position of the frame that the loss is dated to; None where the track is not lost.
 
-    off, shown (n,) bool: frames that are off; frames that count. See `LOSS_RULE`.
+    `off` (n,) bool: whether a frame is off; `shown` (n,) bool: whether it counts, as the target is visible. See
+    `LOSS_RULE`.
     """
     row = 0
     first = 0

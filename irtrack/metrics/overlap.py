@@ -22,7 +22,7 @@ def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes:
 
 
 def widened(sizes: Floats) -> Floats:
-    """Return sizes (n, 2) with no side under `LEAST_PX`; nan where there is none.
+    """Return sizes (n, 2) px with sides raised to at least `LEAST_PX`; nan stays nan.
 
     Start boxes are widened in the same way, so that a tracker which keeps the start box of a point target has the
     right size.
@@ -31,7 +31,7 @@ def widened(sizes: Floats) -> Floats:
 
 
 def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
-    """Return the share of the overlaps (n,) that are > each threshold; nan of no overlaps.
+    """Return the share of the overlaps (n,) that are > each threshold; nan without overlaps.
 
     Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2. The area under it
     (`area`) is its mean over the 21 thresholds; as no overlap is above 1, a perfect track scores 20/21 = 0.952.
@@ -42,7 +42,7 @@ def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
 
 
 def success_rate(overlap: Floats, threshold: float) -> float:
-    """Return the share of the overlaps (n,) that are > threshold; nan of no overlaps.
+    """Return the share of the overlaps (n,) that are > threshold; nan without overlaps.
 
     Huang, Zhao, Huang, GOT-10k, IEEE TPAMI 43 (2021), section 3.4: SR at 0.5 and 0.75. Its AO, the
     average overlap, is the mean of the overlaps.

@@ -1,6 +1,7 @@
-"""Score: the figures of one track against one reference.
+"""Score: the metrics of one track against one reference.
 
-A figure is a line of `irtrack.metrics.figures.OF_TRACE` and of `Score`; files, tables and exports follow.
+A metric ("figure") is a line in `irtrack.metrics.figures.OF_TRACE` and a field of `Score`; files, tables and exports
+follow from both.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from irtrack.types import Track
 
 @dataclass(frozen=True, slots=True)
 class CentreFigures:
-    """Figures of the centre errors of some frames; None where there is no frame.
+    """Metrics of the centre errors of a set of frames; None where the set is empty.
 
     error                   mean Euclidean centre error, px
     abs_x, abs_y            mean |error| per axis, px;  sd_x, sd_y  its standard deviation
@@ -42,7 +43,7 @@ class CentreFigures:
 
     @classmethod
     def of(cls, offsets: Floats) -> CentreFigures:
-        """Return the figures of errors (n, 2) px."""
+        """Return the metrics of centre errors (n, 2) px."""
         if len(offsets) == 0:
             return cls(*[None] * len(fields(cls)))
         errors = np.hypot(offsets[:, 0], offsets[:, 1])
@@ -53,31 +54,30 @@ class CentreFigures:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Figures of one track; None where no frame gives one.
+    """Metrics of one track; None where no frame defines the metric.
 
     Scored frames are those after the start frame in which the target is present; held ones are the
     scored frames before the loss (all of them where there is none); a frame counts where the target
     is visible as well (`irtrack.metrics.lost.LOSS_RULE`).
 
     frames, counted_frames, held_frames
-                            number of scored frames; of those that count towards the loss and off_share; of those
-                            before the loss
-    lost                    lost by `irtrack.metrics.lost`; None where nothing was scored
+                            numbers of scored frames, of frames that count towards loss and off_share, of held frames
+    lost                    whether the track is lost by `irtrack.metrics.lost`; None where no frame is scored
     lost_at                 index of the frame that the loss is dated to
-    off_share               share of the frames that count in which it is off (far from the target)
-    all, held               figures of the centre errors of all scored frames, and of the held ones
+    off_share               share of the frames that count in which the track is off (far from the target)
+    all, held               metrics of the centre errors of all scored frames, and of the held frames
     precision_5, _20        share of scored frames with centre error <= 5, 20 px
     precision_norm          area under the normalised precision curve, 0..1
     success_auc             area under the success curve, 0..1
     overlap                 average overlap over the scored frames (AO of GOT-10k), 0..1
-    success_50, _75         share of them with an overlap above .5, .75 (SR of GOT-10k)
-    lt_precision, lt_recall, lt_f   long-term figures at the threshold of largest F, 0..1
-    returns, reacquired     how often the target reappeared, and how often the tracker found it again
-    reacquired_after        mean frames until it was found again
-    false_tracking          share of the off frames with the status "tracking"
-    false_lost              share of the frames on a visible target with the status "lost"
-    hidden_tracking         share of the frames with a fully occluded target with the status "tracking"
-    lost_late               frames from the loss to the status "lost" (to the end where it never comes)
+    success_50, _75         share of scored frames with an overlap above .5, .75 (SR of GOT-10k)
+    lt_precision, lt_recall, lt_f   long-term precision, recall and F at the threshold of largest F, 0..1
+    returns, reacquired     number of reappearances of the target, and of those after which the tracker found it
+    reacquired_after        mean number of frames from reappearance until the tracker found the target
+    false_tracking          share of frames with the status "tracking", of frames off
+    false_lost              share of frames with the status "lost", of frames on a visible target
+    hidden_tracking         share of frames with the status "tracking", of frames with a fully occluded target
+    lost_late               frames from the loss to the status "lost" (to the last frame without this status)
     nees                    mean normalised estimation error squared over the held frames; 2 where calibrated
     neff                    mean effective number of particles
     ms_mean, ms_median      wall time of a step (not of the start), ms
@@ -117,17 +117,17 @@ class Score:
     cpu_ms_median: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures by name (`FIGURES`) as plain values for JSON or a table."""
+        """Return the metrics by name (`FIGURES`) as plain values for JSON or a table."""
         return {name: self.figure(name) for name in FIGURES}
 
     def figure(self, name: str) -> Any:
-        """Return a figure of `FIGURES` by name; None where no frame gives it."""
+        """Return a metric of `FIGURES` by name; None where undefined."""
         group, inner = _GROUPED.get(name, (None, name))
         return getattr(self if group is None else getattr(self, group), inner)
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, Any]) -> Score:
-        """Return the score of `as_dict`; truth values may be 0 and 1, as in SQLite."""
+        """Return the score from the dictionary of `as_dict`; true and false may be 1 and 0, as in SQLite."""
         values: dict[str, Any] = {}
         for field in fields(cls):
             if field.name in _SUFFIX:
@@ -143,7 +143,7 @@ _SUFFIX = {"all": "", "held": "_held"}
 _GROUPED = {
     each.name + suffix: (group, each.name) for group, suffix in _SUFFIX.items() for each in fields(CentreFigures)
 }
-"""Of each figure of centre errors: its group, and its name there."""
+"""(Field of `Score`, field of `CentreFigures`) of each metric of centre errors, by name in `FIGURES`."""
 
 
 def _figures() -> dict[str, Figure]:
@@ -158,11 +158,11 @@ def _figures() -> dict[str, Figure]:
 
 
 FIGURES: dict[str, Figure] = _figures()
-"""Figures of `Score.as_dict` by name."""
+"""Descriptions of the metrics of `Score.as_dict` by name."""
 
 
 def score_trace(trace: Trace) -> Score:
-    """Return the figures of a trace."""
+    """Return the metrics of a trace."""
     figures: dict[str, Any] = {name: _finite(figure.of(trace)) for name, figure in OF_TRACE.items() if figure.of}
     everywhere = CentreFigures.of(trace.offsets[trace.scored])
     held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
@@ -174,12 +174,12 @@ def _finite(value: float | int | bool | None) -> Any:
 
 
 def score(track: Track, against: Reference | str | Path | irsim.Scenario | Source) -> Score:
-    """Return the figures of a track; the start frame, given to the tracker, is not scored.
+    """Return the metrics of a track; the start frame, in which the tracker is given the box, is not scored.
 
     against   the source that the track was run on, as `irtrack.run` takes it (a scenario is rendered again for its
               ground truth), or a `Reference` of any frames; frames that the track lacks are left out
 
-    InputError for another source than that of the track, and as `irsim.open_source`.
+    InputError where the track is of another source, and as for `irsim.open_source`.
     """
     if not isinstance(track, Track):
         raise InputError(f"track: a {type(track).__name__}; allowed: a Track, the result of irtrack.run")

@@ -15,12 +15,12 @@ from irsim.types import Floats
 
 
 def share(hits: np.ndarray) -> float:
-    """Return the share 0..1 of truth values (n,) that are true; nan of none."""
+    """Return the share 0..1 of values (n,) bool that are true; nan without values."""
     return np.count_nonzero(hits) / len(hits) if len(hits) else np.nan
 
 
 def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:
-    """Return the interval of a share `count`/`total`; (0, 1) where `total` is 0.
+    """Return the confidence interval of a share `count`/`total`; (0, 1) where `total` is 0.
 
     Wilson, J. Am. Stat. Assoc. 22 (1927) 209: the score interval, without continuity correction.
     """
@@ -37,7 +37,7 @@ def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:
 
 
 def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, Floats]:
-    """Return (mean, low, high) over the first axis of values (n, ...), n >= 1: Student's t, n - 1 degrees of freedom.
+    """Return mean and Student's t interval (mean, low, high) over the first axis of values (n, ...), n >= 1.
 
     The ends of a single value are infinite: its standard deviation is unknown. For shares see `wilson`.
     """
@@ -53,9 +53,9 @@ def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survival:
-    """Step function: from times[i] on, the share held[i], with its interval low[i] .. high[i].
+    """Survival curve, a step function: share of tracks held[i] from times[i] on, with its interval low[i] .. high[i].
 
-    Before times[0] all are held. at_risk[i] is the number of tracks watched just before times[i].
+    Before times[0] all tracks are held. at_risk[i] is the number of tracks neither lost nor ended before times[i].
     """
 
     times: Floats
@@ -66,19 +66,19 @@ class Survival:
 
     @property
     def median(self) -> float | None:
-        """Time by which half are lost; None where fewer are."""
+        """Time by which half of the tracks are lost; None where fewer are lost."""
         reached = np.flatnonzero(self.held <= 0.5)
         return float(self.times[reached[0]]) if len(reached) else None
 
 
 def kaplan_meier(times: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray, level: float = 0.95) -> Survival:
-    """Return the share of tracks still held against time.
+    """Return the Kaplan-Meier estimate of the share of tracks not yet lost, against time.
 
     Kaplan and Meier, J. Am. Stat. Assoc. 53 (1958) 457; variance by Greenwood (1926), the interval on
     the scale log(-log S) (Kalbfleisch and Prentice 1980), which stays within 0..1.
 
     times   (n,) time of the loss or of the end of each track; any unit
-    lost    (n,) bool: lost then, or else held to its end (censored)
+    lost    (n,) bool: whether the track was lost at this time; otherwise it ended without loss (censored)
     """
     times, lost = np.asarray(times, dtype=np.float64), np.asarray(lost, dtype=bool)
     moments = np.unique(times[lost])
@@ -90,7 +90,7 @@ def kaplan_meier(times: Sequence[float] | Floats, lost: Sequence[bool] | np.ndar
         greenwood = np.cumsum(losses / (at_risk * left))
         reach = NormalDist().inv_cdf((1 + level) / 2) * np.sqrt(greenwood) / np.abs(np.log(held))
         low, high = held ** np.exp(reach), held ** np.exp(-reach)
-    none_left = held == 0  # no variance is known there
+    none_left = held == 0  # the variance is undefined where no track is held
     low[none_left], high[none_left] = 0.0, 0.0
     return Survival(moments, held, low, high, at_risk)
 
@@ -103,12 +103,12 @@ HALF = 0.5
 class Breaking:
     """Share of lost runs against severity, and the severity where it reaches one half.
 
-    severities        (n,) rising, those that were run
-    runs, lost        (n,) number of runs, and of lost ones
+    severities        (n,) severities that were run, rising
+    runs, lost        (n,) numbers of runs, and of lost runs
     shares            (n,) lost/runs;  low, high  (n,) their Wilson 95 % intervals
-    at                severity of 50 % loss; inf where the highest severity stays below that, -inf where the
-                      lowest is above it
-    at_low, at_high   its 95 % interval; -inf, inf where the severities that were run do not bound it
+    at                severity of 50 % lost runs; inf where the share stays below 50 % at the highest severity, -inf
+                      where it is above 50 % at the lowest
+    at_low, at_high   95 % interval of `at`; -inf, inf where the severities that were run do not bound it
     """
 
     severities: Floats
@@ -135,14 +135,14 @@ class Breaking:
 def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray) -> Breaking | None:
     """Return the breaking point of a tracker from runs at several severities; None where there is no run.
 
-    severities (n,) of each run; lost (n,) bool: lost or failed
+    `severities` (n,): severity of each run; `lost` (n,) bool: whether the run was lost or failed
 
     A higher severity is assumed to lose no fewer runs. The point is where the isotonic (least squares, rising) curve
     through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under Order
-    Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the last of the
-    lowest severities that all lose surely less than half, and ends at the first of the highest that all lose surely
-    more, each by its Wilson interval. Tests in this order need no correction for their number (Hsu and
-    Berger, J. Am. Stat. Assoc. 94 (1999) 468).
+    Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the highest severity
+    up to which the Wilson intervals of all shares lie below one half, and ends at the lowest severity from which on
+    they all lie above. Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94
+    (1999) 468).
     """
     levels, which = np.unique(np.asarray(severities, dtype=np.float64), return_inverse=True)
     if len(levels) == 0:
@@ -181,10 +181,10 @@ def _crossing(levels: Floats, shares: Floats, runs: np.ndarray) -> float:
 
 
 DRAWS = 2000
-"""Bootstrap samples: the ends of a 95 % interval are then within half a percent of its probability."""
+"""Number of bootstrap samples: the coverage of a 95 % interval is then within half a percent."""
 
 LEAST_SCENES = 6
-"""With fewer, even differences of one sign happen by chance in more than 5 % of cases (sign test: 2 / 2^n)."""
+"""Least number of scenes n: with fewer, chance gives all differences one sign in more than 5 % (sign test: 2 / 2^n)."""
 
 MOST_SCENES = 2**62
 """Largest number of scenes that is suggested."""
@@ -192,10 +192,10 @@ MOST_SCENES = 2**62
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Mean of a - b over pairs, and its interval low .. high; `scenes` clusters of `pairs` pairs in all.
+    """Mean of a - b over `pairs` paired runs in `scenes` scenes (clusters), and its interval low .. high.
 
-    spread  standard deviation over the scenes
-    unseen  the interval includes two added scenes, with this difference and with its negative; 0: none
+    spread  standard deviation of the difference over the scenes
+    unseen  difference of the two scenes, one positive, one negative, that are added for the interval; 0: none are added
     """
 
     mean: float
@@ -213,7 +213,7 @@ class Difference:
 
     @property
     def is_open(self) -> bool:
-        """True where fewer than `LEAST_SCENES` give no interval."""
+        """True where there are fewer than `LEAST_SCENES`, too few for an interval."""
         return self.low == -np.inf
 
 
@@ -227,7 +227,7 @@ def paired_difference(
 ) -> Difference | None:
     """Return the mean of a - b and its bootstrap interval; None where there is no pair.
 
-    a, b     (n,) figures of two trackers, pair by pair on the same frames; pairs with a nan are left out
+    a, b     (n,) values of a metric of two trackers, pair by pair on the same frames; pairs with a nan are left out
     scenes   (n,) scene of each pair
     most     largest possible difference: 1 for shares and losses
 
@@ -237,9 +237,9 @@ def paired_difference(
     scene its runs are drawn. Fewer than LEAST_SCENES of either are too few: the interval has no ends. The same input
     gives the same interval.
 
-    Figures that are all 0 or `most`, such as losses, have too few values for percentiles: where all scenes differ
-    alike, a bootstrap has no width. Two scenes are added, with the differences `most` and -`most`, before the interval
-    of the mean by Student's t (Bonett and Price, J. Educ. Behav. Stat. 37 (2012) 479, one more of either
+    Metrics that are always 0 or `most`, such as losses, have too few values for percentiles: where all scenes have
+    equal differences, a bootstrap has no width. Two scenes are added, with the differences `most` and -`most`, before
+    the interval of the mean by Student's t (Bonett and Price, J. Educ. Behav. Stat. 37 (2012) 479, one more of either
     disagreement, there with the normal). For 6 to 60 scenes with any probability of loss it misses in at most 5.6 % of
     cases, where the bootstrap misses in up to 97 %.
     """
@@ -270,9 +270,9 @@ def paired_difference(
 
 
 def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int:
-    """Return the number of scenes for an interval of `paired_difference` of mean +- half_width (> 0), in its units.
+    """Return the number of scenes for an interval of mean +- half_width (> 0), in units of the metric.
 
-    More scenes are assumed to vary as those seen; the difference must not be open.
+    Further scenes are assumed to vary like those run; the difference must have an interval (`is_open` false).
     """
     return bisect_left(
         range(MOST_SCENES),
@@ -283,7 +283,7 @@ def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int
 
 
 def _half_width(found: Difference, scenes: int, level: float) -> float:
-    """Return the half width for n scenes: t s / sqrt(n), where n spread^2 / (n - 1) = s^2.
+    """Return the half width of the interval for n scenes: t s / sqrt(n), where s^2 = n spread^2 / (n - 1).
 
     With the added scenes +-u it is t s / sqrt(n + 2), where n spread^2 + 2 u^2, and as the mean is nearer to zero
     mean^2 2 n / (n + 2) more, are (n + 1) s^2.
@@ -303,7 +303,7 @@ def _with_unseen(differences: Floats, most: float, level: float) -> tuple[float,
 
 
 def _tails(clusters: int, level: float) -> tuple[float, float]:
-    """Return the percentiles, widened as t is wider than the normal and the sample's sd too small."""
+    """Return the percentiles of the interval, widened for Student's t and for the bias of the sample's sd."""
     from scipy.special import ndtr, stdtrit  # scipy.stats takes a second to import
 
     wide = np.sqrt(clusters / (clusters - 1)) * stdtrit(clusters - 1, (1 + level) / 2)

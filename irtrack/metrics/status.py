@@ -11,7 +11,7 @@ from irtrack.metrics.statistics import share
 
 
 def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of the off frames with the status "tracking"; nan where no counted frame is off.
+    """Return the share 0..1 of frames with the status "tracking", of counted frames off; nan where none is off.
 
     statuses (n,) words; off, counted (n,) bool, see `irtrack.metrics.Trace`.
     """
@@ -19,19 +19,19 @@ def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -
 
 
 def false_lost(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of the frames on a visible target with the status "lost"; nan where there is none."""
+    """Return the share 0..1 of frames with the status "lost", of counted frames not off; nan where all are off."""
     return share((statuses == "lost")[~off & counted])
 
 
 def hidden_tracking(statuses: np.ndarray, hidden: np.ndarray) -> float:
-    """Return the share 0..1 of the frames with a fully occluded target with the status "tracking"."""
+    """Return the share 0..1 of frames with the status "tracking", of `hidden` frames (fully occluded target)."""
     return share((statuses == "tracking")[hidden])
 
 
 def lost_late(statuses: np.ndarray, lost_position: int | None) -> float:
-    """Return the frames from the loss (its position) to the status "lost"; nan where the track is not lost.
+    """Return the number of frames from the loss to the status "lost"; nan where the track is not lost.
 
-    Where that status never comes: the frames to the end of the track, a lower bound.
+    Without this status it is the number of frames to the end of the track, a lower bound.
     """
     if lost_position is None:
         return np.nan
@@ -44,8 +44,8 @@ class Return:
     """Reappearance of a target.
 
     at       position of the first frame in which it counts again
-    watched  number of frames in which it then counts, until it is occluded again or the track ends
-    after    frames from `at` until the tracker is on it (0: at once); None where it was not in these frames
+    watched  number of frames in which it counts from then on, until it is occluded again or the track ends
+    after    frames from `at` until the tracker is on the target (0: at once); None where it is off in all these frames
     """
 
     at: int
@@ -76,7 +76,7 @@ def nees(offsets: Floats, covariances: Floats) -> Floats:
     Its mean is 2, the number of dimensions, for a calibrated filter. nan where there is no covariance; inf where it
     has no inverse and the error is not 0.
     """
-    # The inverse of a 2x2 matrix written out: one without an inverse gives a plain number to test for.
+    # The inverse of a 2x2 matrix is written out, so that a singular matrix gives a determinant of 0 to test for.
     a, b, d = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
     x, y = offsets[:, 0], offsets[:, 1]
     determinant = a * d - b * b
@@ -90,8 +90,8 @@ def nees(offsets: Floats, covariances: Floats) -> Floats:
 def nees_interval(count: int, level: float = 0.95) -> tuple[float, float]:
     """Return the interval of the mean of `count` independent NEES of a calibrated filter in 2-D.
 
-    Chi-square of 2 n degrees of freedom over n (the same, section 5.4.2). Errors of one track follow
-    each other: count runs, not frames.
+    It is chi-square with 2 n degrees of freedom, over n (the same book, section 5.4.2). Errors in successive frames are
+    correlated: `count` is the number of runs, not of frames.
     """
     from scipy.stats import chi2
 

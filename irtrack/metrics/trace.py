@@ -26,8 +26,8 @@ class Reference:
 
     indices   (n,) frame indices, rising
     centers   (n, 2) px and sizes (n, 2) px; nan in frames where the target is absent
-    visible   (n,) fraction 0..1, nan where it is not known
-    accuracy  (n,) px: how far a centre may be off
+    visible   (n,) visible fraction 0..1, nan where unknown
+    accuracy  (n,) px: accuracy of the true centre, 0 for rendered truth
     marks     (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
 
     Rule for absent frames: a target is absent where it has no truth or its centre is out of the frame; such frames
@@ -43,7 +43,7 @@ class Reference:
 
     @classmethod
     def of(cls, truths: Iterable[Truth], target: str | None) -> Reference:
-        """Return the reference of a target by id; it is absent everywhere where `target` is None."""
+        """Return the reference of a target by id; with `target` None the target is absent in all frames."""
         truths = list(truths)
         rows = []
         for truth in truths:
@@ -58,7 +58,7 @@ class Reference:
         return cls(indices, table[:, 1:3], table[:, 3:5], table[:, 5], table[:, 6], marks(truths, target))
 
     def at(self, indices: np.ndarray) -> Reference:
-        """Return the reference at these frame indices; unknown frames count as absent."""
+        """Return the reference at these frame indices; the target is absent in frames that this reference lacks."""
         indices = np.asarray(indices, dtype=np.int64)
         if np.array_equal(indices, self.indices):
             return self
@@ -75,12 +75,12 @@ class Reference:
 
     @property
     def present(self) -> np.ndarray:
-        """Frames in which the target is present, (n,) bool."""
+        """Whether the target is present in each frame, (n,) bool."""
         return np.asarray(np.isfinite(self.centers).all(axis=1))
 
     @property
     def shown(self) -> np.ndarray:
-        """Frames in which at least `SHOWN` of the target is visible, (n,) bool; unknown counts as visible."""
+        """Whether at least `SHOWN` of the target is visible in each frame, (n,) bool; unknown counts as visible."""
         return np.asarray(self.present & ~(self.visible < SHOWN))
 
     @property
@@ -91,12 +91,12 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Track and ground truth of its target at the same n frames; the first is the start, given to the tracker.
+    """Track and ground truth of its target at the same n frames, of which the first is the start frame.
 
     indices        (n,) frame indices
-    centers, sizes (n, 2) px of the tracker;  statuses (n,) words
+    centers, sizes (n, 2) px, estimates of the tracker;  statuses (n,), see `irtrack.types.Status`
     scores         (n,) of any scale;  neffs (n,);  covariances (n, 2, 2) px^2; nan where the tracker gives none
-    truth_centers, truth_sizes   (n, 2) px; nan where it is absent (see `Reference`)
+    truth_centers, truth_sizes   (n, 2) px; nan where the target is absent (see `Reference`)
     visible        (n,) fraction 0..1, nan where unknown
     accuracy       (n,) px, see `irsim.types.TargetTruth`
     marks          (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
@@ -144,16 +144,16 @@ class Trace:
         )
 
     def first(self, n: int) -> Trace:
-        """Return its first n frames: the trace of a source that ended there."""
+        """Return the trace of the first n frames, as if the source had ended there."""
         return replace(self, **{name: getattr(self, name)[:n] for name in _ARRAYS})
 
     def same_as(self, other: Trace) -> bool:
-        """Return whether all numbers of the two are the same, bit for bit, times aside."""
+        """Return whether all values of two traces except times are equal, bit for bit."""
         return self.digest == other.digest
 
     @cached_property
     def truth(self) -> Reference:
-        """Reference at these frames."""
+        """Ground truth of the trace as a reference."""
         return Reference(self.indices, self.truth_centers, self.truth_sizes, self.visible, self.accuracy, self.marks)
 
     @cached_property
@@ -173,19 +173,19 @@ class Trace:
 
     @cached_property
     def scored(self) -> np.ndarray:
-        """Frames after the start in which the target is present, (n,) bool."""
+        """Whether each frame is scored: after the start, with the target present, (n,) bool."""
         present = self.truth.present
         present[:1] = False
         return present
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """Scored frames in which at least `irsim.types.SHOWN` of it is visible, (n,) bool."""
+        """Whether each frame is scored, and at least `irsim.types.SHOWN` of the target visible, (n,) bool."""
         return np.asarray(self.scored & self.truth.shown)
 
     @cached_property
     def off(self) -> np.ndarray:
-        """Frames that are off, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
+        """Whether each frame is off, far from the target, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
         return off_frames(self.errors, self.truth.diagonals, self.accuracy)
 
     @cached_property
@@ -195,7 +195,7 @@ class Trace:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Scored frames before the loss, (n,) bool; all of them without a loss."""
+        """Whether each frame is scored and before the loss, (n,) bool; all scored frames without a loss."""
         held = self.scored.copy()
         if self.lost_position is not None:
             held[self.lost_position :] = False
@@ -219,7 +219,7 @@ class Trace:
 
     @property
     def digest(self) -> str:
-        """Hex digest of the track and its truth, times aside; equal for two equal runs."""
+        """Hex digest of the track and its truth without times, equal for two equal runs."""
         digest = hashlib.blake2b(digest_size=16)
         for name in _ARRAYS:
             if name not in ("step_ms", "cpu_ms"):
@@ -233,5 +233,5 @@ _ARRAYS = tuple(field.name for field in fields(Trace))
 
 @cache
 def _dtype_name(dtype: np.dtype[Any]) -> str:
-    """Return the name of a dtype, cached: numpy builds it each time, half of the digest of a short track."""
+    """Return the name of a dtype, cached, as numpy builds it anew each time, half of the time of a digest."""
     return str(dtype)

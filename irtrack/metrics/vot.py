@@ -5,10 +5,9 @@ backwards, to its beginning. Kristan et al., "The eighth visual object tracking 
 ECCV Workshops 2020, section 3; details as in vot-toolkit 0.9 (analysis/multistart.py), which these figures follow:
 
 A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A frame
-without a target counts as a good one: after it the count of ten restarts. The progress of a run is its number of frames
-before the failure. It includes the start frame, with an overlap of 0; therefore a perfect tracker has an accuracy below
-1, and below its EAO. The "burn-in" of 10 frames of the toolkit leaves no frame out in this mode: it only clips boxes to
-the image before they are compared.
+without a target ends such a row. The progress of a run is its number of frames before the failure. It includes the
+start frame, with an overlap of 0; therefore a perfect tracker has an accuracy below 1, and below its EAO. The toolkit's
+"burn-in" of 10 frames excludes no frame in this mode: it only clips boxes to the image before they are compared.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ from irtrack.replay.start import Start, find_start, shows
 from irtrack.types import GivenTracker, Tracker
 
 FAILED = 0.1
-"""Largest overlap of a bad frame."""
+"""Largest overlap in a frame that counts towards a failure."""
 GRACE = 10
-"""Bad frames in a row that make a failure."""
+"""Number of successive frames with at most this overlap that make a failure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +44,9 @@ class AnchorRun:
 
     @property
     def progress(self) -> int:
-        """Frames before the failure; all n without one."""
+        """Number of frames before the failure; n without a failure."""
         row = 0
-        # As in the toolkit the start counts as a bad frame: its overlap is taken as 0.
+        # As in the toolkit the overlap of the start frame is taken as 0, so it counts towards a failure.
         for position, bad in enumerate(((self.overlap <= FAILED) & self.present).tolist()):
             row = row + 1 if bad or position == 0 else 0
             if row == GRACE:
@@ -56,7 +55,7 @@ class AnchorRun:
 
     @property
     def held(self) -> Floats:
-        """(n,) overlap, 0 in the start frame and from the failure on."""
+        """Overlap (n,), set to 0 in the start frame and from the failure on."""
         kept = self.overlap.copy()
         kept[0] = 0.0
         kept[self.progress :] = 0.0
@@ -65,7 +64,7 @@ class AnchorRun:
 
 @dataclass(frozen=True, slots=True)
 class Vot:
-    """accuracy: mean overlap before failures; robustness: share of frames before failures; eao; all 0..1."""
+    """VOT metrics, 0..1: mean overlap before failures, share of frames before failures, expected average overlap."""
 
     accuracy: float
     robustness: float
@@ -73,10 +72,10 @@ class Vot:
 
 
 def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: int, high: int) -> Vot:
-    """Return the figures over sequences, each with its runs and its length in frames.
+    """Return the VOT metrics over sequences; `sequences`: runs of each; `lengths`: number of frames of each.
 
-    low, high   lengths, frames, over which the curve of the expected average overlap is averaged (VOT takes
-                the range with half of its sequences; here state the range beside the figure)
+    low, high   bounds of the sequence length, frames, over which the expected average overlap is averaged (VOT takes
+                the interval that contains half of its sequences; state yours beside the result)
     """
     progress = np.array([sum(run.progress for run in runs) for runs in sequences], dtype=np.float64)
     frames = np.array([sum(len(run.overlap) for run in runs) for runs in sequences], dtype=np.float64)
@@ -91,8 +90,8 @@ def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: i
 def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
     """Return the expected average overlap of sequences of 0 .. high - 1 frames after the start, (high,).
 
-    At each length it is the mean over the longer runs and over the failed ones, whose later overlaps are 0; a run that
-    ends without failure gives nothing for longer lengths. 0 where no run gives any.
+    At each length it is the mean over runs at least as long, and over failed runs, whose overlap is 0 from the failure
+    on. A run that ends without failure does not enter at greater lengths. It is 0 where no run enters.
     """
     totals, counts = np.zeros(high), np.zeros(high)
     lengths = np.arange(1, high)
@@ -100,7 +99,7 @@ def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
         held = run.held[1:]
         sums = np.concatenate([np.cumsum(held)[: high - 1], np.full(max(high - 1 - len(held), 0), held.sum())])
         within = lengths <= len(held)
-        # Beyond the run's end the toolkit divides by one frame less.
+        # Beyond the end of a run the toolkit divides by one frame less.
         means = sums / np.where(within, lengths, np.maximum(lengths - 1, 1))
         counted = within | (run.progress < len(run.overlap))
         totals[1:] += np.where(counted, means, 0.0)
@@ -109,7 +108,7 @@ def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
 
 
 EVERY = 50
-"""Frames between anchors (Kristan et al., VOT2020, section 3.1)."""
+"""Number of frames from anchor to anchor (Kristan et al., VOT2020, section 3.1)."""
 
 
 def run_anchors(
@@ -121,11 +120,12 @@ def run_anchors(
     seed: int = 0,
     every: int = EVERY,
 ) -> list[AnchorRun]:
-    """Return the runs of a tracker from each anchor of a source to the farther end, for `irtrack.metrics.vot`.
+    """Run a tracker from each anchor of a source to the farther end; return the runs, for `irtrack.metrics.vot`.
 
-    Anchors are frames 0, every, 2 every ... and the last. One in which less than half of the target is visible moves to
-    the nearest later frame in which it is, or is left out. A tracker runs forwards from anchors of the first half and
-    backwards from the others; it sees frames counted from 0 on.
+    Anchors are the frames 0, `every`, 2 `every`, ... and the last frame. An anchor in which less than half of the
+    target is visible moves to the next frame in which at least half is, or is left out without such a frame. The
+    tracker runs forwards from anchors in the first half of the source and backwards from the others; in each run its
+    frames are numbered from 0.
 
     target, input, seed   as in `irtrack.run`. InputError for wrong input, TrackerError for an error of the tracker.
     """
@@ -140,7 +140,7 @@ def run_anchors(
 
 
 def orders(truths: Sequence[Truth], target: str | None, every: int = EVERY) -> list[range]:
-    """Return the frames of each run, in the order in which the tracker sees them."""
+    """Return for each anchor the indices of the frames of its run, in the order in which the tracker gets them."""
     shown = [k for k, truth in enumerate(truths) if any(seen.id == target and shows(seen) for seen in truth.targets)]
     last = len(truths) - 1
     wanted = [*range(0, last, every), last]

@@ -1,4 +1,4 @@
-"""Experiments of the papers, repeated: printed figures and claims beside the results of irtrack."""
+"""Repeated experiments of the papers: printed figures and claims beside the results of irtrack."""
 
 from irtrack.papers.page import write_papers
 

@@ -1,4 +1,4 @@
-"""An, Gao, Chen, Wu 2007 and Cui, Zheng, Li 2011, of which little survives; CamShift with a Kalman filter."""
+"""Experiments of An, Gao, Chen, Wu 2007 and Cui, Zheng, Li 2011, known only in part; CamShift with a Kalman filter."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ RESTRAINED = "background_restrained_pf"
 ESTIMATES = {"restrained": "", "mean": ":estimate=mean", "MAP": ":estimate=map"}
 TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
 WIDE_R = 12
-"""Fixed noise, px, with which the cloud reaches the false target and biases the mean: the case of the paper."""
+"""Fixed noise, px, with which the particles reach the false target and bias the mean: the case of the paper."""
 
 
 def wide(particles: int = 100) -> dict[str, str]:
-    """Return the specs of the three estimates on a cloud that reaches the false target."""
+    """Return the specs of the three estimates with particles that reach the false target."""
     spec = f"{RESTRAINED}:noise=fixed:r0={WIDE_R}:particles={particles}"
     return {label: spec + end for label, end in ESTIMATES.items()}
 
 
 def alike(likeness: float) -> Scene:
-    """Return the scene with a false target of a share of the true one's contrast."""
+    """Return the scene with a false target whose contrast is `likeness` times that of the true target."""
     return Scene(f"an-false {likeness:g}", "sources/an-false", (f"targets.other.contrast={likeness}",))
 
 

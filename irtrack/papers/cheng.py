@@ -1,4 +1,4 @@
-"""Cheng, Zhou, Cai, Yang 2006: a particle filter on the grey histogram, with adaptive noise."""
+"""Experiments of Cheng, Zhou, Cai, Yang 2006: a particle filter on the grey histogram, with adaptive noise."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ KALMANS = {
 }
 BASELINES = {name: name for name in ("template", "optical_flow")} | KALMANS | {"ekf": "ekf", "mean_shift": "mean_shift"}
 FIXED = Choice((SKY, GROUND), tuple(f"grey_pf:noise=fixed:r0={r}" for r in (0.5, 1, 2, 3, 4, 5, 7, 10)))
-"""Best fixed noise, one for both scenes, as the adaptive noise is."""
+"""Choice of the best fixed noise, one value for both scenes, since the adaptive noise has one setting for both."""
 
 
 def on_both(scene: Scene) -> tuple[Claim, ...]:

@@ -6,10 +6,10 @@ from irtrack.papers.experiment import BETTER, Paper, Scene, Sweep, claims
 from irtrack.papers.rules import cpu, less
 
 SEEDS = 5
-"""Few seeds suffice: the scenes are short and times vary little."""
+"""Number of seeds: few suffice, since times vary little."""
 FRAMES = 40
 METRES_A_PX = 2050 * 0.5e-3
-"""At the range of the target in cheng-sky: range, m, times the angle of a pixel, rad."""
+"""Metres per pixel at the target of cheng-sky: its distance, m, times the angle of a pixel, rad."""
 
 PARTICLES = (25, 50, 100, 200, 400, 800)
 WINDOWS = ((5, 5), (10, 7), (14, 10), (28, 20), (40, 28), (60, 42))

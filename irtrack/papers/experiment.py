@@ -18,7 +18,7 @@ OF_PAPERS = (
 """Trackers that a paper describes or compares with."""
 
 BETTER = {name: name for name in TRACKERS if name not in OF_PAPERS}
-"""The other trackers of irtrack, which have the same goals."""
+"""The other trackers of irtrack by name, for which the same goals hold."""
 
 OURS = {name: name for name in TRACKERS} | {
     "template window": "template:window=20",
@@ -33,7 +33,7 @@ THEIRS = {name: name for name in PEERS} | {f"{name} {CONTEXT}x": f"{name}:contex
 
 @dataclass(frozen=True)
 class Scene:
-    """Shipped scenario with overrides, under a name of its own."""
+    """Scene of an experiment: a shipped scenario with overrides, and its name."""
 
     name: str
     path: str
@@ -46,7 +46,7 @@ class Scene:
 
     @property
     def siblings(self) -> tuple[Scene, Scene]:
-        """The milder and the harder version."""
+        """The milder and the harder version of the scene."""
         return Scene.of(f"{self.name}-mild"), Scene.of(f"{self.name}-hard")
 
     def open(self) -> irsim.Rendering:
@@ -63,7 +63,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Figure:
-    """Number of one run and its name on the page; None where the run has none."""
+    """Metric of a run: its name on the page, and a function from the run to its value, None where undefined."""
 
     words: str
     of: Callable[[Run], float | None]
@@ -71,7 +71,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Rule:
-    """Test of a claim in one seed, a function of the runs by label; None where the seed does not decide."""
+    """Test of a claim with one seed, a function of the runs by label; None where the seed does not decide the claim."""
 
     words: str
     labels: tuple[str, ...]
@@ -80,7 +80,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Claim:
-    """Claim of a paper, its place there, the scene, and the rule that tests it in each seed."""
+    """Claim of a paper, where the paper makes it, the scene, and the rule that tests the claim with each seed."""
 
     text: str
     place: str
@@ -89,7 +89,7 @@ class Claim:
 
 
 def claims(scene: Scene, *stated: tuple[str, str, Rule]) -> tuple[Claim, ...]:
-    """Return the claims on one scene from (text, place, rule)."""
+    """Return the claims on one scene from (text, place in the paper, rule)."""
     return tuple(Claim(text, place, scene, rule) for text, place, rule in stated)
 
 
@@ -104,8 +104,8 @@ class Untested:
 
 @dataclass(frozen=True)
 class Goal:
-    """Goal of a tracker: a rule that at least the share `wanted` of the seeds fulfil, or a figure, px, whose mean over
-    the seeds is at most `wanted`."""
+    """Goal of a tracker: a rule that must hold in at least the share `wanted` of the seeds, or a metric, px, whose mean
+    over the seeds must be at most `wanted`."""
 
     text: str
     scene: Scene
@@ -116,7 +116,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class Printed:
-    """Figures that a paper prints: mean and variance of |error| on each axis, px and px²; time of a frame, ms."""
+    """Printed results of a paper: mean and variance of |error| on each axis, px and px²; time per frame, ms."""
 
     abs_x: tuple[float, float] | None = None
     abs_y: tuple[float, float] | None = None
@@ -125,7 +125,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Trackers on a scene, by label, and on its siblings; printed figures; labels in the chart over frames (all)."""
+    """Experiment: trackers, by label, on a scene and its siblings; printed results; labels in the chart."""
 
     scene: Scene
     title: str
@@ -142,10 +142,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Figures of trackers against one setting `x`, on logarithmic axes where `log` is true.
+    """Metrics of trackers against one setting `x`, on logarithmic axes where `log` is true.
 
-    points    from the setting to the scene and the tracker specs by label
-    figures   by their label on the axis
+    points    scene, and tracker specs by label, at each value of the setting
+    figures   metrics by their label on the axis
     """
 
     title: str
@@ -161,7 +161,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Choice:
-    """Specs, of which the one with the fewest frames off on the development seeds of all scenes is chosen."""
+    """Choice among tracker specs: the one with the fewest frames off on the development seeds of all scenes is used."""
 
     scenes: tuple[Scene, ...]
     specs: tuple[str, ...]
@@ -169,7 +169,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Switch:
-    """Ablation: a tracker with a mechanism and without it (or with the best of a choice), on the same seeds."""
+    """Ablation: a tracker with a mechanism, and without it (or with the best of a choice), on the same seeds."""
 
     mechanism: str
     scene: Scene
@@ -184,7 +184,7 @@ def switches(scene: Scene, *stated: tuple[str, str, str | Choice]) -> tuple[Swit
 
 @dataclass(frozen=True)
 class Paper:
-    """Experiments, claims and goals of one paper; seeds_at_most: the number of seeds that suffices."""
+    """Experiments, claims and goals of one paper; `seeds_at_most`: number of seeds that suffices."""
 
     key: str
     title: str
@@ -202,4 +202,4 @@ HARD = tuple(
     Experiment(Scene(f"hard-{size}", f"stress/hard-{size}"), f"Targets of {size.replace('x', ' × ')} px", OURS | THEIRS)
     for size in ("14x10", "6x6", "40x28")
 )
-"""Scenes of low contrast, distractors, occlusion and a turn: all trackers and all external ones on the same frames."""
+"""Experiments with low contrast, distractors, occlusion and a turn, with all trackers, external ones too."""

@@ -28,9 +28,9 @@ class GrowthFilter:
     """Particle filter with systematic resampling; by default the bootstrap filter.
 
     particles  N
-    share      Np / N: share of the particles, of largest weight, that are averaged and resampled (Li, Li 2014,
-               section 2: .56); 1: all
-    threshold  Nth / N: resampling where Neff is below (section 4.3: 2/3); 1: at every step
+    share      Np / N: share of the particles, those of largest weight, that is averaged and resampled (Li, Li 2014,
+               section 2: .56); 1: all particles
+    threshold  Nth / N: particles are resampled where Neff is below Nth (section 4.3: 2/3); 1: at every step
     restoring  weights after resampling, see `irtrack.filters.resampling.after_selection`
     """
 
@@ -46,21 +46,21 @@ PARTICLES = (50, 100, 200, 500)
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.56, 0.7, 0.85, 1.0)
 FILTERS = {"standard PF": BOOTSTRAP, "WSPF": WSPF, "WSPF, equal weights set aside": replace(WSPF, restoring="equal")}
 SHARED = 100
-"""Particles N in the sweep of the share."""
+"""Number of particles N in the sweep over the share Np / N."""
 RUNS_A_SEED = 20
-"""Runs of the model for each seed of the scenes: a thousand for 50."""
+"""Number of runs of the model per seed of the other experiments: a thousand for 50 seeds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """Truth of the runs: states x (runs, steps) and measurements y (runs, steps), k = 1 .. steps."""
+    """Truth of many runs of the model: states x and measurements y, (runs, steps) each, k = 1 .. steps."""
 
     states: Floats
     measurements: Floats
 
     @classmethod
     def of(cls, runs: int, seed: int, steps: int = 100) -> Growth:
-        """Draw independent runs; run i of a seed depends on their number."""
+        """Draw independent runs; the values of run i depend on the seed and on the number of runs."""
         rng = stream(seed, "growth", "truth")
         states = np.empty((runs, steps))
         x = np.sqrt(START_VARIANCE) * rng.standard_normal(runs)
@@ -73,7 +73,7 @@ class Growth:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimates:
-    """Estimates (runs, steps), and effective particles (runs, steps) of all particles before resampling."""
+    """Estimated states (runs, steps), and effective sample sizes (runs, steps) of all particles before resampling."""
 
     estimates: Floats
     neff: Floats
@@ -117,14 +117,14 @@ def reweight(weights: Floats, y: Floats, x: Floats) -> Floats:
 
 
 def rmse(growth: Growth, filtered: Estimates) -> Floats:
-    """Return (runs,) the root mean square error over the steps of each run."""
+    """Return the root mean square error over the steps of each run, (runs,)."""
     roots: Floats = np.sqrt(np.mean((filtered.estimates - growth.states) ** 2, axis=1))
     return roots
 
 
 @dataclass(frozen=True, eq=False)
 class FilterRuns:
-    """One filter on all runs: rmse (runs,), mean neff over the steps (runs,), CPU time of one step of one run, µs."""
+    """Results of one filter: rmse (runs,), mean Neff over the steps (runs,), CPU time of one step of one run, µs."""
 
     rmse: Floats
     neff: Floats
@@ -146,7 +146,7 @@ class FilterRuns:
 
 @dataclass(frozen=True, eq=False)
 class GrowthResult:
-    """Runs by filter and N, and of WSPF at N = SHARED by share Np / N."""
+    """Results by filter and N, and results of weight selection at N = SHARED by share Np / N."""
 
     by_particles: dict[str, dict[int, FilterRuns]]
     by_share: dict[float, FilterRuns]

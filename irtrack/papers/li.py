@@ -1,4 +1,4 @@
-"""Li, Li 2014: grey and gradient cues fused, and weight selection."""
+"""Experiments of Li, Li 2014: fusion of grey and gradient cues, and weight selection."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from irtrack.papers.rules import (
 
 AIRCRAFT, PEDESTRIAN = Scene.of("li-aircraft"), Scene.of("li-pedestrian")
 FRAME_MS = 20
-"""Frame period at the paper's 50 Hz."""
+"""Frame period, ms, at the 50 Hz of the paper."""
 BACK = 0.95
-"""Share of seeds in which a tracker must be back in time."""
+"""Share of seeds in which a tracker must reacquire the target in time."""
 FUSION, STANDARD, SHIFT = "fusion_wspf", "standard PF", "PF and mean shift"
 TRACKERS = {
     FUSION: "fusion_wspf",

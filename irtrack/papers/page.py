@@ -65,7 +65,7 @@ class ExperimentPart:
 
     @classmethod
     def of(cls, experiment: Experiment, every: Mapping[str, SceneRuns], charted: bool = True) -> ExperimentPart:
-        """Return the part; `every`: the runs by scene; charted: with charts over frames."""
+        """Return the part of the page; `every`: runs by name of the scene; `charted`: with charts over frames."""
         found = every[experiment.scene.name]
         style = styles(experiment.charted or experiment.trackers)
         charts = [error_over_frames(experiment, found, style)] if charted else []
@@ -133,7 +133,7 @@ def write_papers(
     folder   created if missing; FOLDER/sources.db keeps every run, which is then not repeated
     seeds    number of seeds, from `first` on
     only     parts of PARTS; empty: all
-    real     folder of labelled sequences for the table of real recordings
+    real     folder of labelled sequences, for the table of real recordings; None: no table
 
     InputError for an unknown part and a folder that cannot be written.
     """

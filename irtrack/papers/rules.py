@@ -1,4 +1,4 @@
-"""Figures of a run, and the rules that test a claim in each seed."""
+"""Metrics of a run, and the rules that test a claim with each seed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from irtrack.metrics.lost import OFF_PX
 from irtrack.papers.experiment import Figure, Rule, Run
 
 BACK_WITHIN = 5
-"""Frames within which a tracker must be on its target again."""
+"""Number of frames within which a tracker must be on its target again."""
 
 
 def _score(words: str, name: str) -> Figure:
-    """Return a figure of `irtrack.metrics.FIGURES`."""
+    """Return the metric of `irtrack.metrics.FIGURES` with this name."""
     return Figure(words, lambda run: run.score.figure(name))
 
 
@@ -23,7 +23,7 @@ def _variance(words: str, name: str) -> Figure:
 
 
 def _tracking(words: str, hit: Callable[[np.ndarray], np.ndarray], missing: bool = False) -> Figure:
-    """Return the share of scored frames with status `tracking` and such a centre error, or one minus it."""
+    """Return the share of scored frames with status `tracking` and a centre error that fulfils `hit`, or 1 - it."""
 
     def of(run: Run) -> float | None:
         trace = run.trace
@@ -36,7 +36,7 @@ def _tracking(words: str, hit: Callable[[np.ndarray], np.ndarray], missing: bool
 
 
 def _until_back(run: Run) -> float | None:
-    """Return frames from the end of the first occlusion until the estimate is on the target; inf: never."""
+    """Return the number of frames from the end of the first occlusion to a frame on the target; inf: never."""
     if not run.trace.returns:
         return None
     after = run.trace.returns[0].after
@@ -81,12 +81,12 @@ def score_between(first: int, last: int) -> Figure:
 
 
 def unless_lost(figure: Figure) -> Figure:
-    """Return the figure of runs without track loss; None of others."""
+    """Return the same metric, but None for runs with track loss."""
     return Figure(figure.words, lambda run: None if run.score.lost else figure.of(run))
 
 
 def _rule(words: str, figure: Figure, labels: tuple[str, ...], test: Callable[..., bool | None]) -> Rule:
-    """Return the rule that tests the figure of each tracker; a run without the figure does not decide."""
+    """Return the rule that applies `test` to the metric of each tracker; a run without the metric does not decide."""
 
     def of(runs: Mapping[str, Run]) -> bool | None:
         values = [value for label in labels if (value := figure.of(runs[label])) is not None]
@@ -106,32 +106,32 @@ def loses(label: str) -> Rule:
 
 
 def loses_about(label: str, frame: int, within: int) -> Rule:
-    """Return the rule that the tracker loses the target within some frames of a frame."""
+    """Return the rule that the tracker loses the target at most `within` frames before or after frame `frame`."""
     lost_at = Figure("", lambda run: float("inf") if run.score.lost is False else run.score.lost_at)
     words = f"{label} is lost within {within} frames of frame {frame}"
     return _rule(words, lost_at, (label,), lambda at: abs(at - frame) <= within)
 
 
 def less(figure: Figure, label: str, other: str) -> Rule:
-    """Return the rule that a figure of one tracker is less than that of another; equal figures do not decide."""
+    """Return the rule that a metric of one tracker is less than that of another; equal values do not decide."""
     words = f"{figure.words} of {label} below that of {other}"
     return _rule(words, figure, (label, other), lambda own, its: None if own == its else own < its)
 
 
 def at_most(figure: Figure, label: str, limit: float, unit: str = "") -> Rule:
-    """Return the rule that a figure is at most a limit."""
+    """Return the rule that a metric is at most `limit`."""
     words = f"{figure.words} of {label} at or below {limit:g}{unit}"
     return _rule(words, figure, (label,), lambda own: own <= limit)
 
 
 def times(figure: Figure, label: str, factor: float, other: str) -> Rule:
-    """Return the rule that a figure of one tracker is at least `factor` times that of another."""
+    """Return the rule that a metric of one tracker is at least `factor` times that of another."""
     words = f"{figure.words} of {label} at least {factor:g} times that of {other}"
     return _rule(words, figure, (label, other), lambda own, its: own >= factor * its)
 
 
 def nearly(figure: Figure, label: str, other: str, within: float, relative: bool = False) -> Rule:
-    """Return the rule that a figure of two trackers differs by at most `within`, or that share of the other's."""
+    """Return the rule that a metric of two trackers differs by at most `within`, or `within` times the other's."""
     amount = f"{100 * within:g} %" if relative else f"{within:g}"
     words = f"{figure.words} of {label} within {amount} of that of {other}"
 

@@ -55,7 +55,7 @@ def plan_paper(paper: Paper) -> RunPlan:
 
 
 def plan_choices(papers: Iterable[Paper]) -> RunPlan:
-    """Return the development runs on which the other side of switches is chosen."""
+    """Return the development runs that decide the choices of ablations (`Switch`)."""
     choices = (each.without for paper in papers for each in paper.switches if isinstance(each.without, Choice))
     return _planned((scene, _by_spec(choice.specs)) for choice in choices for scene in choice.scenes)
 
@@ -67,7 +67,7 @@ def plan_hard(trackers: Mapping[str, str]) -> RunPlan:
 
 @dataclass(frozen=True, eq=False)
 class SceneRuns:
-    """Runs on a scene by label and seed, None where a run failed; absent: reasons by label of trackers not found."""
+    """Runs on a scene by label and seed, None where a run failed; `absent`: why a tracker has no runs, by label."""
 
     source: Source
     runs: Mapping[str, Mapping[int, Run | None]]
@@ -122,7 +122,7 @@ def run_scene(
 
 
 def available(trackers: Mapping[str, str]) -> tuple[list[Entry], dict[str, str]]:
-    """Return the trackers that can run, and for the others the reason by label."""
+    """Return the trackers that can run, and by label the reasons why others cannot."""
     entries, absent = [], {}
     for label, spec in trackers.items():
         try:
@@ -138,7 +138,7 @@ def _run(kept: Results, cell: RunRecord) -> Run | None:
 
 
 def fewest_off(labels: Iterable[str], found: Sequence[SceneRuns]) -> str | None:
-    """Return the tracker with the smallest mean share of frames off, of equal ones the first; None without runs."""
+    """Return the label with the smallest mean share of frames off, the first of equal ones; None without runs."""
     shares = {label: [share for each in found for share in each.off_shares(label).values()] for label in labels}
     means = {label: sum(each) / len(each) for label, each in shares.items() if each}
     return min(means, key=lambda label: means[label]) if means else None
@@ -157,7 +157,7 @@ def settle_choices(paper: Paper, development: Mapping[str, SceneRuns]) -> Paper:
 
 @dataclass(frozen=True)
 class RealRow:
-    """One tracker on one real sequence, all targets and seeds: runs, losses, median centre distance in px."""
+    """Row of one tracker on one real sequence, over all targets and seeds: runs, losses, median centre error, px."""
 
     sequence: str
     label: str

@@ -22,9 +22,10 @@ UNPRINTED = Printed()
 
 @dataclass(frozen=True)
 class Row:
-    """One tracker on one scene.
+    """Row of one tracker on one scene.
 
-    lost, decided   runs with track loss, of the runs in which loss is defined; low .. high the interval of the share
+    lost, decided   numbers of runs with track loss, and of runs in which loss is defined; low .. high: interval of
+                    their ratio
     kept, all       centre errors of all frames of the runs without loss, and of all runs
     off             mean share of frames off
     ms              median CPU time of a step; of an external tracker, wall time
@@ -91,12 +92,12 @@ def _row(experiment: Experiment, label: str, spec: str, every: Mapping[str, Scen
 
 
 def _values(figure: Figure, runs: Iterable[Run]) -> list[float]:
-    """Return a figure of the runs that have it."""
+    """Return the values of a metric, of the runs for which it is defined."""
     return [value for run in runs if (value := figure.of(run)) is not None]
 
 
 def _losses(label: str, found: SceneRuns) -> tuple[int, int]:
-    """Return (lost, decided) of a tracker's runs."""
+    """Return the numbers of lost runs and of runs in which loss is defined."""
     decided = [run.score.lost for run in found.of(label).values() if run.score.lost is not None]
     return sum(decided), len(decided)
 
@@ -108,7 +109,7 @@ def _errors(runs: Sequence[Run]) -> CentreFigures | None:
 
 @dataclass(frozen=True)
 class Speed:
-    """Frames a second of a tracker, as printed and here."""
+    """Frames per second of a tracker, as printed in the paper and as measured here."""
 
     paper: str
     scene: str
@@ -149,7 +150,7 @@ def scores_over_frames(label: str, found: SceneRuns, style: LineStyle) -> str:
 def sweep_chart(
     sweep: Sweep, words: str, figure: Figure, every: Mapping[str, SceneRuns], style: Mapping[str, LineStyle]
 ) -> str:
-    """Draw a figure's mean over the seeds against the setting, with its 95 % interval; '' without runs."""
+    """Draw the mean of a metric over the seeds against the setting, with its 95 % interval; '' without runs."""
     lines = []
     for label in sweep.labels:
         points = []
@@ -166,7 +167,7 @@ def sweep_chart(
 
 
 def interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Return (mean, low, high) over the seeds: Wilson's interval for yes and no, Student's t for numbers.
+    """Return (mean, low, high) over the seeds: Wilson's interval for true and false, Student's t for numbers.
 
     A single number has no interval.
     """

@@ -1,4 +1,4 @@
-"""Verdicts on claims and goals with their intervals; effects of switches; the best of ours against each peer."""
+"""Verdicts on claims and goals with intervals; effects of ablations; the best tracker of irtrack against each peer."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RULE = (
 
 
 class Judgement(NamedTuple):
-    """`yes` of `decided` seeds support a claim; interval of that share; the reason where it is not decidable."""
+    """Judgement: `yes` of `decided` seeds support a claim; interval of their ratio; the reason where not decidable."""
 
     yes: int
     decided: int
@@ -41,7 +41,7 @@ class Judgement(NamedTuple):
 
 
 def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
-    """Return the judgement on the claim that more than the share `wanted` of all seeds say yes; None: undecided."""
+    """Judge whether a claim holds in more than the share `wanted` of all seeds; an answer None does not decide."""
     decided = [answer for answer in answers if answer is not None]
     yes, count = sum(decided), len(decided)
     low, high = wilson(yes, count, LEVEL)
@@ -52,7 +52,7 @@ def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
 
 
 def seeds_to_decide(share: float, wanted: float) -> int | None:
-    """Return the least number of seeds at which the Wilson interval of a share excludes `wanted`; None where equal.
+    """Return the least number of seeds with which the Wilson interval of `share` excludes `wanted`; None where equal.
 
     The interval holds all p with |share - p| <= z sqrt(p (1 - p) / n) (Wilson 1927).
     """
@@ -68,7 +68,7 @@ def _needed(seeds: int | None) -> str:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Claim, its place in the paper, the scene's name, the rule in words, and the judgement."""
+    """Verdict: a claim, where the paper makes it, the name of the scene, the rule in words, and the judgement."""
 
     text: str
     place: str
@@ -91,7 +91,7 @@ def verdict(claim: Claim, every: Mapping[str, SceneRuns]) -> Verdict:
 
 @dataclass(frozen=True)
 class GoalResult:
-    """Goal, the value with its 95 % interval, the number of seeds, and the verdict; nan without runs."""
+    """Result of a goal: the value with its 95 % interval, the number of seeds, and the verdict; nan without runs."""
 
     goal: Goal
     value: float
@@ -130,7 +130,7 @@ def judge_goal(goal: Goal, every: Mapping[str, SceneRuns]) -> GoalResult:
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of a switch, with it minus without it: share of frames off, and error before the loss, px."""
+    """Effect of an ablation, with minus without the mechanism: share of frames off, and error before the loss, px."""
 
     switch: Switch
     off: Difference | None = None
@@ -142,7 +142,7 @@ class Effect:
 
 
 def effect(switch: Switch, found: SceneRuns) -> Effect:
-    """Return the paired differences over the seeds of both sides."""
+    """Return the differences, paired by seed, between the two sides of an ablation."""
     sides = (switch.with_it, str(switch.without))
     missing = [spec for spec in sides if spec not in found.runs]
     if missing:
@@ -165,7 +165,7 @@ def _figure(score: Score, name: str) -> float:
 
 @dataclass(frozen=True)
 class PeerComparison:
-    """Share of frames off of the best of ours, of a peer, and their difference on the same seeds."""
+    """Share of frames off of the best tracker of irtrack and of a peer, and their difference on the same seeds."""
 
     scene: str
     best: str
@@ -176,16 +176,16 @@ class PeerComparison:
 
     @property
     def word(self) -> Word:
-        """Verdict on the goal that the best of ours is off in fewer frames."""
+        """Verdict on the goal that the best tracker of irtrack is off in fewer frames."""
         if self.difference.high < 0:
             return "held"
         return "not held" if self.difference.low > 0 else "not decidable"
 
 
 def compare_peers(every: Mapping[str, SceneRuns], development: Mapping[str, SceneRuns]) -> list[PeerComparison]:
-    """Compare the best of ours with each peer on each hard scene; a failed run counts as off throughout.
+    """Compare the best tracker of irtrack with each peer on each hard scene; a failed run is off in all frames.
 
-    The best has the fewest frames off on all hard scenes on the development seeds.
+    The best tracker has the fewest frames off on all hard scenes with the development seeds.
     """
     names = [experiment.scene.name for experiment in HARD]
     best = fewest_off(OURS, [development[name] for name in names])

@@ -1,4 +1,4 @@
-"""Xue, Yuan, Xie 2011: grey and velocity cues in a cascade of two particle filters."""
+"""Experiments of Xue, Yuan, Xie 2011: grey and velocity cues in a cascade of two particle filters."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ from irtrack.papers.rules import (
 
 SKY, GROUND = Scene.of("xue-sky"), Scene.of("xue-ground")
 SIZES = {SKY: (30, 15), GROUND: (40, 20)}
-"""Particles of the two layers."""
+"""Numbers of particles N1, N2 of the two layers, by scene."""
 MEANS = {SKY: ((0.83, 0.86), (0.43, 0.38)), GROUND: ((1.07, 1.39), (1.25, 1.42))}
 PRINTED = {
     SKY: (Printed(*MEANS[SKY], 14.28), Printed((34.3, 2265.87), (3.88, 30.30), 15.69)),
     GROUND: (Printed(*MEANS[GROUND], 21.85), Printed((39.59, 1895.42), (8.9, 41.61), 25.35)),
 }
-"""Tables 1 and 2: the cascade's row, and that of the paper's reference 8."""
+"""Printed results of tables 1 and 2, by scene: of the cascade, and of the paper's reference 8."""
 FOLLOWED = 0.95
 """Share of seeds in which a target must be followed to the end."""
 
 
 def specs(scene: Scene) -> tuple[str, str, str]:
-    """Return the specs of the cascade, the product and mean shift with a particle filter, N = N1 + N2."""
+    """Return the specs of the cascade, the product filter and the mean-shift particle filter, with N = N1 + N2."""
     n1, n2 = SIZES[scene]
     n = n1 + n2
     return f"cascade_pf:n1={n1}:n2={n2}", f"product_pf:particles={n}", f"mean_shift_pf:particles={n}"

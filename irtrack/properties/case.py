@@ -1,4 +1,4 @@
-"""Cases of a property: clips, short rendered scenes in memory; walks, runs over them; comparisons."""
+"""Test cases of properties: clips (short rendered scenes), walks (runs of a tracker over a clip), and comparisons."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from irtrack.types import Estimate, Estimates, Tracker, fault
 
 SIZE, FRAMES = (128, 96), 30
 BACKGROUND_GREY, TARGET_GREY = 51, 176
-"""Greys of the uniform sky of 285 K and the patch of 305 K, by the AGC of `CAMERA`. Changes of brightness and contrast
-and the negative do not saturate."""
+"""Grey levels of the uniform sky of 285 K and the patch of 305 K, by the AGC of `CAMERA`. They leave room for changes
+of brightness and contrast and for the negative, without saturation."""
 CAMERA: Mapping[str, Any] = {"agc": {"kind": "fixed", "low": 0, "high": 9000}}
 
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """Frames, positions of the target, and the start box.
+    """Clip: frames, positions of the target, and the start box.
 
-    images    (n, rows, cols), read-only;  times (n,) s;  bits of the images
+    images    (n, rows, cols), read-only;  times  (n,) s;  bits  bit depth of the images
     centers   (n, 2) px of the target;  visible (n,) visible fraction, 0 where it is absent
     text      the scenario as YAML
     first     index of the first frame
@@ -54,16 +54,16 @@ class Clip:
         return self.images.shape[2], self.images.shape[1]
 
     def with_images(self, change: Callable[[Image], Image], bits: int = 8) -> Clip:
-        """Return the clip with changed pictures; `change` takes all of them at once."""
+        """Return the clip with changed images; `change` is a function of all images at once."""
         return replace(self, images=_frozen(np.ascontiguousarray(change(self.images))), bits=bits)
 
     def with_centers(self, move: Callable[[Floats], Floats], turned: bool = False) -> Clip:
-        """Return the clip with moved positions of its target; turned: width and height are exchanged."""
+        """Return the clip with changed target positions; `turned`: width and height of the box are exchanged."""
         (cx, cy), (w, h) = move(np.array([[self.box.cx, self.box.cy]]))[0], (self.box.w, self.box.h)
         return replace(self, centers=move(self.centers), box=Box(cx, cy, *((h, w) if turned else (w, h))))
 
     def select(self, indices: list[int]) -> Clip:
-        """Return the clip of the frames of these indices, in this order, at their times."""
+        """Return the clip of the frames at `indices`, in this order, with their times."""
         kept = {name: getattr(self, name)[indices] for name in ("times", "centers", "visible")}
         return replace(self, images=_frozen(self.images[indices]), **kept)
 
@@ -75,7 +75,7 @@ def _frozen(images: Any) -> Image:
 
 
 def scene(seed: int, noise: int = 2, speed: int = 3, heading: int = 0, **changes: Any) -> dict[str, Any]:
-    """Return a scene as `Case.clip` draws them, by severities: a patch of 14 x 10 px on a straight path."""
+    """Return a scene like those of `Case.clip`, at these severities: a patch of 14 x 10 px on a straight path."""
     path = strategies.scenes.straight(strategies.scenes.SPEEDS[speed], 45.0 * heading, SIZE, FRAMES)
     camera = {"size": list(SIZE), "ifov_mrad": 0.5, "range_k": [270.0, 330.0], "noise": [{"kind": "white"}]}
     return {
@@ -119,27 +119,27 @@ of a nightly one, by Student's t: 2 * scipy.stats.t.sf(4, 7) = .00519, 2 * scipy
 
 
 class Broken(Exception):  # noqa: N818 - a finding, not an error of the program
-    """The property does not hold; the text has the result and the tolerance."""
+    """Raised where the property does not hold; the text states the result and the tolerance."""
 
 
 class NotAsked(Exception):  # noqa: N818 - an answer, not an error of the program
-    """The property does not apply to this tracker; the text has the reason."""
+    """Raised where the property does not apply to this tracker; the text states the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walk(Estimates):
-    """Estimates of the n frames after the first."""
+    """Estimates of a run over a clip, for the n frames after the first."""
 
     estimates: tuple[Estimate, ...]
 
     @property
     def tracking(self) -> np.ndarray:
-        """(n,) whether the status is `tracking`."""
+        """Whether the status is `tracking` in each frame, (n,)."""
         return np.array([status == "tracking" for status in self.statuses])
 
 
 def walk(tracker: Tracker, clip: Clip, seed: int = 0) -> Walk:
-    """Run the tracker over a clip, the random generator of frame k by (seed, k); Broken for an invalid estimate."""
+    """Run the tracker over a clip, with generators seeded by (seed, frame); raise Broken for an invalid estimate."""
     state = tracker.init(clip.frame(0), clip.box, stream(seed, "check", 0))
     estimates = []
     for k in range(1, len(clip)):
@@ -152,9 +152,9 @@ def walk(tracker: Tracker, clip: Clip, seed: int = 0) -> Walk:
 
 
 class Case:
-    """Example of one property: values drawn by name, and runs of the tracker.
+    """Example on which one property is tested: drawn values, clips, and runs of the tracker.
 
-    seeds   number of seeds, of the tracker or of the scene, of a mean
+    seeds   number of seeds, of the tracker or of the scene, over which means are taken
     drawn   drawn values by name
     clips   drawn clips
     """
@@ -173,7 +173,7 @@ class Case:
     def clip(self, speed: tuple[int, int] = (2, 4), **changes: Any) -> Clip:
         """Draw a clip of a patch on a straight path before a uniform sky, with little noise.
 
-        speed     least and highest severity of its speed
+        speed     lowest and highest severity of the target's speed
         changes   arguments of `strategies.documents`
         """
         nothing: st.SearchStrategy[list[Any]] = st.just([])
@@ -193,7 +193,7 @@ class Case:
         return clip
 
     def walks(self, clip: Clip) -> list[Walk]:
-        """Run with several seeds, or with one where the seed has no effect."""
+        """Run the tracker over a clip with each seed, or with one where the seed has no effect."""
         first, second = (walk(self.tracker, clip, seed) for seed in (0, 1))
         if same(first, second):
             return [first]
@@ -205,7 +205,7 @@ class Case:
 
 
 def numbers(estimate: Estimate) -> list[Any]:
-    """Return an estimate as plain values, which compare exactly."""
+    """Return the values of an estimate as plain Python values, which compare exactly."""
     fields = (getattr(estimate, name) for name in Estimate.__slots__)
     return [np.asarray(field).tolist() if isinstance(field, np.ndarray | tuple) else field for field in fields]
 
@@ -215,17 +215,17 @@ def same(one: Walk, other: Walk) -> bool:
 
 
 def expect_same(one: Walk, other: Walk, how: str) -> None:
-    """Raise Broken where two walks differ in any bit."""
+    """Raise Broken where the estimates of two runs differ in any bit."""
     for k, pair in enumerate(zip(one.estimates, other.estimates, strict=True), 1):
         if numbers(pair[0]) != numbers(pair[1]):
             raise Broken(f"{how}: frame {k} differs: {_at(pair[0].center)}, not {_at(pair[1].center)} px")
 
 
 def expect_near(found: Floats, wanted: Floats, tolerance: float, how: str) -> None:
-    """Raise Broken where centres (seeds, n, 2) differ from the wanted ones (the same shape, or (n, 2)).
+    """Raise Broken where centres (seeds, n, 2) are more than `tolerance` px from `wanted`, (seeds, n, 2) or (n, 2).
 
-    Without random numbers each frame must lie within the tolerance. Otherwise the mean over frames must, less `SIGMAS`
-    standard errors over the seeds.
+    Without random numbers the distance in each frame must be within the tolerance. Otherwise the mean distance over the
+    frames, minus `SIGMAS` standard errors over the seeds, must be within it.
     """
     off = found[:, : wanted.shape[-2]] - wanted if len(found) == len(wanted) or wanted.ndim == 2 else None
     if off is None:
@@ -245,7 +245,7 @@ def expect_near(found: Floats, wanted: Floats, tolerance: float, how: str) -> No
 
 
 def expect_above(values: Floats, least: float, name: str) -> None:
-    """Raise Broken where the mean of independent values is below the least value by `SIGMAS` standard errors."""
+    """Raise Broken where the mean of independent values is below `least` by more than `SIGMAS` standard errors."""
     mean = float(np.mean(values))
     error = float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
     if mean + SIGMAS * error < least:

@@ -1,4 +1,4 @@
-"""Check of a tracker: each property is tested on drawn examples; a failing one is shrunk."""
+"""Check of a tracker: each property is tested on random examples, and a failing example is shrunk."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Profile = Literal["ci", "nightly"]
 Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
 
 NIGHTLY = 10
-"""Factor of the number of examples of a nightly check."""
+"""Factor by which a nightly check has more examples than a ci check."""
 SEEDS: Mapping[Profile, int] = {"ci": 8, "nightly": 32}
 
 
@@ -43,8 +43,8 @@ class Outcome:
     verdict   'excused': broken, with a known reason; 'not asked': does not apply to this tracker; 'not judged': needs a
               property that is broken
     why       result and tolerance, or the reason
-    drawn     least failing example: drawn values by name
-    scenario  its scene as YAML, if it has one
+    drawn     drawn values of the least failing example, by name
+    scenario  scene of this example as YAML; None where it has no scene
     """
 
     property: Property
@@ -56,14 +56,14 @@ class Outcome:
 
 @dataclass
 class _Found:
-    """Last failing example; Hypothesis ends with the least."""
+    """Last failing example, which is the least one, since Hypothesis shrinks failing examples."""
 
     case: Case | None = None
     why: str = ""
 
 
 def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
-    """Return the outcome of a property; the same at each call."""
+    """Test a property and return its outcome, which is the same at each call."""
     found, silent = _Found(), set[str]()
 
     @seed(crc32(prop.name.encode()))  # derandomize would depend on the source text of this function
@@ -107,14 +107,14 @@ def check(
     frame_limit_s: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
-    """Return an outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
+    """Test each property, or the properties `only`, and return their outcomes in the order of `PROPERTIES`.
 
-    Properties that those of `only` need are tested too, and have an outcome where they are broken.
+    Properties needed by those in `only` are tested too, and have an outcome where they are broken.
 
     tracker        as in `irtrack.run`
     profile        effort: ci takes seconds, nightly minutes
-    frame_limit_s  run the tracker in a worker process: one that takes longer for a frame, s, or that dies, breaks only
-                   the present property
+    frame_limit_s  longest time of the tracker for a frame, s, in a worker process; a tracker that takes longer, or
+                   dies, breaks only the property under test
     progress       called with (properties done, properties to do)
 
     The examples are the same at each call. InputError for an unknown name of a tracker or property.
@@ -141,7 +141,7 @@ def check(
 
 
 def with_needs(names: Iterable[str]) -> set[str]:
-    """Return names of properties, with all that they need directly or indirectly."""
+    """Return these names of properties, with all properties that they need directly or indirectly."""
     found = set[str]()
     waiting = list(names)
     while waiting:
@@ -154,7 +154,7 @@ def with_needs(names: Iterable[str]) -> set[str]:
 
 @contextmanager
 def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iterator[Callable[[Property], Outcome]]:
-    """Yield the function that tries a property: in this process, or in a worker with a time limit for each frame."""
+    """Yield a function that tests a property, in this process, or in a worker with a time limit for each frame."""
     if limit_s is None:
         yield lambda prop: examined(prop, tracker, profile)
         return
@@ -176,12 +176,12 @@ def _examined_in_worker(heartbeat: Heartbeat, name: str, tracker: Tracker, profi
 
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
-"""Folder that cannot be made: Hypothesis would keep the constants of the tracker's modules in one."""
+"""Folder that cannot be created, so that Hypothesis does not store constants of the tracker's modules in it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """Tracker that notes on a heartbeat each frame it works on; pickled, it is the tracker alone."""
+    """Tracker wrapped to record in a heartbeat each frame at work; it is pickled without the wrapper."""
 
     tracker: Tracker
     heartbeat: Heartbeat
@@ -221,7 +221,7 @@ def check_tracker(
 ) -> None:
     """Raise AssertionError, with the least examples, where a tracker breaks a property; for your own tests.
 
-    excused    property -> reason, for known failures;  the rest as of `check`
+    excused    reason by name of the property, for known failures;  the other arguments as for `check`
     """
     excuses = excused or {}
     for name in excuses:

@@ -1,4 +1,4 @@
-"""Properties of the interface, by which a run can be repeated, resumed, divided and shared."""
+"""Properties of the interface of trackers, so that runs can be repeated, resumed, and run in other processes."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def deterministic(case: Case) -> None:
 
 
 def cross_process(case: Case) -> None:
-    """They give the same estimates in another process, with another hash seed."""
+    """Runs in another process, with another hash seed, give the same estimates."""
     clip = case.clip()
     if type(case.tracker).__module__ == "__main__":
         raise NotAsked("its class is defined in the main program, which other processes do not have")

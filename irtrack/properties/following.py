@@ -1,4 +1,4 @@
-"""Properties of tracking: an easy target is held, also after small disturbances."""
+"""Properties of tracking: the tracker stays on an easy target, also after small disturbances."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from irsim.types import Box
 from irtrack.properties.case import Broken, Case, Clip, NotAsked, expect_near
 
 HELD_PX = 2.0
-"""Largest distance from an easy target: a fifth of its height."""
+"""Largest distance from an easy target, px: a fifth of its height."""
 NEAR_PX = 5.0
-"""Largest distance after a disturbance: half of its height."""
+"""Largest distance after a disturbance, px: half of the target's height."""
 SETTLED = 20
-"""First frame after which a disturbance must have no effect."""
+"""Index of the frame from which on a disturbance must have no effect."""
 
 
 def follows(case: Case) -> None:
@@ -42,7 +42,7 @@ def size(case: Case) -> None:
 
 
 def start_place(case: Case) -> None:
-    """A start box displaced by two pixels does not cause track loss."""
+    """A start box two pixels off the target does not cause track loss."""
     clip = case.clip()
     right, down = case.draw("right", st.integers(-2, 2)), case.draw("down", st.integers(-2, 2))
     box = Box(clip.box.cx + right, clip.box.cy + down, clip.box.w, clip.box.h)
@@ -65,7 +65,7 @@ def duplicates(case: Case) -> None:
 
 
 def drops(case: Case) -> None:
-    """Single dropped frames do not cause track loss."""
+    """Individual dropped frames do not cause track loss."""
     clip = case.clip(speed=(2, 3))
     lost = case.draw("frames", st.lists(st.sampled_from([3, 6, 9, 12]), min_size=1, max_size=4, unique=True))
     kept = [k for k in range(len(clip)) if k not in lost]
@@ -92,7 +92,7 @@ def velocity(case: Case) -> None:
 
 
 def occluded(clip: Clip, first: int, stop: int) -> Clip:
-    """Return the clip with its target covered in frames first .. stop-1 by sky of the same frame, noise included."""
+    """Return the clip with its target covered in frames first .. stop-1 by noisy sky of the same frame."""
     images = clip.images.copy()
     box, margin = clip.box, 4
     rows, columns = round(box.h) + 2 * margin, round(box.w) + 2 * margin
@@ -108,5 +108,5 @@ def occluded(clip: Clip, first: int, stop: int) -> Clip:
 
 
 def _expect_held(case: Case, clip: Clip, tolerance: float, how: str) -> None:
-    """Raise Broken where the track is not near the target from `SETTLED` on."""
+    """Raise Broken where the track is farther than `tolerance` px from the target from frame `SETTLED` on."""
     expect_near(case.centers(clip)[:, SETTLED:], clip.centers[SETTLED + 1 :], tolerance, how)

@@ -1,4 +1,4 @@
-"""Metamorphic relations: effect on the estimates of a change of all pixels."""
+"""Metamorphic relations: a known change of the images must change the estimates in a known way."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from irsim.types import Floats, Image
 from irtrack.properties.case import BACKGROUND_GREY, Case, Clip, expect_near
 
 SAME_PX = 0.5
-"""Tolerance of equal positions, px: greys are rounded."""
+"""Tolerance of equal positions, px, since grey levels are rounded."""
 MIRRORED_PX = 1.1
 """Tolerance of mirrored positions, px: a window of whole pixels may lie half a pixel to either side of the target."""
 

@@ -1,4 +1,4 @@
-"""Properties of status, score and covariance, and of the error under harder conditions: over many scenes."""
+"""Properties of status, score and covariance, and of the error under harder conditions, tested over many scenes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from irtrack.properties.case import (
 from irtrack.properties.following import occluded
 
 HIDDEN = (12, 24)
-"""Frames of the long occlusion: first, and one past the last."""
+"""Long occlusion: index of its first frame, and index after its last frame."""
 LATE = 4
-"""Frames allowed until the status changes."""
+"""Number of frames within which the status must change."""
 
 
 def _scenes(case: Case, noise: int = 2, speed: int = 2) -> list[Clip]:
@@ -109,7 +109,7 @@ def nees(case: Case) -> None:
 
 
 _ROUNDING: Floats = 1e-4 * np.eye(2)
-"""Covariance of rounding, px²: a hundredth of a pixel on each axis."""
+"""Covariance of rounding, px², with a standard deviation of a hundredth of a pixel on each axis."""
 
 
 def noise(case: Case) -> None:
@@ -128,7 +128,7 @@ def hiding(case: Case) -> None:
 
 
 def _errors(case: Case, clips: list[Clip], begin: int) -> Floats:
-    """Return the mean distance from the target of each scene from a frame on, px."""
+    """Return the mean distance from the target, px, from frame `begin` on, for each scene."""
     return np.array(
         [
             np.hypot(*(each.centers[begin:] - clip.centers[begin + 1 :]).T).mean()

@@ -19,9 +19,9 @@ class Property:
 
     name      name, as `--only` takes it
     check     raises Broken or NotAsked; its docstring is the statement of the property
-    examples  examples of profile ci; nightly draws `NIGHTLY` times as many. 0: fixed scenes, with a number of seeds
-              that depends on the profile
-    needs     properties that must hold before it can be judged
+    examples  number of examples with profile ci; nightly draws `NIGHTLY` times as many. 0: fixed scenes, with a number
+              of seeds that depends on the profile
+    needs     names of properties that must hold before this one can be judged
     """
 
     name: str

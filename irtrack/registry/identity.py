@@ -1,4 +1,4 @@
-"""Identity of a tracker: its name, its parameters, and a hash of its source code."""
+"""Identity of a tracker: its name, its parameters, and a hash (fingerprint) of its code."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 """Parts of a repr that do not identify a value: an address, which differs from run to run, or numpy's ellipsis."""
 
 _LOCATION = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
-"""Attributes of a class that give its place in a file, or its documentation."""
+"""Attributes of a class that hold its position in a file, or its documentation, and do not enter the hash."""
 _KERNELS = "irtrack._native"
-"""Package of the C kernels, of which the source counts, compiled or not."""
+"""Package of the C kernels, whose source files enter the hash, compiled or not."""
 
 
 def tracker_name(tracker: Runnable) -> str:
@@ -75,7 +75,7 @@ def tracker_of_config(config: Mapping[str, Any]) -> Tracker | None:
 
 
 def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters of a configuration that differ from the tracker's defaults; all where those are unknown."""
+    """Return the parameters of a configuration that are not the tracker's defaults; all where defaults are unknown."""
     usual = tracker_of_config({"tracker": config["tracker"], "parameters": {}})
     defaults = {} if usual is None else tracker_config(usual)["parameters"]
     return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
@@ -155,10 +155,10 @@ def weights_digest(tracker: Any) -> str:
 def code_hash(tracker: Runnable) -> str:
     """Return a hex digest of the tracker's source code.
 
-    It covers the file of its class and all modules imported by it, directly or not, that are irtrack's, of the same
-    package, or not installed; not installed packages, nor files opened at run time (libraries by ctypes, weights). A
-    class without a file (of a prompt or a notebook) is identified by its compiled methods and by the functions and
-    classes that they name.
+    It covers the file of the tracker's class and all modules that the file imports, directly or not, if they are part
+    of irtrack, of the same package, or not installed. Installed packages and files opened at run time (libraries by
+    ctypes, weights) do not enter. A class without a file (typed at a prompt or in a notebook) is identified by its
+    compiled methods and by the functions and classes that they name.
     """
     kind = _kind(tracker)
     file = source_file(kind)
@@ -186,7 +186,7 @@ def _files_hash(paths: set[Path]) -> str:
 
 
 def source_file(kind: type[object]) -> Path | None:
-    """Return the source file of a class; None of one typed into a prompt or a notebook, or read from a pipe."""
+    """Return the source file of a class; None where it was typed at a prompt or in a notebook, or read from a pipe."""
     try:
         file = inspect.getsourcefile(kind)
     except (TypeError, OSError):
@@ -195,7 +195,7 @@ def source_file(kind: type[object]) -> Path | None:
 
 
 def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
-    """Yield texts of the compiled code of a class or function, and of all that it names in its module."""
+    """Yield the bytecode of a class or function, and of all that it names, as texts for the hash of a tracker."""
     if id(value) in seen:
         return
     seen[id(value)] = value
@@ -221,14 +221,14 @@ def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[s
 
 
 def _imported_module(module: str) -> Iterator[str]:
-    """Yield the hash of the files of a module imported into a prompt."""
+    """Yield the hash of a module and its imports, as a text for the hash of a tracker typed at a prompt."""
     file = _counted_file(module, "")
     if file is not None:
         yield f"{module} {_files_hash(_with_imports(file, module))}"
 
 
 def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
-    """Yield a plain value itself; of a class or function, its compiled code."""
+    """Yield the texts for the hash of a named value: a plain value itself, or the bytecode of a class or function."""
     if isinstance(value, bool | int | float | str | tuple):
         yield f"{name} = {value!r}"
     else:
@@ -236,7 +236,7 @@ def _named(name: str, value: object, module: str, seen: dict[int, object]) -> It
 
 
 def _instructions(code: CodeType) -> tuple[object, ...]:
-    """Return the instructions of a code object, without line numbers; a set in a fixed order, as its repr has none."""
+    """Return the instructions of a code object without line numbers; sets are sorted, since their repr has no order."""
     constants: list[object] = []
     for each in code.co_consts:
         constants.append(_instructions(each) if isinstance(each, CodeType) else each)
@@ -253,7 +253,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _with_imports(path: Path, module: str) -> set[Path]:
-    """Return the file and the files of all counted modules that it imports, directly or not."""
+    """Return the files that make up the hash of a tracker: its own, and those that it imports, directly or not."""
     found = {path}
     waiting = [(path, module)]
     while waiting:
@@ -274,7 +274,7 @@ def _with_imports(path: Path, module: str) -> set[Path]:
 
 @cache
 def _imports(source: bytes, package: str) -> tuple[str, ...]:
-    """Return the names that a module imports: modules, and names in modules that may be modules, too."""
+    """Return the names imported by a source text, to find the modules that enter the hash of a tracker."""
     found: list[str] = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -287,15 +287,15 @@ def _imports(source: bytes, package: str) -> tuple[str, ...]:
 
 
 def _counted_file(name: str, importer: str) -> Path | None:
-    """Return the file of a module that counts for a tracker in the module `importer`; None of any other."""
+    """Return the file of a module if it enters the hash of a tracker in module `importer`; None otherwise."""
     top = name.partition(".")[0]
     if top in sys.stdlib_module_names or top == "irsim":
         return None
     package = _spec(top)
     if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
-        return None  # its submodules are not searched: that would import it
+        return None  # its submodules are not searched, which would import it
     if name.startswith(f"{_KERNELS}."):
-        return None  # its source counts, whether it is compiled here or not
+        return None  # its source file enters the hash, compiled here or not
     spec = package if name == top else _spec(name)
     if spec is None or spec.origin is None or not Path(spec.origin).is_file():
         return None
@@ -303,11 +303,11 @@ def _counted_file(name: str, importer: str) -> Path | None:
 
 
 def _spec(name: str) -> ModuleSpec | None:
-    """Return the import spec of a module; None where there is none. Its parent packages are imported."""
+    """Return the import spec of a module, importing its parent packages; None where no such module exists."""
     parent = name.rpartition(".")[0]
     try:
         if parent and not hasattr(importlib.import_module(parent), "__path__"):
-            return None  # a name in a module
+            return None  # `name` is a name in a module, not a module
         return importlib.util.find_spec(name)
     except Exception:  # an imported module need not exist, and may raise anything
         return None

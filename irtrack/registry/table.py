@@ -2,7 +2,7 @@
 
 A new tracker is a module with a frozen `TrackerPart` and a line in `TRACKERS`; the contract tests run over the table.
 A tracker of another package is named as ``module:Class``, or by an entry point of the group ``irtrack.trackers``. It
-has `init` and `step`, or is a plain one (`irtrack.trackers.adapters`).
+has `init` and `step`, or `start` and `step` (a plain tracker, `irtrack.trackers.adapters`).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
 
     InputError, a line for each error: an unknown name or parameter, a wrong type, a value out of range, a module that
     cannot be imported. Parameters of a user's own class are checked where annotated as numbers, texts, true or false.
-    Its output goes to standard error.
+    Output of the class goes to standard error.
     """
     cls = find(name)
     given = _command(name) | dict(parameters or {})
@@ -112,7 +112,7 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
 
 
 def of(tracker: object) -> Tracker:
-    """Return the tracker of an object: a tracker, a plain one, or the class of either; InputError of any other."""
+    """Return the tracker of an object: a tracker, a plain tracker, or a class of either; InputError for others."""
     kind = tracker if isinstance(tracker, type) else type(tracker)
     _checked(f"{kind.__module__}:{kind.__qualname__}", kind)
     if isinstance(tracker, type):
@@ -151,7 +151,7 @@ def find(name: str) -> type[Any]:
         if file.suffix == ".py" or not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
             hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
             raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
-        # As with `python -m`, a module of the current folder counts; it must not shadow others.
+        # As with `python -m`, a module may be in the current folder; it must not shadow others.
         here = os.getcwd()
         if here not in sys.path:
             sys.path.append(here)
@@ -160,7 +160,7 @@ def find(name: str) -> type[Any]:
 
 
 def _command(name: str) -> dict[str, object]:
-    """Return the parameter in a name such as ``trax:COMMAND``; none of any other name."""
+    """Return {"command": COMMAND} for a name such as ``trax:COMMAND``; {} for any other name."""
     kind, colon, command = name.partition(":")
     return {"command": command} if colon and issubclass(NAMED.get(kind, object), Command) else {}
 
@@ -185,7 +185,7 @@ def describe(peers: Sequence[str] = ()) -> list[Row]:
 
 
 def _installed() -> dict[str, EntryPoint]:
-    """Return trackers of installed packages; they cannot replace the table's names."""
+    """Return entry points of trackers in installed packages, without those that would replace a name of the table."""
     return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if entry.name not in NAMED}
 
 
@@ -213,7 +213,7 @@ def _summary(cls: type[Any]) -> str:
 
 
 def _hints(cls: type[Any]) -> dict[str, Any]:
-    """Return the annotations of a class' arguments; none where they cannot be evaluated."""
+    """Return the annotations of a class' arguments; empty where they cannot be evaluated."""
     try:
         return get_type_hints(cls.__init__)
     except Exception:  # annotations may be any text

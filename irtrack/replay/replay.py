@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""
 
 Pair = tuple[Frame, Truth | None]
-"""A frame and its ground truth; None where the source has none."""
+"""Frame and its ground truth, which is None where the source has no truth."""
 
 BLOCK_FRAMES = 64
 BLOCK_BYTES = 16 * 2**20
@@ -32,7 +32,7 @@ BLOCK_BYTES = 16 * 2**20
 
 
 class Player:
-    """One tracker on a source, from its start frame on.
+    """Player: runs one tracker on the frames of a source, from its start frame on.
 
     The generator of frame k is ``stream(seed, tracker's name, target or "init", k)``.
     """
@@ -51,11 +51,11 @@ class Player:
         self._cpu_ms: list[float] = []
 
     def see(self, frame: Frame) -> None:
-        """Show the tracker the next frame; its output goes to standard error.
+        """Pass the next frame to the tracker; output of the tracker goes to standard error.
 
-        TrackerError for its exceptions, also for those that would end the program (KeyboardInterrupt: in workers), and
-        for an invalid estimate. Errors of irsim and irtrack are passed on, such as the InputError of a shipped tracker
-        for a frame of another size.
+        TrackerError for exceptions of the tracker, also those that would end the program (KeyboardInterrupt only in
+        workers), and for an invalid estimate. Errors of irsim and irtrack are passed on, such as the InputError of a
+        shipped tracker for a frame of another size.
         """
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
@@ -135,8 +135,8 @@ def run(
     source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
               its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
     target, init   see `irtrack.replay.start.find_start`
-    seed      of the tracker's generators
-    frames    at most so many, the start frame included, 1 or more
+    seed      seed of the tracker's random generators
+    frames    largest number of frames, the start frame included, 1 or more
     progress  called with (frames done, frames to do)
 
     TrackerError for an error of the tracker, InputError for wrong input.
@@ -159,11 +159,11 @@ def replay(
     stop: int | None = None,
     progress: Progress | None = None,
 ) -> list[Truth]:
-    """Show frames start .. stop-1 to all viewers; return their ground truth, nothing where the source has none.
+    """Pass frames start .. stop-1 to all viewers; return their ground truth, an empty list without truth.
 
-    A frame is rendered or read once for all viewers. Each viewer sees a block of frames before the next one does, so
-    that step times are those of a tracker alone. With all viewers in turn on each frame, the first one's steps, after
-    rendering, take twice as long.
+    A frame is rendered or read once for all viewers. Each viewer gets a block of frames before the next viewer does, so
+    that step times are those of a tracker alone. If each frame went to all viewers in turn, the steps of the first
+    viewer, after rendering, would take twice as long.
     """
     total = (len(source) if stop is None else min(stop, len(source))) - start
     shown = None if progress is None else lambda done: progress(done, total)
@@ -173,7 +173,7 @@ def replay(
 def show(
     pairs: Iterable[Pair], viewers: Sequence[Callable[[Frame], None]], shown: Callable[[int], None] | None = None
 ) -> list[Truth]:
-    """Show frames to all viewers, see `replay`; `shown` is called with the mean number that each has seen."""
+    """Pass frames to all viewers, see `replay`; `shown` is called with the mean number of frames passed to each."""
     truths: list[Truth] = []
     views = 0
     for block in _blocks(pairs):
@@ -209,7 +209,7 @@ def _read_only(frame: Frame) -> Frame:
 
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
-    """Return the tracker of a name (see `irtrack.make`), or the one given, a plain one wrapped."""
+    """Return the tracker of a name (see `irtrack.make`), or the given tracker, wrapped where it is a plain tracker."""
     from irtrack.registry.table import make, of
 
     return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)

@@ -15,7 +15,7 @@ from irtrack.types import LEAST_PX
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Track of `target` (None where only a box is known) from frame `frame` on, where it is in `box`."""
+    """Start of the track of `target` (None where only a box is given): its first frame, and the box there."""
 
     target: str | None
     frame: int
@@ -27,12 +27,12 @@ def find_start(
 ) -> Start:
     """Return the start: the first frame in which at least half of the target is visible, and its true box.
 
-    truths  of the source; read only as far as needed
+    truths  truths of the source, read only as far as needed
     target  id; by default the target that the source names, else the first in its truth
-    init    (box, frame) of the user, in place of the truth
+    init    (box, frame) given by the user, in place of the truth
 
     InputError where the target is unknown or never visible, where there is neither truth nor `init`, or where `init` is
-    no such pair or its box lies outside the frame or is larger.
+    not a (box, frame), or its box lies outside the frame or is larger than it.
     """
     if init is not None:
         box, frame = _given(init)
@@ -87,7 +87,7 @@ def _unknown(source: Source, target: str, ids: Iterable[str]) -> InputError:
 
 
 def _checked(source: Source, box: Box) -> Box:
-    """Return the box, no side under LEAST_PX; InputError where it holds no pixel of the frame, or is larger than it."""
+    """Return the box, sides at least LEAST_PX; InputError where it contains no pixel of the frame or exceeds it."""
     columns, rows = source.size
     text = f"start box of {box.w:g}x{box.h:g} px around ({box.cx:g}, {box.cy:g})"
     if not (all(map(math.isfinite, (box.cx, box.cy, box.w, box.h))) and box.w > 0 and box.h > 0):

@@ -1,4 +1,4 @@
-"""Figures of a results file: of each source, over all sources, by severity; failures. All formats print these."""
+"""Metrics of a results file: of each source, over all sources, by severity; failures. All formats print them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_po
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Run records of one source, and by their position the traces of those that did not fail."""
+    """Run records of one source, and the traces of the runs that did not fail, by position of the record."""
 
     cells: tuple[RunRecord, ...]
     tracks: Mapping[int, Trace]
@@ -25,7 +25,7 @@ class Measured:
 
     @cached_property
     def traces(self) -> dict[str, list[Trace]]:
-        """Traces by the tracker's label, without runs that repeat another one."""
+        """Traces by label of the tracker, without runs that repeat another run."""
         once = {(cell.label, cell.key) for cell in distinct(self.cells)}
         found: dict[str, list[Trace]] = {}
         for place, trace in self.tracks.items():
@@ -36,7 +36,7 @@ class Measured:
 
     @cached_property
     def shown(self) -> tuple[int, ...]:
-        """Positions of the runs with pictures: those of the scene and seed with the most losses."""
+        """Positions of the records whose runs are shown in pictures: those with the seeds that have the most losses."""
         by_seed: defaultdict[tuple[int, str], list[int]] = defaultdict(list)
         for place, cell in enumerate(self.cells):
             by_seed[cell.key.tracker_seed, cell.key.source_hash].append(place)
@@ -47,17 +47,17 @@ class Measured:
         return sum(cell.score is not None and cell.score.lost is True for cell in map(self.cells.__getitem__, places))
 
     def row(self, cell: RunRecord) -> SourceRow:
-        """Return the source of a run, with its seed."""
+        """Return the source of a run, with the scene seed of the run."""
         return self.rows[cell.source, cell.key.source_hash]
 
     @property
     def source(self) -> SourceRow:
-        """The source with the seed of the pictures."""
+        """Source with the scene seed of the pictures."""
         return self.row(self.cells[self.shown[0]])
 
 
 def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]:
-    """Yield every source of the run records, by name; one is held in memory at a time."""
+    """Yield the runs of each source, sorted by name, with their traces; only one source is in memory at a time."""
     by_name: defaultdict[str, list[RunRecord]] = defaultdict(list)
     for cell in cells:
         by_name[cell.source].append(cell)
@@ -69,11 +69,11 @@ def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]
 
 @dataclass(frozen=True, eq=False)
 class SourceFigures:
-    """Figures of one source.
+    """Metrics of one source.
 
     rows         ranked table
-    attributes   by label: figures of the frames of each attribute
-    survival     by label: share of runs without loss against frames after the start; no entry without truth
+    attributes   metrics in the frames with each attribute, by label
+    survival     share of runs without loss against frames after the start, by label; no entry without truth
     """
 
     name: str
@@ -92,7 +92,7 @@ class SeverityFigures:
 
 @dataclass(frozen=True)
 class Failure:
-    """Failed run with its error text; `more`: number of other runs with the same error."""
+    """Failed run with its error text; `more`: number of further runs of this tracker and source with the same error."""
 
     label: str
     source: str
@@ -102,13 +102,13 @@ class Failure:
 
     @property
     def brief(self) -> str:
-        """Last line of the error: the exception."""
+        """Last line of the error text, which states the exception."""
         return self.error.strip().splitlines()[-1] if self.error.strip() else "no error text"
 
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Figures of a results file; `overall`: over all sources."""
+    """Metrics of a results file; `overall`: ranked table over all sources."""
 
     results: str
     overall: tuple[SummaryRow, ...]
@@ -118,7 +118,7 @@ class Figures:
 
 
 def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
-    """Return all figures of the run records."""
+    """Return all metrics of the run records."""
     return Figures(
         results.path.name,
         tuple(summary(cells, overall=True)),
@@ -129,7 +129,7 @@ def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
 
 
 def source_figures(measured: Measured) -> SourceFigures:
-    """Return the figures of one source."""
+    """Return the metrics of one source."""
     traces = measured.traces
     with_truth = {label: [trace for trace in each if trace.scored.any()] for label, each in traces.items()}
     return SourceFigures(
@@ -182,7 +182,7 @@ def failures(cells: Sequence[RunRecord]) -> tuple[Failure, ...]:
 
 @dataclass(frozen=True)
 class Losses:
-    """Number of runs in one cell of the table, and of those lost or failed."""
+    """Numbers of runs in one cell of the table, and of lost or failed runs among them."""
 
     runs: int
     lost: int
@@ -194,7 +194,7 @@ class Losses:
 
 @dataclass(frozen=True)
 class LossRow:
-    """One source: its runs at each severity, None where it has none; the breaking point in words."""
+    """Row of one source: its losses at each severity, None without runs; the breaking point in words."""
 
     family: str
     cells: tuple[Losses | None, ...]
@@ -203,7 +203,7 @@ class LossRow:
 
 @dataclass(frozen=True)
 class LossTable:
-    """Lost runs of one tracker: rising severities, and a row for each source."""
+    """Lost runs of one tracker: the columns are rising severities, and each row is a source."""
 
     label: str
     severities: tuple[int, ...]
@@ -211,9 +211,10 @@ class LossTable:
 
 
 def loss_tables(families: Sequence[SeverityFigures]) -> tuple[LossTable, ...]:
-    """Return a table for each tracker, by label; none for a single source, whose failure curve suffices.
+    """Return a table of lost runs for each tracker, by label; none for a single source, whose failure curve suffices.
 
-    Sources that differ in one more cause, as those of `suites/occlusion-suite`, make a table of two causes.
+    If the sources vary a second cause of failure, as in `suites/occlusion-suite` (sources: fraction occluded,
+    severities: duration), the table shows both causes.
     """
     if len(families) < 2:
         return ()

@@ -29,8 +29,8 @@ class Finding:
     """Failure in words.
 
     verdict    (name, text): the requirement of the rule and the result
-    way        (name, text): search and shrinking
-    knobs      (key, benign, found, smallest) of each key that varies
+    way        (name, text): how the failure was found and shrunk
+    knobs      (key, benign value, value found, smallest value) of each varied key
     commands   (purpose, command)
     files      (name, content) of the files beside the page
     """
@@ -43,7 +43,7 @@ class Finding:
     files: Rows
 
     def beside(self, name: str) -> list[tuple[str, str]]:
-        """Return the files other than `name`."""
+        """Return (name, content) of the files other than `name`."""
         return [file for file in self.files if file[0] != name]
 
     def as_markdown(self, name: str) -> str:
@@ -140,12 +140,12 @@ def _sensitivity(sensitivity: SeedSensitivity | None) -> str:
 
 
 def short(value: object) -> str:
-    """Return a value with six digits."""
+    """Return a value as text, a number with six digits."""
     return f"{value:.6g}" if isinstance(value, float) else json.dumps(value)
 
 
 def _write_page(results: Results, out: Path, finding: Finding, source: Source) -> None:
-    """Write the page of a results file with one run, whose source is open."""
+    """Write the page of the finding with a replay, from a results file with one run and its open source."""
     cells = results.cells()
     by_label = styles([cell.label for cell in cells])
     (run,) = measured(results, cells)

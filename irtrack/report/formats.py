@@ -1,4 +1,4 @@
-"""Figures of a report as text, JSON, CSV and Markdown."""
+"""Metrics of a report as text, JSON, CSV and Markdown."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, Sour
 
 
 def lead(rows: Sequence[SummaryRow]) -> str:
-    """Return the result in one or two sentences; rows in the order of their rank."""
+    """Return the result of a ranked table in one or two sentences; `rows` in the order of their rank."""
     sentences = []
     scored = [row for row in rows if row.scored]
     if scored:
@@ -37,7 +37,7 @@ def lead(rows: Sequence[SummaryRow]) -> str:
 
 
 def as_json(figures: Figures, runs: Sequence[Run]) -> str:
-    """Return one JSON document; null for an unknown or infinite figure."""
+    """Return the metrics as one JSON document; null for an undefined or infinite value."""
     document = {
         "results": figures.results,
         "lead": lead(figures.overall),
@@ -95,7 +95,8 @@ def _finite(value: Any) -> Any:
 
 
 def as_csv(figures: Figures) -> str:
-    """Return a table with one figure a line: part, source, tracker, at (within the part), figure, value.
+    """Return a table with one value per line: part of the report, source, tracker, at (x within the part), metric,
+    value.
 
     pandas.pivot extracts a part with its own columns.
     """
@@ -133,7 +134,7 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
 
 
 def _cell(value: Any) -> Any:
-    """Return true and false as 1 and 0, and an unknown value as nothing."""
+    """Return a value for a CSV file: 1 and 0 for true and false, '' for None."""
     return "" if value is None else int(value) if isinstance(value, bool) else value
 
 

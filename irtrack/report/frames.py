@@ -18,10 +18,10 @@ from irtrack.report.plots import LineStyle
 from irtrack.report.repeat import reopen, run_command
 
 FRAMES = 6
-"""Frames of a filmstrip: one row on a wide page."""
+"""Number of frames of a filmstrip: one row on a wide page."""
 
 CROP_SIZES, CROP_LEAST = 5.0, 40
-"""Side of the crop: in units of the target's larger side, and at least, px."""
+"""Side of the crop in units of the target's larger side, and least side of the crop, px."""
 
 CROP_MARGIN = 1.2
 """Least side of the crop in units of the extent of all its boxes."""
@@ -32,7 +32,7 @@ THUMB_WIDTH = 320
 
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """Track of one tracker in the pictures; lost_at: frame index of its loss."""
+    """Track of one tracker in the pictures; `lost_at`: index of the frame of its loss, or None."""
 
     label: str
     style: LineStyle
@@ -40,7 +40,7 @@ class Follower:
     lost_at: int | None
 
     def row(self, index: int) -> int | None:
-        """Return the position of a frame in the trace; None where it is missing."""
+        """Return the position of the frame `index` in the trace; None where the trace lacks it."""
         found = np.flatnonzero(self.trace.indices == index)
         return int(found[0]) if found.size else None
 
@@ -59,7 +59,7 @@ def _box(center: np.ndarray, size: np.ndarray) -> Box | None:
 
 @dataclass(frozen=True)
 class Note:
-    """Caption of one tracker: its status, and its distance from the truth, px."""
+    """Caption of one tracker below a picture: its status, and its centre error, px."""
 
     label: str
     status: str
@@ -96,7 +96,7 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
     if losses:
         at, label = losses[0]
         chosen[at] = f"{label} is lost"
-    # Then the frames farthest from all chosen ones.
+    # Then the frames farthest in time from all chosen frames are added.
     while len(chosen) < min(count, len(indices)):
         distance = np.min(np.abs(indices[:, None] - np.array(list(chosen))), axis=1)
         chosen[int(indices[int(np.argmax(distance))])] = ""
@@ -106,7 +106,7 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
 def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
     """Draw the pictures of one frame; `image`: the display picture, (rows, cols) uint8.
 
-    both   the crop holds the trackers' boxes as well as the target
+    both   whether the crop contains the trackers' boxes as well as the target's
     """
     followers = tuple(followers)
     truth = next((box for follower in followers if (box := follower.truth(index))), None)
@@ -118,7 +118,7 @@ def still(image: Image, index: int, why: str, followers: Iterable[Follower], bot
     rows, cols = image.shape
     parts = {follower.label: (follower.style, box) for follower, box in boxes}
     crop = _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, parts, "crop")
-    # In the small picture of the whole frame boxes have a least size.
+    # In the small picture of the whole frame, boxes are drawn with a least size.
     least = max(rows, cols) / 25
     marks = {label: (style, box.at_least(least)) for label, (style, box) in parts.items()}
     whole = _svg(_jpeg(image), (0, 0, cols, rows), truth.at_least(least) if truth else None, marks, "whole")
@@ -194,10 +194,10 @@ def _corners(box: Box) -> str:
 
 
 MOST = 48
-"""Largest number of losses shown, each tracker's in turn."""
+"""Largest number of losses shown, taken from each tracker in turn."""
 
 AFTER = 3
-"""Frames from the loss to its picture: by then track and target are apart."""
+"""Number of frames from the loss to its picture, by which track and target are apart."""
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,8 @@ class Loss:
 def gallery(
     results: Results, cells: Sequence[RunRecord], styles: Mapping[str, LineStyle]
 ) -> tuple[tuple[Loss, ...], int]:
-    """Return the first losses, and the number of all; a source that cannot be reopened has none."""
+    """Return the first losses with pictures, and the number of all losses; sources that cannot be reopened are left
+    out."""
     first = _first_losses(cells)
     rows = results.sources()
     sources: dict[tuple[str, str], Source | None] = {}
@@ -231,7 +232,7 @@ def gallery(
 
 
 def _first_losses(cells: Sequence[RunRecord]) -> list[RunRecord]:
-    """Return for each tracker and family of sources the lost run of the least severity and seed."""
+    """Return for each tracker and scenario (all severities) the lost run of the least severity and seed."""
     firsts: dict[tuple[str, str], RunRecord] = {}
     for cell in sorted(cells, key=lambda cell: (cell.family, cell.label, cell.severity or 0, cell.key.tracker_seed)):
         if cell.score is not None and cell.score.lost:

@@ -61,7 +61,8 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
 
 
 def render(template: str, folder: str = "report", **values: object) -> str:
-    """Return a template of a folder of irtrack as HTML text; it may include those of this one."""
+    """Return a filled template as HTML text; `folder`: subfolder of irtrack with the template, which may include
+    others."""
     environment = Environment(
         loader=ChoiceLoader([PackageLoader("irtrack", each) for each in (folder, "report")]),
         autoescape=True,
@@ -79,5 +80,5 @@ def render(template: str, folder: str = "report", **values: object) -> str:
 
 
 def versions(runs: list[Run]) -> str:
-    """Return the versions of the newest run."""
+    """Return the versions of libraries in the newest call of the bench, as text."""
     return ", ".join(f"{name} {version}" for name, version in runs[-1].versions.items()) if runs else ""

@@ -21,7 +21,7 @@ from irtrack.metrics.overlap import SUCCESS, success_curve
 # 2008) that stand out on white and on black; its yellow and its black do not.
 HUES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
-# A second set of trackers repeats the hues with the next pattern (on and off lengths, px).
+# Dash patterns (on and off lengths, px): further trackers repeat the hues with the next pattern.
 DASHES: tuple[tuple[float, ...], ...] = ((), (6, 3), (2, 2), (8, 2, 2, 2))
 
 
@@ -49,7 +49,7 @@ def styles(labels: Iterable[str]) -> dict[str, LineStyle]:
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Placeholders, replaced by the page's colours of its light and dark scheme.
+# Placeholder colours, replaced by those of the page in its light and dark scheme.
 INK, GRID = "#010203", "#040506"
 PAGE_COLORS = {INK: "currentColor", GRID: "var(--line)"}
 
@@ -58,7 +58,7 @@ POINTS_PER_PX = 0.72  # Figure sizes are inches of 100 px; matplotlib measures l
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Line of one tracker: x, y (n,), and the edges of its band, if any."""
+    """Line of one tracker: x, y (n,), and the lower and upper edge of its band, if any."""
 
     style: LineStyle
     x: Floats
@@ -69,7 +69,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Axis:
-    """Axis: label, limits (None: from the data), logarithmic or not, ticks if given."""
+    """Axis of a chart: label, limits (None: from the data), whether logarithmic, and ticks if given."""
 
     label: str
     limits: tuple[float, float] | None = None
@@ -87,16 +87,16 @@ def line_chart(
     shaded: Sequence[tuple[float, float]] = (),
     level: float | None = None,
 ) -> str:
-    """Draw an <svg> element of a size in px.
+    """Draw lines as an <svg> element of `size` (width, height) px.
 
-    shaded  spans of x to shade;  level  height of a dashed line
-    name    label for screen readers; it also makes the ids unique within a page
+    shaded  intervals of x to shade;  level  y of a dashed horizontal line
+    name    label for screen readers, which also makes element ids unique within a page
     """
     import matplotlib
     from matplotlib.figure import Figure
 
     settings: dict[Any, Any] = {
-        "svg.fonttype": "none",  # text stays text
+        "svg.fonttype": "none",  # writes text as text, not as outlines
         "svg.hashsalt": name,  # reproducible ids
         "font.size": 12 * POINTS_PER_PX,
         "text.color": INK,
@@ -173,10 +173,10 @@ LEAST_ERROR = 0.1
 """Lower end of the logarithmic axis of errors, px."""
 
 POINTS = 300
-"""Largest number of points of a line over time: longer tracks are grouped."""
+"""Largest number of points of a line over time; frames of longer tracks are grouped."""
 
 SMALL = (360, 260)
-"""Size of charts side by side, px."""
+"""(Width, height) of charts side by side, px."""
 
 Traces = Mapping[str, Sequence[Trace]]
 """The traces of all seeds by the tracker's label."""
@@ -250,7 +250,7 @@ def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, Lin
 
 
 def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> tuple[Floats, Floats, Floats]:
-    """Return (groups,) quartiles over the seeds of the centre error, px, at least LEAST_ERROR; nan without truth.
+    """Return quartiles (groups,) of the centre error over the seeds, px, at least LEAST_ERROR; nan without truth.
 
     grouped   number of successive frames of one group, whose errors are pooled
     """
@@ -268,7 +268,7 @@ def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> t
 
 
 def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[float, float]]:
-    """Return the spans of frames in which most traces see less than half of the target."""
+    """Return the intervals of frames in which less than half of the target is visible in most traces."""
     votes = np.zeros(len(frames))
     for trace in traces:
         absent = ~np.isfinite(trace.truth_centers).all(axis=1)
@@ -282,7 +282,7 @@ def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[floa
 
 
 def _precisions(seeds: Sequence[Trace]) -> Floats:
-    """Return (runs, thresholds) the precision curves of the runs with scored frames."""
+    """Return the precision curves (runs, thresholds) of the runs with scored frames."""
     known = [trace for trace in seeds if trace.scored.any()]
     right = [(trace.errors <= trace.accuracy)[trace.scored] for trace in known]
     pairs = zip(known, right, strict=True)
@@ -291,7 +291,7 @@ def _precisions(seeds: Sequence[Trace]) -> Floats:
 
 
 def _successes(seeds: Sequence[Trace]) -> Floats:
-    """Return (runs, thresholds) the success curves of the runs with scored frames."""
+    """Return the success curves (runs, thresholds) of the runs with scored frames."""
     curves = [success_curve(trace.overlaps[trace.scored]) for trace in seeds if trace.scored.any()]
     return np.array(curves).reshape(len(curves), len(SUCCESS))
 

@@ -15,7 +15,7 @@ from irtrack.registry.identity import changed_parameters
 
 
 def repeat_commands(path: Path, runs: Sequence[Run]) -> tuple[str, ...]:
-    """Return the commands that made a results file and the one that reports it; `path` as it was given."""
+    """Return the commands that made a results file and the command that reports it; `path`: path of the file."""
     made = (run.command or f"# run {run.id}: called from Python" for run in runs)
     return *made, shlex.join(["irtrack", "report", str(path)])
 
@@ -54,7 +54,7 @@ def _seeds(key: Key) -> list[str]:
 
 
 def _init(start: str) -> str:
-    """Return 'cx,cy,w,h@frame' of a key as the value of --init."""
+    """Convert 'cx,cy,w,h@frame' of a run key to the value of the option --init."""
     numbers, _, frame = start.partition("@")
     box = Box(*map(float, numbers.split(",")))
     return ",".join(f"{value:.10g}" for value in box.pixels) + f"@{frame}"
@@ -67,9 +67,9 @@ def _settings(config: dict[str, Any]) -> Sequence[str]:
 
 
 def reopen(row: SourceRow) -> Source:
-    """Open a source of a results file; its content may have changed. irsim's errors where it is missing.
+    """Open a source of a results file; its content may have changed. Errors of irsim where it is missing.
 
-    A scenario runs no code that it names: a results file may come from anywhere.
+    No code named by a scenario is run, since a results file may be untrusted.
     """
     source: Source
     if row.kind == "recording":

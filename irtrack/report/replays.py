@@ -22,26 +22,26 @@ from irtrack.report.frames import Follower
 from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000
-"""Largest size of the pictures of one replay, before base64, which adds a third."""
+"""Largest size of the pictures of one replay, bytes, before base64, which adds a third."""
 
 SCALES = (1.0, 0.75, 0.5)
-"""Scales of the pictures, tried until all frames fit; at the last one frames are left out."""
+"""Scales of the pictures, tried in turn until all frames fit; at the last scale frames are left out."""
 
 QUALITY = 70
 """Quality of the JPEG pictures."""
 
 PARTICLES = 60
-"""Points drawn of a particle set, by weight."""
+"""Number of points drawn of a particle set, resampled by weight."""
 
 PARTICLE_GRID = 65535
-"""Steps of a point's coordinates, as shares of the frame: 16 bits each."""
+"""Number of steps of a point's coordinates from edge to edge of the frame: 16 bits each."""
 
 
 @dataclass(frozen=True)
 class Replay:
     """Data of a replay: strict JSON without '<', safe inside a script element.
 
-    stride   one frame of so many is kept
+    stride   every stride-th frame is kept
     labels   labels of the trackers, in the order of the data
     """
 
@@ -54,10 +54,10 @@ class Replay:
 def replayed(
     source: Source, cells: Sequence[RunRecord], followers: Sequence[Follower], clouds: int
 ) -> tuple[Replay, int]:
-    """Return the replay of runs, and the number of runs repeated for their particles.
+    """Return the replay of runs, and the number of runs that were repeated to obtain their particles.
 
-    source      source with the seed of the runs;  followers  their tracks
-    clouds      largest number of repeated runs: the results file keeps no particles
+    source      source with the scene seed of the runs;  followers  tracks of the runs
+    clouds      largest number of runs to repeat, since the results file keeps no particles
     """
     indices = np.unique(np.concatenate([follower.trace.indices for follower in followers]))
     scale, stride = _fitted(source, indices)
@@ -150,7 +150,7 @@ def _number(value: float, digits: int) -> float | None:
 
 
 class _Repeat:
-    """Run repeated for its particles. It ends where it has none, or differs from the measured run."""
+    """Run repeated to obtain its particles. It stops where the tracker has none, or differs from the measured run."""
 
     def __init__(self, cell: RunRecord, trace: Trace, player: Player) -> None:
         self.label = cell.label
@@ -178,7 +178,7 @@ class _Repeat:
         self._clouds[frame.index] = points, estimate.weights
 
     def points(self, wanted: set[int], size: tuple[int, int]) -> dict[int, str]:
-        """Return by frame PARTICLES points as base64 of little-endian x, y of 16 bits."""
+        """Return PARTICLES points of each wanted frame, as base64 of little-endian x, y of 16 bits."""
         if len(self._clouds) < len(self._trace.indices):
             return {}
         return {
@@ -201,14 +201,14 @@ def _packed(points: Floats, size: tuple[int, int]) -> str:
 
 
 def _repeats(cells: Sequence[RunRecord], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
-    """Return the runs that can be repeated: the tracker is available and its code unchanged."""
+    """Return at most `most` runs that can be repeated, as their tracker is available and its code unchanged."""
     tracks = {follower.label: follower.trace for follower in followers}
     found: list[_Repeat] = []
     for cell in cells:
         if len(found) == most:
             break
         trace = tracks.get(cell.label)
-        if trace is None or np.isnan(trace.neffs).all():  # without Neff no particles
+        if trace is None or np.isnan(trace.neffs).all():  # a tracker without Neff has no particles
             continue
         tracker = tracker_of_config(cell.config)
         if tracker is None or not resumable(tracker) or code_hash(tracker) != cell.key.code_hash:

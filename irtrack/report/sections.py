@@ -1,4 +1,4 @@
-"""Sections of the page: figures, charts, pictures and commands of each source, without HTML."""
+"""Sections of the page: metrics, charts, pictures and commands of each source, as values without HTML."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ CHANGED = {
     "recording": "{} is not the recording that was measured, it has changed since.",
     "scenario": "this version of irsim renders the scenario differently.",
 }
-"""Reasons why the present frames differ from those of the trackers."""
+"""Reasons why the present frames of a source differ from those on which the trackers ran."""
 
 
 @dataclass
 class Budget:
-    """Remaining pictures of a page, which limit its size.
+    """Budget of a page: numbers of pictures that may still be added, to limit its size.
 
-    strips    sources with a filmstrip;  replays   sources with a replay
-    repeats   runs that are repeated for their particles
+    strips    number of sources with a filmstrip;  replays   number of sources with a replay
+    repeats   number of runs repeated to obtain their particles
     """
 
     strips: int = 24
@@ -41,7 +41,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class Pictures:
-    """Filmstrip and replay of one run of each tracker; `note`: the reason why there are none."""
+    """Filmstrip and replay of one run of each tracker; `note`: the reason where there are none."""
 
     stills: tuple[Still, ...] = ()
     replay: Replay | None = None
@@ -52,7 +52,7 @@ class Pictures:
 class Section:
     """Table, charts, pictures and commands of one source.
 
-    facts        short phrases about it
+    facts        short phrases about the source
     plots        None without truth
     seed         seed of the pictures: the one with the most losses
     commands     commands that repeat its runs
@@ -74,7 +74,7 @@ class Section:
 
     @property
     def scenario_link(self) -> str:
-        """The scenario as a data link, to be saved from the page."""
+        """Scenario as a data link, by which it is saved from the page."""
         text = base64.b64encode((self.scenario or "").encode()).decode()
         return f"data:text/yaml;base64,{text}"
 
@@ -86,7 +86,7 @@ def section(
     budget: Budget | None,
     at_hand: Source | None = None,
 ) -> Section:
-    """Return the section of a source and reduce the budget; None: without charts and pictures.
+    """Return the section of a source and reduce the budget; with `budget` None it has no charts and pictures.
 
     at_hand   the open source; by default it is reopened, without code that it names
     """
@@ -111,7 +111,7 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     targets = sorted({cell.key.target or "a box given by the user" for cell in cells})
     inputs = sorted({cell.key.input for cell in cells})
     columns, rows = source.size
-    # Runs of one scene are no sample of scenes.
+    # Runs on one scene say nothing about other scenes.
     varied = "scene and tracker change with each" if source.kind == "scenario" else "one scene, only trackers change"
     return (
         source.kind,
@@ -158,11 +158,11 @@ def _pictures(measured: Measured, styles: Mapping[str, LineStyle], budget: Budge
 
 @dataclass(frozen=True, eq=False)
 class Chapter:
-    """One source, or one scenario at all of its severities.
+    """Chapter of the page: one source, or one scenario at all of its severities.
 
     severities   breaking points; None without severities
     curves       failure curves as an SVG element
-    section      section with charts and pictures, at the most informative severity
+    section      section with charts and pictures, at the severity of `main_severity`
     others       sections at the other severities, tables only
     """
 
@@ -176,7 +176,7 @@ class Chapter:
 def chapters(
     sources: Iterable[Measured], severities: Sequence[SeverityFigures], styles: Mapping[str, LineStyle], budget: Budget
 ) -> list[Chapter]:
-    """Return the chapters in the order of the sources; one source is held in memory at a time."""
+    """Return the chapters in the order of the sources, of which only one is in memory at a time."""
     by_family = {each.family: each for each in severities}
     found: defaultdict[str, list[tuple[int, Section]]] = defaultdict(list)
     for measured in sources:

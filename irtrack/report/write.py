@@ -18,8 +18,8 @@ def write_report(results: Results | str | Path, out: str | Path | None = None, f
     """Write the report of a results file and return its path.
 
     results  open results file or its path
-    out      by default report.html (.json, .csv, .md) beside it
-    format   one of `FORMATS`, and the ending of `out`; by default given by that ending, else html
+    out      output file; by default report.html (.json, .csv, .md) beside the results file
+    format   one of `FORMATS`; by default given by the ending of `out`, else html
 
     InputError where the results file is missing or empty, the format is unknown, or `out` cannot be written.
     """
@@ -51,4 +51,4 @@ FORMATS: dict[str, Callable[[Results, Sequence[RunRecord]], str]] = {
     "csv": lambda results, cells: as_csv(figures(results, cells)),
     "md": lambda results, cells: as_markdown(figures(results, cells)),
 }
-"""Functions that return the text of each format."""
+"""Functions by format, which return the text of a report."""

@@ -1,8 +1,8 @@
 """Crash reporter: another process reports the frame at which a tracker ended the process of `irtrack run`.
 
 A tracker may do so by `os._exit`, from native code, or by SIGKILL. The reporter is a copy of the process, made before
-threads and libraries, that sleeps until the other ends; so the tracker stays in the process that debuggers and
-profilers see. Only Linux has it: elsewhere such a copy is not safe.
+threads and libraries, that sleeps until the first process ends; so the tracker stays in the process that debuggers and
+profilers see. It exists only on Linux: on other systems copying the process is not safe.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ if TYPE_CHECKING:
     from irsim.types import Frame
 
 PROGRESS = struct.Struct("<?q")
-"""Whether the tracker is at work; its frame, or the last one, -1 before the first."""
+"""Progress in shared memory: whether the tracker is at work; index of its frame, or of the last one, -1 before the
+first."""
 
 FRESH_LINE = b"\r\x1b[K\x1b[?25h"
-"""Clears the line and shows the cursor after a progress bar (ECMA-48; xterm's DECTCEM)."""
+"""Control sequence that clears the line and shows the cursor after a progress bar (ECMA-48; xterm's DECTCEM)."""
 
 
 class CrashReporter:
-    """Memory shared with the reporting process: a tracker's progress, and the last line of the report."""
+    """Memory shared with the reporting process, with the progress of a tracker and the last line of the report."""
 
     def __init__(self, note: str) -> None:
         self._memory = mmap.mmap(-1, 16 * mmap.PAGESIZE)
@@ -48,12 +49,12 @@ class CrashReporter:
         PROGRESS.pack_into(self._memory, 0, *value)
 
     def note(self, line: str) -> None:
-        """Replace the note: the source, and the command that repeats the run."""
+        """Replace the last line of the report, which states the source and the command that repeats the run."""
         text = line.encode(errors="replace")[: len(self._memory) - PROGRESS.size - 1] + b"\0"
         self._memory[PROGRESS.size : PROGRESS.size + len(text)] = text
 
     def watching(self, see: Callable[[Frame], None]) -> Callable[[Frame], None]:
-        """Return a function of frames that records the progress of another."""
+        """Return a function that calls `see` on a frame, and records this progress."""
 
         def seen(frame: Frame) -> None:
             self.progress = True, frame.index
@@ -63,7 +64,7 @@ class CrashReporter:
         return seen
 
     def report(self, headline: str, how: str) -> bytes:
-        """Return the report of a process that ended by a signal or exit status."""
+        """Return the text that reports how the process of the tracker ended; `how`: signal or exit status in words."""
         at_work, frame = self.progress
         if at_work:
             words = f"frame {frame}: the process died while the tracker was at work ({how})"
@@ -103,7 +104,7 @@ def _start(reporter: CrashReporter, headline: str) -> int:
 
 
 def _wait_and_report(parent: int, reporter: CrashReporter, headline: str) -> NoReturn:
-    """Sleep until the parent has ended, and report; flush and close nothing of the parent's."""
+    """Sleep until the parent has ended, then write the report, without flushing or closing files of the parent."""
     with suppress(Exception):
         select.select([os.pidfd_open(parent)], [], [])
         os.write(2, FRESH_LINE * os.isatty(2) + reporter.report(headline, _how_it_ended(parent)))
@@ -111,7 +112,7 @@ def _wait_and_report(parent: int, reporter: CrashReporter, headline: str) -> NoR
 
 
 def _how_it_ended(process: int) -> str:
-    """Return a process' signal or exit status: field 52 of proc(5)'s stat, gone once its parent has read it."""
+    """Return the signal or exit status of a process in words, by field 52 of stat in proc(5), if still readable."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
         return exit_status_text(os.waitstatus_to_exitcode(int(fields[52 - 3])))

@@ -1,7 +1,7 @@
 """Runners of functions: `Pool` in a fixed number of worker processes, `InProcess` in this one.
 
 Both call ``function(heartbeat, *arguments)``. The function marks each frame of a tracker by
-``with heartbeat.frame(index):``, so that a tracker which hangs or kills its process is known.
+``with heartbeat.frame(index):``, so that a tracker that hangs or kills its process can be identified.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 
 
 class Runner(Protocol):
-    """Calls functions, and applies one that does so to many items."""
+    """Runner, which calls functions in a process, and maps a function that uses it over items."""
 
     def call(
         self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
@@ -29,12 +29,12 @@ class Runner(Protocol):
         ...
 
     def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
-        """Yield a function of this process of each item, in their order, each as soon as it is known."""
+        """Yield function(item) for each item, in order, each as soon as known; `function` runs in this process."""
         ...
 
 
 class InProcess:
-    """Runner in this process: a tracker that hangs or ends its process does so to the caller."""
+    """Runner in the process of the caller, which hangs or ends if the tracker does."""
 
     def call(
         self, function: Callable[..., Result], *arguments: object, limit: Limit = NO_LIMIT, name: str = ""
@@ -47,10 +47,11 @@ class InProcess:
 
 
 class Pool(ThreadPoolExecutor):
-    """Runner in a fixed number of worker processes; one that hangs or dies is replaced.
+    """Runner in a fixed number of worker processes; a worker that hangs or dies is replaced.
 
     As an executor it runs functions in as many threads of this process, each of which may `call` or `run` in a worker.
-    The calling script needs the guard ``if __name__ == "__main__"``. Its end, also by Ctrl-C, ends the processes.
+    The calling script needs the guard ``if __name__ == "__main__"``. When the pool ends, also by Ctrl-C, its processes
+    end.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -84,12 +85,12 @@ class Pool(ThreadPoolExecutor):
         limit: Limit = NO_LIMIT,
         name: str = "",
     ) -> list[Result | Blame]:
-        """Return function(heartbeat, members, *arguments) from a worker: a result for each of the members.
+        """Return function(heartbeat, members, *arguments) from a worker, a list with a result for each member.
 
-        Members share a process as trackers share frames; ``heartbeat.frame(index, number)`` names the one at work. The
-        result of one that hangs or kills its processes is a `Blame`, and the others run again. Where a process dies
-        while none is at work, they run one at a time: one may have damaged the process. Before one is blamed for that,
-        `function` runs without members. Errors as in `call`.
+        Members, such as trackers that share frames, run in one process; ``heartbeat.frame(index, number)`` tells which
+        one is at work. The result of a member that hangs or kills its processes is a `Blame`, and the others run again.
+        Where a process dies while no member is at work, members run one at a time, since one may have damaged the
+        process. Before a member is blamed for this, `function` runs without members. Errors as in `call`.
         """
         found: dict[int, Result | Blame] = {}
         crashes, together = CrashCount(name), True
@@ -116,7 +117,7 @@ class Pool(ThreadPoolExecutor):
         return [found[number] for number in range(len(members))]
 
     def ordered(self, function: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
-        """Yield a function of each item, in their order, by as many threads as there are workers.
+        """Yield function(item) for each item, in order, computed by as many threads as there are workers.
 
         A caller that stops early cancels the items that have not begun.
         """
@@ -143,7 +144,7 @@ class Pool(ThreadPoolExecutor):
 
 @contextmanager
 def start_runner(jobs: int, apart: bool) -> Iterator[Runner]:
-    """Yield this process as runner with one job that need not be `apart`, else a pool of workers."""
+    """Yield a pool of `jobs` workers, or the runner in this process for one job that need not run `apart` from it."""
     if jobs == 1 and not apart:
         yield InProcess()
         return
@@ -156,7 +157,7 @@ def _call(heartbeat: Heartbeat, members: Sequence[Sequence[object]], function: C
 
 
 def _run_without_members(worker: Worker, name: str, function: Callable[..., Any], *arguments: object) -> None:
-    """WorkerError where the function ends processes even without members."""
+    """Run the function without members; raise WorkerError where it ends processes even so."""
     crashes = CrashCount(name)
     while True:
         try:

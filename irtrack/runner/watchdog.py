@@ -1,8 +1,8 @@
 """Watchdog of trackers in worker processes: a hang is noticed here, and a crash is blamed on a tracker.
 
 A worker writes the frame at work and its deadline into a `Heartbeat`, memory shared with the process that waits for
-it. That one (`worker.Worker`) asks `Heartbeat.is_overdue` while it waits, and ends an overdue worker. `CrashCount`
-turns the end of a process into `Blame`, or into another try.
+it. The waiting process (`worker.Worker`) checks `Heartbeat.is_overdue`, and ends an overdue worker. `CrashCount`
+decides whether the end of a process is blamed on a tracker (`Blame`) or the work is tried again.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from typing import Any, Literal
 from irtrack.errors import TrackerError, WorkerError
 
 MAX_CRASHES = 2
-"""Crashes from which on a tracker is blamed; one may be chance (memory, an operator)."""
+"""Number of crashes after which a tracker is blamed; a single crash may be chance (memory, an operator)."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Wall time that a tracker may take, rendering apart: in a whole run, or for each frame of it."""
+    """Limit of the wall time of a tracker without rendering, in a whole run or for each frame."""
 
     seconds: float
     of: Literal["run", "frame"]
@@ -33,7 +33,7 @@ class Limit:
         return self.seconds - spent_s * (self.of == "run")
 
     def exceeded(self) -> str:
-        """Return the message for a tracker that took longer."""
+        """Return the error message for a tracker that exceeded the limit."""
         verb = "timed out" if self.of == "run" else "hangs"
         return f"{verb}: more than {self.seconds:g} s in the tracker"
 
@@ -44,15 +44,15 @@ NO_LIMIT = Limit(math.inf, "run")
 class Heartbeat:
     """Record of the frame that a tracker is working on.
 
-    numbers   member at work (-1: none), frame at work or last at work (-1: none yet), and deadline by
-              time.monotonic(), s; in memory shared with the process that watches, or in a list
+    numbers   number of the member (tracker run) at work (-1: none), index of its frame or of the last one (-1: none
+              yet), and deadline by time.monotonic(), s; in memory shared with the waiting process, or in a list
     """
 
     IDLE = (-1.0, -1.0, math.inf)
 
     @staticmethod
     def is_overdue(numbers: Sequence[float]) -> bool:
-        """Return whether the frame at work has passed its deadline: the tracker hangs."""
+        """Return whether the frame at work is past its deadline, so that the tracker hangs."""
         return monotonic() > numbers[2]
 
     def __init__(self, limit: Limit = NO_LIMIT, numbers: Any = None) -> None:
@@ -64,7 +64,7 @@ class Heartbeat:
 
     @contextmanager
     def frame(self, index: int, member: int = 0) -> Iterator[None]:
-        """Note the member and the frame at work within the block; kept where the block ends the process."""
+        """Record the member and frame at work within the block; the record stays where the block ends the process."""
         begin, left = monotonic(), self.limit.left(self._spent_s[member])
         self._numbers[0], self._numbers[1], self._numbers[2] = member, index, begin + left
         try:
@@ -86,10 +86,10 @@ class WorkerDiedError(Exception):
     """A worker process ended, or was ended, before it answered.
 
     at        numbers of its `Heartbeat` when it ended
-    overdue   it was ended because it had passed its deadline
-    moved     its heartbeat changed while it was being ended: it may have reached the next frame just in time
+    overdue   whether it was ended because its frame was past the deadline
+    moved     whether its heartbeat changed while it was being ended: it may have reached the next frame just in time
     how       how it ended, in words, such as 'SIGKILL'
-    went_on   it closed its pipe but did not end: its heartbeat does not tell which tracker closed the pipe
+    went_on   whether it closed its pipe but did not end: its heartbeat does not tell which tracker closed the pipe
     """
 
     def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str, went_on: bool = False) -> None:
@@ -108,16 +108,16 @@ class WorkerDiedError(Exception):
 
     @property
     def hung(self) -> bool:
-        """Whether it was ended in the very frame that took too long."""
+        """Whether the worker was ended in the very frame that took too long."""
         return self.overdue and not self.moved
 
 
 @dataclass(frozen=True)
 class Blame:
-    """A tracker that killed worker processes, or hung in one.
+    """Blame on a tracker that killed worker processes, or hung in one.
 
     frame    frame that it was working on, or had worked on last
-    what     what it did, in words
+    what     what the tracker did, in words
     at_work  False: no tracker was at work when the process ended, but this one was the only one in it; the source of
              the frames may have ended it instead
     """
@@ -136,16 +136,16 @@ class TrackerLostError(TrackerError):
 
 
 class CrashCount:
-    """Count of the processes that died over one piece of work, by member; `name` is the work's, for messages."""
+    """Counts of processes that died in one call, by the member (tracker run) at work; `name`: for messages."""
 
     def __init__(self, name: str = "") -> None:
         self._of: Counter[int | None] = Counter()
         self._name = name
 
     def add(self, died: WorkerDiedError, limit: Limit, members: Sequence[int]) -> tuple[int, Blame] | None:
-        """Count a process that died while `members` ran in it; return the member to blame, None to try once more.
+        """Count a process that died while running `members`; return the member to blame, or None to try again.
 
-        WorkerError from the third process on that died before any member was at work.
+        WorkerError when a third process has died before any member was at work.
         """
         if died.frame is None:
             self.add_unexplained(died.how)
@@ -160,7 +160,7 @@ class CrashCount:
         return member, Blame(died.frame, f"the process died {MAX_CRASHES} times {when} ({died.how})", at_work)
 
     def add_unexplained(self, how: str) -> None:
-        """Count a process that died while no member was at work; WorkerError from the third on."""
+        """Count a process that died while no member was at work; raise WorkerError at the third."""
         self._of[None] += 1
         if self._of[None] > MAX_CRASHES:
             raise WorkerError(

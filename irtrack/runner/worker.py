@@ -1,4 +1,4 @@
-"""Worker process: runs functions sent to it, one after the other, with one thread and a seed of its own.
+"""Worker process, which runs functions sent to it, one after the other, with one thread and its own numpy seed.
 
 `Worker.call` waits for the answer. It ends a process whose heartbeat is overdue (`irtrack.runner.watchdog`).
 """
@@ -25,21 +25,21 @@ from irtrack.errors import IrtrackError, error_line, exit_status_text
 from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
 
 POLL_S = 0.05
-"""Period in which heartbeats are read: the largest delay of a time limit."""
+"""Period at which heartbeats are read, s, the largest delay of a time limit."""
 
 END_S = 10.0
-"""Longest time between the end of a process' pipe and of the process: it may write a core dump."""
+"""Longest time from the end of a process' pipe to the end of the process, s, in which it may write a core dump."""
 
 SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
-"""Objects that can be sent to another process."""
+"""Description, for messages, of trackers that can be sent to another process."""
 
 _reaping = threading.Lock()
-"""Exit statuses are read by one thread at a time: each can be read once, and multiprocessing reads all when it starts a
-process."""
+"""Lock by which one thread at a time reads exit statuses: each can be read once, and multiprocessing reads all when it
+starts a process."""
 
 
 class NotSentError(Exception):
-    """Work cannot be pickled for another process; the text is pickle's, and the kinds of object that are allowed."""
+    """Work cannot be pickled for another process; the text is that of pickle, then the allowed objects."""
 
     def __init__(self, error: Exception) -> None:
         super().__init__(f"{' '.join(str(error).split())}; allowed: {SENDABLE}")
@@ -47,7 +47,7 @@ class NotSentError(Exception):
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep OpenCV to one thread within the block, so that times are those of one thread."""
+    """Restrict OpenCV to one thread within the block, so that measured times are those of one thread."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
@@ -57,7 +57,8 @@ def one_thread() -> Iterator[None]:
 
 
 class Worker:
-    """Process that runs one function after the other; started by the first, and replaced after it died."""
+    """Worker: a process that runs one function after the other, started at the first call and replaced after it
+    died."""
 
     def __init__(self) -> None:
         self._process: _Process | None = None
@@ -73,7 +74,7 @@ class Worker:
             process = self._ready()
             process.send(work)
             answer = process.answer()
-        except BaseException:  # Ctrl-C too: its answer would be taken for the next one's
+        except BaseException:  # also Ctrl-C: the answer would be taken for that of the next call
             self._end()
             raise
         if isinstance(answer, BaseException):
@@ -89,7 +90,7 @@ class Worker:
         return self._process
 
     def close(self) -> None:
-        """End the process for good, whatever it is doing; a thread that waits for it has a WorkerDiedError."""
+        """End the process for good, even at work; a thread that waits for its answer gets a WorkerDiedError."""
         self.closed = True
         self._end()
 
@@ -138,7 +139,7 @@ class _Process:
         self.kill()
         if self._closed:  # by another thread
             return WorkerDiedError(at, overdue=False, moved=False, how="closed")
-        if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # not by chance: the next one would, too
+        if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # no chance: the next one ends, too
             raise IrtrackError(
                 f"a worker process ended as it began ({exit_status_text(code)}): a module that it imports ends it; a "
                 'script that starts workers is imported, too, and needs the guard if __name__ == "__main__":'
@@ -156,7 +157,7 @@ class _Process:
         self._exit_code()
 
     def _exit_code(self, within_s: float | None = None) -> int | None:
-        """Return the exit code of a process that ends, below 0 for a signal; None where it goes on for so long."""
+        """Return the exit code, below 0 for a signal; None where the process still runs after `within_s`."""
         wait([self._process.sentinel], within_s)
         with _reaping:
             self._process.join(0)
@@ -165,10 +166,10 @@ class _Process:
 
 
 def _context() -> Any:
-    """Return the way to start processes: never as a copy of this one, whose threads may hold locks.
+    """Return the multiprocessing context, which never copies this process, as its threads may hold locks.
 
-    On Linux they are copies of a server that has imported this process' modules of irsim and irtrack: 10 ms of CPU time
-    in place of 1.2 s (Python 3.11).
+    On Linux workers are copies of a fork server that has imported the loaded modules of irsim and irtrack, which takes
+    10 ms of CPU time per worker instead of 1.2 s (Python 3.11).
     """
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
@@ -179,7 +180,7 @@ def _context() -> Any:
 
 
 def _pickled(value: object) -> bytes:
-    """Return the bytes that a pipe sends, to be read by `pickle.loads`."""
+    """Return the pickled bytes of a value, to be sent by a pipe and read by `pickle.loads`."""
     try:
         return bytes(ForkingPickler.dumps(value))
     except Exception as error:  # pickle raises all sorts
@@ -190,9 +191,9 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
     """Run each function from the pipe, and answer with its result or exception, until the pipe ends."""
     ignore_interrupts()  # the parent handles Ctrl-C
     cv2.setNumThreads(1)
-    np.random.seed()  # noqa: NPY002 - for trackers that draw from it: all copies of the fork server share it
+    np.random.seed()  # noqa: NPY002 - for trackers that use it: all copies of the fork server have one seed
     end_with_parent()
-    os.environ.update(environment)  # its changes since the fork server began
+    os.environ.update(environment)  # includes changes since the fork server started
     while True:
         answer: Any
         try:
@@ -201,7 +202,7 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
             return
         try:
             limit, function, arguments = pickle.loads(work)
-        except Exception as error:  # its module is not there, or raises while it is imported
+        except Exception as error:  # its module is missing, or raises while it is imported
             what = f"a worker process cannot read what it is to run: {error_line(error)}"
             unknown = isinstance(error, AttributeError | ImportError)  # such as a class of a notebook
             answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
@@ -214,11 +215,11 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
 
 
 def _answered(answer: object) -> bytes:
-    """Return the bytes of an answer; of one that cannot be sent or read back, those of its text."""
+    """Return the pickled answer; where it cannot be pickled or read back, an IrtrackError with its text."""
     try:
         sent = bytes(ForkingPickler.dumps(answer))
         if isinstance(answer, Exception):
-            pickle.loads(sent)  # fails where its class takes other arguments than Exception was given
+            pickle.loads(sent)  # fails where the class takes other arguments than those of Exception
     except Exception as error:  # pickle raises all sorts
         sent = bytes(ForkingPickler.dumps(IrtrackError(error_line(answer if isinstance(answer, Exception) else error))))
     return sent
@@ -227,7 +228,8 @@ def _answered(answer: object) -> bytes:
 def call_in_new_interpreter(function: Callable[..., Any], *arguments: object, **environment: str) -> Any:
     """Return function(*arguments) from a new Python with these environment variables, such as another PYTHONHASHSEED.
 
-    NotSentError where they cannot be pickled; RuntimeError, the last line of its standard error, where it failed.
+    NotSentError where function or arguments cannot be pickled; RuntimeError, with the last line of standard error,
+    where the interpreter failed.
     """
     done = subprocess.run(
         [sys.executable, "-m", "irtrack.runner.worker"],
@@ -242,7 +244,7 @@ def call_in_new_interpreter(function: Callable[..., Any], *arguments: object, **
 
 
 def main() -> None:
-    """Answer `call_in_new_interpreter` by the standard streams."""
+    """Run the function that `call_in_new_interpreter` sends by standard input; answer by standard output."""
     function, arguments = pickle.load(sys.stdin.buffer)
     out, sys.stdout = sys.stdout, sys.stderr
     out.buffer.write(pickle.dumps(function(*arguments)))

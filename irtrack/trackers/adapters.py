@@ -25,7 +25,7 @@ def is_plain(kind: type) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlainState:
-    """Plain tracker in a run. It keeps its state inside, so no step can be repeated."""
+    """State of a plain tracker: the tracker itself. It keeps its state inside, so no step can be repeated."""
 
     tracker: Any
     last: Estimate
@@ -33,13 +33,13 @@ class PlainState:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """Plain tracker as an `irtrack.Tracker`; every run has an object of its own.
+    """Adapter of a plain tracker to `irtrack.Tracker`; every run gets a new object of the plain class.
 
-    kind        the class;  parameters  the class' arguments, or an object's attributes
-    again       returns a new object, not yet started
+    kind        plain class;  parameters  arguments of the class, or attributes of an object
+    again       function that returns a new object, not yet started
 
-    `start` gets the image (rows, cols), a copy that may be written on, and the start `Box`; a generator, too, where it
-    has a parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`.
+    `start` gets a writable copy of the image (rows, cols) and the start `Box`, and a random generator where it has a
+    parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`.
     """
 
     kind: type
@@ -81,7 +81,7 @@ def _takes_rng(kind: type) -> bool:
 
 
 def _estimate(answer: Any) -> Estimate | None:
-    """Return the estimate of a plain tracker's answer; None of any other value."""
+    """Return the answer of a plain tracker as an estimate; None where the answer is not allowed."""
     if isinstance(answer, Estimate):
         return answer
     if isinstance(answer, str | bytes):

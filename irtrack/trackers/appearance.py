@@ -1,7 +1,7 @@
 """Appearance of a target by its grey histogram, and the mixins of trackers that use it.
 
-The first frame sets the picture of the histograms (the frame or its high-pass), the window, its kernel, and the grey
-range of the bins.
+The first frame determines the image of which histograms are taken (the frame or its high-pass), the window, its kernel,
+and the grey range of the bins.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Ratio, V
 from irtrack.types import Status
 
 LEAST_L = 5
-"""px. The ring's radius for targets of up to 6 px: well beyond them, at little cost."""
+"""px. Least radius L of the high-pass ring: for targets of up to 6 px it is well beyond the target, at little cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appearance:
-    """Settings of the first frame: the frame's kind, the target's size, window, kernel (rows, columns), grey range."""
+    """Settings by the first frame: frame size and type; size, window, kernel (rows, columns), grey range of the
+    target."""
 
     footage: Footage
     size: tuple[float, float]
@@ -50,7 +51,7 @@ class Appearance:
     high_pass: HighPass | None
 
     def picture(self, frame: Frame) -> Image:
-        """Return the whole picture of histograms; InputError where the frame is of another size or type."""
+        """Return the image of which histograms are taken; InputError where the frame is of another size or type."""
         self.footage.check(frame)
         return frame.image if self.high_pass is None else self.high_pass(frame.image)
 
@@ -72,7 +73,7 @@ class Appearance:
         return Likelihood(rho, scale, visible)
 
     def match(self, picture: Picture, center: Floats, reference: Floats) -> MatchScore:
-        """Return the match of a centre (2,) px; parts beyond the frame count against it, as in `likelihood`."""
+        """Return the match of the window at `center` (2,) px; parts beyond the frame lower it, as in `likelihood`."""
         x, y = center.tolist()
         return self.background.score(picture, (x, y), reference)
 
@@ -83,22 +84,22 @@ class GreyTracker(MonitoredTracker):
     bins: int = Field(default=32, ge=2, le=256)
     """Grey levels of the histogram (Cheng et al. 2006: 32 or 16; Xue et al. 2011, Wei et al. 2008: 32)."""
     bins_range: BinsRange = "first_frame"
-    """Grey range of the bins: that of the first frame, kept; or the full range of the bits. A high-passed
+    """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth. A high-passed
     picture always has its full range."""
     kernel: Literal["gaussian", "epanechnikov"] = "gaussian"
     """k of the histogram: exp(-r^2 / 2), h = sqrt(hx^2 + hy^2) (Cheng et al. 2006, eq. 6), or max(0, 1 - r^2)
     with half the sizes on each axis (Xue et al. 2011, eq. 2)."""
     kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.5
-    """gaussian: multiplies h; 1: hx, hy are full sizes, 0.5: half ones."""
+    """gaussian: factor of h; 1: hx, hy are the full sides of the target, 0.5: half the sides."""
     high_pass: Literal["none", "ring", "full"] = "none"
-    """Picture of the histograms: the frame, or its difference from a background predicted from a ring
+    """Image of the histograms: the frame, or its difference from a background predicted from a ring
     neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
     ring_l: int | None = Field(default=None, ge=1, le=100)
     """L of eq. 1, the largest radius, px; without a value three quarters of the box's longer side, at least 5."""
     ring_m: int = Field(default=8, ge=3, le=64)
-    """m of eq. 1, samples on each radius."""
+    """m of eq. 1, number of samples on each radius."""
     ring_inner: int = Field(default=0, ge=0, le=100)
-    """Least radius, at most L; 0 as in eq. 1. Beyond the target's half size, the target is left out of its own
+    """Least radius, px, at most L; 0 as in eq. 1. Above half the target's size the target does not enter its own
     background."""
     grid: int = Field(default=1, ge=1, le=16)
     """Step of the grid on which the background is predicted (section 1.1, Fig. 2); here it saves no time."""
@@ -135,11 +136,11 @@ class GreyTracker(MonitoredTracker):
         return appearance, histogram(appearance.picture(frame), (box.cx, box.cy), window, kernel, levels)[0]
 
     def monitor_after(self, monitor: VisibilityMonitor, match: MatchScore, in_view: bool = True) -> VisibilityMonitor:
-        """Return the monitor after a match; a miss where no window is inside the frame."""
+        """Return the monitor after a match, or after a miss where no window is inside the frame."""
         return monitor.after(match.score, match.background_score, self.seen) if in_view else monitor.miss()
 
     def status(self, monitor: VisibilityMonitor, in_view: bool) -> Status:
-        """Return the status; lost where no window is inside the frame."""
+        """Return the status of the monitor; `lost` where no window is inside the frame."""
         return monitor.status(self.lost_after) if in_view else "lost"
 
     def _high_pass(self, image: Image, box: Box) -> HighPass | None:
@@ -155,13 +156,13 @@ class MeanShiftSearch(GreyTracker):
     """Mixin of trackers whose windows move to the mode of their similarity to the reference."""
 
     kernel: Literal["gaussian", "epanechnikov"] = "epanechnikov"
-    """k of the histogram that scores a place; mean shift always uses Epanechnikov's."""
+    """k of the histogram that scores the window; mean shift always uses Epanechnikov's."""
     bandwidth: Annotated[float, Field(ge=0.1, le=5)] = 1.0
     """Bandwidth of the mean-shift window, in half sizes of the start box."""
     iterations: int = Field(default=20, ge=1, le=1000)
-    """Steps of a mean shift at most (Comaniciu, Meer 2002, section 6: 20)."""
+    """Largest number of steps of a mean shift (Comaniciu, Meer 2002, section 6: 20)."""
     eps: Ratio = 0.1
-    """A mean shift ends with a step shorter than this, px."""
+    """Length of a step below which a mean shift ends, px."""
 
     def mean_shift_modes(self, appearance: Appearance, picture: Image, centers: Floats, reference: Floats) -> Modes:
         """Return the modes reached from centres (N, 2) px."""
@@ -180,13 +181,13 @@ class RandomWalkParticles(GreyTracker):
     radius: Deviation = 10.0
     """Radius of the particles' random walk, px (section 4: 10)."""
     propagation: Propagation = "gaussian"
-    """Distribution over the disc of that radius: normal, the radius being three deviations, or uniform."""
+    """Distribution over the disc of this radius: normal, with the radius three standard deviations, or uniform."""
     resampling: Resampling = "multinomial"
     """Resampling scheme (the sources give none)."""
     update: Literal["always", "seen", "never"] = "always"
     """When the reference is updated (Xue et al. 2011, Algorithm 2, step 6: always)."""
     lam: Fraction = 0.9
-    """lambda of that step, the share of the reference that is kept (0.9)."""
+    """lambda of Algorithm 2, step 6, the share of the reference that is kept at an update (0.9)."""
 
     def updated(self, reference: Floats, match: MatchScore, monitor: VisibilityMonitor) -> Floats:
         """Return q <- lambda q + (1 - lambda) q(estimate), (bins,)."""
@@ -195,7 +196,7 @@ class RandomWalkParticles(GreyTracker):
 
 
 def blend(reference: Floats, match: MatchScore, share: float) -> Floats:
-    """Return the reference (bins,) with a share of the estimate's histogram; unchanged where that is out of view.
+    """Return the reference (bins,) blended with `share` of the estimate's histogram; unchanged where out of view.
 
     Cheng et al. 2006, eq. 13 (share alpha); Xue et al. 2011, Algorithm 2, step 6 (share 1 - lambda).
     """

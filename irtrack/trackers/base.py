@@ -17,11 +17,11 @@ from irtrack.features.window import Window
 from irtrack.types import Status
 
 Deviation = Annotated[float, Field(ge=1e-3, le=1e4)]
-"""Standard deviation in px, px/frame or px/frame^2; its square is not lost to rounding."""
+"""Standard deviation in px, px/frame or px/frame^2, within bounds that keep its square exact enough."""
 Spread = Annotated[float, Field(ge=0, le=1e4)]
-"""Standard deviation that may be 0."""
+"""Standard deviation that may be 0, in px or px/frame."""
 Ratio = Annotated[float, Field(ge=1e-3, le=1e4)]
-"""Pure number that multiplies or divides."""
+"""Factor or divisor without unit."""
 
 
 class TrackerPart(Part):
@@ -49,7 +49,7 @@ class Footage:
 
 
 def footage(frame: Frame) -> Footage:
-    """Return size and type of a frame; InputError where no tracker can use it."""
+    """Return size and type of a frame; InputError where trackers cannot use the frame."""
     image = frame.image
     if image.ndim != 2 or image.size == 0 or image.dtype not in (np.uint8, np.uint16):
         raise InputError(
@@ -60,7 +60,7 @@ def footage(frame: Frame) -> Footage:
 
 
 def start_window(frame: Frame, box: Box) -> tuple[Window, tuple[int, int]]:
-    """Return the part of the start box inside the frame, and its corner; InputError where none is."""
+    """Return the window of the start box inside the frame, and its corner; InputError where it is empty."""
     if not (all(map(isfinite, (box.cx, box.cy, box.w, box.h))) and box.w > 0 and box.h > 0):
         raise InputError(f"start box {box}: allowed: finite numbers and a size above 0")
     shape = footage(frame).shape
@@ -78,43 +78,43 @@ class MonitoredTracker(TrackerPart):
     """Least score of a visible target: the share of the way from the background score (the score of the target's
     surroundings, or of the best distractor) to the usual score of the visible target."""
     lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Misses in a row after which the status is lost."""
+    """Number of successive misses after which the status is lost."""
 
 
 LEVEL_RATE = 0.1
-"""Share of a new score in the running level of a `VisibilityMonitor`. Chosen here: a memory of ten frames, so that an
+"""Share of a new score in the running mean of a `VisibilityMonitor`. Chosen here: a memory of ten frames, so that an
 occlusion that begins slowly does not lower the level."""
 
 DISTINCT = 1e-5
 """Scores closer than this are equal. OpenCV's correlation sums in 32 bits (rounding 6e-8 of each of some hundred
-terms); without the bound a constant frame would show a target."""
+terms); without this bound a constant frame would count as a hit."""
 
 
 @dataclass(frozen=True, slots=True)
 class VisibilityMonitor:
-    """Decision on the visibility of the target, by its score in the scale of the scene.
+    """Decision on the visibility of the target, by its score relative to the scores usual in the scene.
 
     A fixed threshold on a similarity fails: noise alone costs a histogram of n pixels E[1 - rho] = (B - 1) / (8 n), so
-    that a small target never reaches the score of a large one. A hit is a score above background score + share (level
-    - background score), and in any case above the background score, that of the target's surroundings or of the best
-    distractor.
+    that a small target never reaches the score of a large one. A hit is a score above background score + share (level -
+    background score), and in any case above the background score, which is the score of the target's surroundings or of
+    the best distractor.
 
     level    running mean of the score while the target was visible
-    misses   frames in a row without a hit
+    misses   number of successive frames without a hit
     """
 
     level: float | None = None
     misses: int = 0
 
     def after(self, score: float, background_score: float, share: float) -> VisibilityMonitor:
-        """Return the monitor after a frame of this score."""
+        """Return the monitor after a frame with this score of the target."""
         level = background_score if self.level is None else self.level
         if score <= background_score + max(share * (level - background_score), DISTINCT):
             return self.miss()
         return VisibilityMonitor(score if self.level is None else level + LEVEL_RATE * (score - level))
 
     def hit(self) -> VisibilityMonitor:
-        """Return the monitor after a frame in which the target was found by a measure without a score."""
+        """Return the monitor after a frame in which the target was found by a measurement without a score."""
         return replace(self, misses=0)
 
     def miss(self) -> VisibilityMonitor:

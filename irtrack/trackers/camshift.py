@@ -21,15 +21,15 @@ from irtrack.trackers.kalman import GatedKalman, kalman_estimate
 from irtrack.types import Estimate
 
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
-"""Iterations at most, and px of the last step; OpenCV's window moves by whole pixels."""
+"""Termination: at most 20 iterations, or a step below 0.5 px; OpenCV's window moves by whole pixels."""
 SIZES = (0.5, 2.0)
 """Least and largest size, in start sizes. Chosen here: on a background of the target's levels the ellipse floods."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings of the first frame. likely (bins,): weight of each level, 0 .. 1; histogram (bins,): the reference of
-    matches; ellipse: the target's full sides, px."""
+    """Settings by the first frame. `likely` (bins,): weight of each grey level, 0 .. 1; `histogram` (bins,): reference
+    of matches; `ellipse`: full axes (w, h) of the target, px."""
 
     footage: Footage
     size: tuple[float, float]
@@ -42,7 +42,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CamShiftState:
-    """State: mean (4,), x, y px, vx, vy px/frame, and its covariance; scale (2,) of the start size."""
+    """State: mean (4,) = x, y px, vx, vy px/frame, and its covariance; scale (2,), size over start size."""
 
     start: Start
     mean: Floats
@@ -72,14 +72,16 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
     bins_range: BinsRange = "first_frame"
     """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
     weights: Literal["ratio", "share"] = "ratio"
-    """Weight of a level: the target's share of it in target and ring, or its share in the target (Bradski)."""
+    """Weight of a grey level: its share in the target over its shares in target and ring, or its share in the target
+    alone (Bradski)."""
     resize: Fraction = 0.1
     """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
     margin: Annotated[float, Field(ge=0, le=10)] = 0.25
-    """Margin of the search window beyond the target on each side, in its sides; the centroid must not be cut."""
+    """Margin of the search window beyond the target on each side, in sides of the target, so that the window does not
+    cut the target."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> CamShiftState:
-        """Return the state at the box's centre, at rest within `start_speed_sd`."""
+        """Return the state at the box's centre, with speed 0 of standard deviation `start_speed_sd`."""
         part, corner = start_window(frame, box)
         window, center = Window.of(box), (box.cx, box.cy)
         levels = first_quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
@@ -103,7 +105,7 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
         return CamShiftState(first, *self.start(box), np.ones(2), VisibilityMonitor())
 
     def step(self, state: CamShiftState, frame: Frame, rng: np.random.Generator) -> tuple[CamShiftState, Estimate]:
-        """Predict the window, shift it, update by the centroid."""
+        """Predict the window, move it by CamShift, and update the filter by the centroid."""
         start, image = state.start, frame.image
         start.footage.check(frame)
         mean, covariance = self.predict(state.mean, state.covariance)
@@ -126,14 +128,14 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
     def _found(
         self, start: Start, image: Image, center: Floats, scale: Floats
     ) -> tuple[Floats, tuple[float, float]] | None:
-        """Return centroid (2,) px and full sides (w, h) of the ellipse in the last window; None where it is empty."""
+        """Return centroid (2,) px and full axes (w, h) px of the ellipse in the last window; None where it is empty."""
         columns, rows = (
             min(ceil((1 + 2 * self.margin) * factor * side), limit)
             for factor, side, limit in zip(scale.tolist(), start.size, image.shape[::-1], strict=True)
         )
         window = Window(columns, rows, (0.0, 0.0))
         corner = window.corner((float(center[0]), float(center[1])))
-        # Levels are looked up only as far as a target moves in a frame.
+        # Weights are looked up only within the distance that a target moves in a frame.
         left, top, pixels = region(image, window, corner, 2 * max(columns, rows))
         picture = back_projection(pixels, start.levels, start.likely).astype(np.float32)
         x = min(max(corner[0] - left, 0), picture.shape[1] - window.columns)
@@ -143,6 +145,6 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
         if moments["m00"] <= 0:
             return None
         place = np.array([moments["m10"], moments["m01"]]) / moments["m00"] + (left + x, top + y)
-        variances = np.array([moments["mu20"], moments["mu02"]]) / moments["m00"] + 1 / 12  # of pixels as areas
+        variances = np.array([moments["mu20"], moments["mu02"]]) / moments["m00"] + 1 / 12  # pixels are unit squares
         width, height = (4 * np.sqrt(np.maximum(variances, 1 / 12))).tolist()
         return place, (width, height)

@@ -24,14 +24,15 @@ from irtrack.trackers.base import Deviation, Ratio, VisibilityMonitor
 from irtrack.types import Estimate
 
 VelocityCue = Callable[[Floats], Floats]
-"""Log-likelihoods (N,) of places (N, 2) px by the target's velocity."""
+"""Function from positions (N, 2) px to their log-likelihoods (N,) by the velocity cue."""
 TINY = float(np.finfo(np.float64).tiny)
-"""Weight of a particle of likelihood 0, for its logarithm."""
+"""Least weight of which a logarithm is taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrajectoryPFState:
-    """State: positions (N, 2) px, weights (N,); trajectory, the last estimates (up to k, 2) px."""
+    """State: particles at positions (N, 2) px with weights (N,); trajectory, the last (up to k, 2) estimated centres,
+    px."""
 
     appearance: Appearance
     reference: Floats
@@ -44,10 +45,10 @@ class TrajectoryPFState:
 class TrajectoryPF(RandomWalkParticles):
     """Base of particle filters on grey levels and velocity (Xue, Yuan, Xie 2011).
 
-    The paper leaves open, and here is chosen: sigma of eq. 5 and 7; the spread of particles ("radius 10":
-    a normal deviation of a third of it, or a disc); the first particles (all on the start box's centre);
-    the resampling; the high-pass (see `irtrack.features.highpass`). The model's velocity, v_t of eq. 7, is
-    that of the last k estimates; a particle's is that of the last k - 1 and itself.
+    The paper leaves open, and here is chosen: sigma of eq. 5 and 7; the distribution of the random walk ("radius 10":
+    normal with a standard deviation of a third of it, or a disc); the first particles (all on the start box's centre);
+    the resampling; the high-pass (see `irtrack.features.highpass`). The model's velocity, v_t of eq. 7, is that of the
+    last k estimates; a particle's is that of the last k - 1 and itself.
     """
 
     high_pass: Literal["none", "ring", "full"] = "ring"
@@ -56,7 +57,7 @@ class TrajectoryPF(RandomWalkParticles):
     cues: Literal["both", "grey", "velocity"] = "both"
     """Likelihoods used: both, or one alone."""
     k: int = Field(default=5, ge=3, le=100)
-    """Frames of the trajectory (section 3.1: 5, of 4 to 10); until there are so many, grey levels count alone."""
+    """Number of frames of the trajectory (section 3.1: 5, of 4 to 10); before, only grey levels are used."""
     velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "lambda"
     """The speed by the largest eigenvalue (Algorithm 1) or its root (section 2); or no eq. 6 at all, but the
     distance from the next place on the least-squares line of the trajectory, by `place_sd`."""
@@ -71,7 +72,7 @@ class TrajectoryPF(RandomWalkParticles):
     """Whether particles first move by the velocity of the trajectory's line; the paper's do not."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TrajectoryPFState:
-        """Return the reference histogram, and one particle on the box's centre."""
+        """Return the initial state: the reference histogram, and a single particle at the box's centre, of weight 1."""
         appearance, reference = self.appearance(frame, box)
         center = np.array([[box.cx, box.cy]])
         return TrajectoryPFState(appearance, reference, center, np.ones(1), center, VisibilityMonitor())
@@ -119,13 +120,13 @@ class TrajectoryPF(RandomWalkParticles):
 
     @abstractmethod
     def _first_layer(self) -> int:
-        """Return the number of particles that are drawn and weighed by their grey levels."""
+        """Return the number of particles drawn and weighed by their grey levels."""
 
     @abstractmethod
     def _weighed_by_velocity(
         self, positions: Floats, W: Floats, cue: VelocityCue, rng: np.random.Generator
     ) -> tuple[Floats, Floats]:
-        """Return places (n, 2) and weights (n,) after both cues, of places weighed by their grey levels."""
+        """Return positions (n, 2) and weights (n,) by both cues, of positions with weights `W` by grey levels."""
 
     def _velocity_cue(self, state: TrajectoryPFState, ahead: Floats) -> VelocityCue:
         if self.velocity == "least_squares":
@@ -134,7 +135,7 @@ class TrajectoryPF(RandomWalkParticles):
         return lambda places: (trajectory_similarity(trajectory, places, speed) - 1) / (2 * self.sigma_velocity**2)
 
     def _near(self, ahead: Floats, monitor: VisibilityMonitor) -> VelocityCue:
-        """Return the likelihood of places by their distance from the line's next place, wider after each miss."""
+        """Return the log-likelihood of positions by their distance from `ahead`, the predicted one."""
         deviation = self.place_sd * (1 + monitor.misses if self.coast else 1)
         return lambda places: -((places - ahead) ** 2).sum(axis=1) / (2 * deviation**2)
 
@@ -152,7 +153,7 @@ class CascadePF(TrajectoryPF):
     n1: int = Field(default=30, ge=2, le=100_000)
     """N1, particles of the first layer (section 4: 30 or 40)."""
     n2: int = Field(default=15, ge=2, le=100_000)
-    """N2, particles of the second (15 or 20)."""
+    """N2, particles of the second layer (15 or 20)."""
 
     def _first_layer(self) -> int:
         return self.n1

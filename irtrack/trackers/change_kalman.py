@@ -18,29 +18,29 @@ from irtrack.trackers.kalman import GatedKalman
 from irtrack.types import Estimate
 
 MARGIN = 1.0
-"""px around the box that the target's blurred edge reaches."""
+"""Margin around the box for the blurred edge of the target, px."""
 KERNEL = 0.25
-"""Standard deviations of the kernel that averages the foreground, in sides of the box."""
+"""Standard deviation of the kernel that averages the foreground, in sides of the box."""
 LEAST_KERNEL = 0.8
-"""px. Least standard deviation: single pixels are noise."""
+"""px. Least standard deviation of this kernel, since individual pixels are noise."""
 PARTIAL = 3.0
-"""Mean sides of the box that a detection may be off for each hidden share of the target: the visible part lies
-half a side off, and stays there for many frames."""
+"""Standard deviation of a detection, in mean sides of the box, times the hidden share of the target: the visible part
+lies up to half a side off its centre, and stays so for many frames."""
 NEIGHBOUR = 1.2
-"""Mean sides of the box within which another thing disturbs the measurement."""
+"""Distance, in mean sides of the box, within which another object disturbs the measurement."""
 GREY_RATE = 0.05
-"""Share of a new grey histogram, where the whole target is visible."""
+"""Share of a new grey histogram that enters the target's, where the whole target is visible."""
 FAINT = 0.3
 """Share of the target's level below which a peak is no detection."""
 LEAST = 0.05
-"""Foreground below which a peak is no detection."""
+"""Local foreground below which a peak is no detection."""
 MOST_DETECTIONS = 60
-"""Detections in a frame, the highest first."""
+"""Largest number of detections in a frame; the highest are taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChangeState:
-    """State: size (w, h) px of the box; background model, grey densities, and tracks, the target's first."""
+    """State: size (w, h) px of the box; background model; grey densities; tracks, that of the target first."""
 
     footage: Footage
     size: tuple[float, float]
@@ -78,12 +78,12 @@ class ChangeKalman(GatedKalman, MonitoredTracker):
     register_frames: bool = True
     """Whether frames are registered to the background by shift, gain and offset."""
     company: bool = True
-    """Whether other moving things are tracked, too; else every detection may be the target."""
+    """Whether other moving objects are tracked, too; otherwise every detection may be the target."""
     seen: Fraction = 0.5
     """Least foreground of a visible target, as a share of its usual foreground."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ChangeState:
-        """Return a background model of the first frame but for the box, and the target's densities in the box."""
+        """Return the initial state: a background model of the frame without the box, and grey densities in the box."""
         start_window(frame, box)
         image = frame.image
         region = _region((box.cx, box.cy), (box.w, box.h), image.shape)

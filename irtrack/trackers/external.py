@@ -19,7 +19,7 @@ from irtrack.types import LEAST_PX, Estimate
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExternalState:
-    """Program that tracks the target. Its memory is its own: no step can be repeated."""
+    """State: the session with the program, which keeps its own memory, so that no step can be repeated."""
 
     footage: Footage
     session: Session | TraxSession
@@ -32,20 +32,20 @@ class ExternalTracker(TrackerPart):
     name: ClassVar[str]
 
     context: Annotated[float, Field(ge=0.2, le=20)] = 1.0
-    """Side of the program's box in sides of the target: correlation filters need its surroundings (3 is usual)."""
+    """Side of the box passed to the program, in sides of the target: usual for correlation filters: 3."""
     timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
-    """Longest time of a step, s; a program that takes longer hangs."""
+    """Longest time of a step, s, after which the program counts as hanging."""
 
     @abstractmethod
     def runs(self) -> tuple[str, ...]:
-        """Return the command that starts the program; InputError where there is none."""
+        """Return the command that starts the program; InputError where it is missing or invalid."""
 
     def session(self) -> Session | TraxSession:
-        """Return a session with a program, started or idle."""
+        """Return a session with the program, newly started or idle from an earlier session."""
         return Session(self.name, self.runs(), self.timeout_s)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ExternalState:
-        """Return the state of a program that got the box, widened by the context, no side under LEAST_PX.
+        """Start the program on the box, with sides at least LEAST_PX, times `context`; return the session as state.
 
         InputError where the box does not meet the frame, or the program cannot be started.
         """
@@ -57,7 +57,7 @@ class ExternalTracker(TrackerPart):
         return ExternalState(footage(frame), session)
 
     def step(self, state: ExternalState, frame: Frame, rng: np.random.Generator) -> tuple[ExternalState, Estimate]:
-        """Return the box of the program, its size without the context."""
+        """Return the box that the program answers, with its size divided by `context`."""
         state.footage.check(frame)
         answer = state.session.step(frame)
         box = answer.box
@@ -66,7 +66,7 @@ class ExternalTracker(TrackerPart):
 
 
 def _as_written(value: Any) -> Any:
-    """Return the word of a YAML truth value: `true` and `false` are programs."""
+    """Return true and false of YAML as texts, since `true` and `false` are also names of programs."""
     return str(value).lower() if isinstance(value, bool) else value
 
 

@@ -22,18 +22,18 @@ from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, V
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
-"""Pixels of a window that are counted; of larger ones an even grid. Chosen here: the cost of a step stays flat,
-and the noise of a histogram of 8 bins, (B - 1) / (8 n), is .002."""
+"""Largest number of pixels of a window that are counted; larger windows are sampled on an even grid. Chosen here: the
+cost of a step stays flat, and the noise of a histogram of 8 bins, (B - 1) / (8 n), is .002."""
 SIZES = (0.5, 2.0)
 """Least and largest size of a particle, in start sizes. Chosen here: histograms cannot distinguish windows within a
 uniform target, so that sizes would wander."""
 RING_PX = 10
-"""Width of the local background (Li, Li 2014, section 4.1: ten pixels outside the window)."""
+"""Width of the ring of local background, px (Li, Li 2014, section 4.1: ten pixels outside the window)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings of the first frame. distractor: the best fused rho away from the target in that frame."""
+    """Settings by the first frame. `distractor`: the best fused rho away from the target in this frame."""
 
     footage: Footage
     size: tuple[float, float]
@@ -45,7 +45,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Match of a state (6,) with the model: its cues, their rho (2,), fused rho; cues and fused rho of the ring."""
+    """Match of a state (6,) with the model: cues, their rho (2,) and fused rho; cues and fused rho of the ring."""
 
     state: Floats
     cues: Cues
@@ -72,7 +72,7 @@ class FusionState:
         return CueImage(image, self.start.quantiser, len(self.model.gradient))
 
     def match(self, field: CueImage, at: Floats) -> Match:
-        """Return the match of the place, speed and size `at` (6,) with the model."""
+        """Return the match of the state `at` (6,) (position, velocity, size) with the model."""
         cues, visible = field.windows(self.start.pattern, at[None, :2], at[None, 4:])
         found = cues.of(0)
         ring = field.ring(self.box(at), RING_PX)
@@ -81,13 +81,13 @@ class FusionState:
         return Match(at, found, rho, float(self.confidence @ rho), ring, background)
 
     def mode(self, image: Image, at: Floats, widening: float) -> Match:
-        """Return the match of the mean-shift mode from `at` (6,), with `widening` times its bandwidth (section 4.2)."""
+        """Return the match of the mode reached by mean shift from `at` (6,), with `widening` times its bandwidth."""
         h = bandwidth(Box(*self.box(at)), widening)
         modes = mean_shift(image, at[None, :2], h, self.start.quantiser, self.model.grey)
         return self.match(self.cue_image(image), np.concatenate([modes.centers[0], at[2:]]))
 
     def best_of_frame(self, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the whole frame, at the first size and that speed (2,).
+        """Return the best match in the whole frame, of the first size and with velocity `speed` (2,).
 
         None where no window fits into the frame.
         """
@@ -152,11 +152,11 @@ class FusionWSPF(MonitoredTracker):
     sigma: Annotated[float, Field(ge=0.01, le=100)] = 0.15
     """sigma of the observation model (eq. 12), in units of the Bhattacharyya distance."""
     position_sd: Spread = 1.0
-    """Noise of the place, px."""
+    """Standard deviation of the position noise, px."""
     speed_sd: Spread = 0.5
-    """Noise of the speed, px/frame."""
+    """Standard deviation of the velocity noise on each axis, px/frame."""
     size_sd: Annotated[float, Field(ge=0, le=1)] = 0.01
-    """Random disturbance of the size, in start sizes."""
+    """Standard deviation of the random change of size, in start sizes."""
     start_speed_sd: Spread = 2.0
     """Standard deviation of the speed of the first particles, and of those at a detected target, px/frame."""
     rho_t: Fraction | None = 0.86
@@ -165,11 +165,11 @@ class FusionWSPF(MonitoredTracker):
     update: Fraction = 0.05
     """Share of the estimate's cues that enters the model when eq. 13 holds; 0: the model stays."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
-    """Misses in a row from which on mean shift is used (section 4.2: 2; the step list: 4)."""
+    """Number of successive misses from which on mean shift is used (section 4.2: 2; the step list: 4)."""
     widening: Annotated[float, Field(ge=0, le=10)] = 2.0
-    """Bandwidth of the mean shift in occlusion, in that of the target; 0: no mean shift."""
+    """Bandwidth of the mean shift in occlusion, over that of the visible target; 0: no mean shift."""
     lost_after: int = Field(default=4, ge=1, le=1_000_000)
-    """Misses in a row from which on the target is lost and detected anew (section 4.2: 4)."""
+    """Number of successive misses from which on the target is lost and detected anew (section 4.2: 4)."""
     redetect: bool = True
     """Whether a lost target is searched in the whole frame."""
     accept: Fraction | None = None
@@ -266,7 +266,7 @@ class FusionWSPF(MonitoredTracker):
         return moved
 
     def _particles_at(self, at: Floats, rng: np.random.Generator) -> Floats:
-        """Draw particles (N, 6) about a state of known place and size."""
+        """Draw particles (N, 6) about the state `at`, whose position and size are known, not its velocity."""
         deviations = np.repeat([self.position_sd, self.start_speed_sd, 0.0], 2)
         return at + deviations * rng.standard_normal((self.particles, 6))
 

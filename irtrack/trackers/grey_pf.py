@@ -30,7 +30,7 @@ from irtrack.types import Estimate
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyPFState:
-    """State: positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
+    """State: `positions` and `previous` (N, 2) px, in this and the previous frame; weights and distances D (N,)."""
 
     appearance: Appearance
     reference: Floats
@@ -73,7 +73,7 @@ class GreyPF(GreyTracker):
     r_max: Deviation | None = None
     """Rmax of eq. 12, px; without a value half the mean side of the start box, sqrt(w h) / 2."""
     damping: Fraction = 1.0
-    """Factor of the last displacement in eq. 4; the paper's is 1."""
+    """Factor of the last displacement in eq. 4; 1 in the paper."""
     resampling: Resampling = "multinomial"
     """Resampling scheme (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
@@ -130,7 +130,7 @@ class GreyPF(GreyTracker):
             nonlocal previous
             assert ancestors is not None
             if self.adapt == "kld":
-                ancestors = rng.permutation(ancestors)  # so that the first n are a fair sample, too
+                ancestors = rng.permutation(ancestors)  # so that the first n are a random sample, too
             deviation = self.deviation(state.distances.take(ancestors), appearance.size)
             positions, previous = ar2(state.positions, state.previous, ancestors, self.damping, deviation, rng)
             if self.adapt == "kld":
@@ -163,11 +163,11 @@ class GreyPF(GreyTracker):
         return after, particle_estimate(step.particles, W, center, velocity, appearance.size, status, match.score)
 
     def truncated_weights(self, W: Floats) -> Floats:
-        """Return the weights (N,) of estimation and resampling; here all."""
+        """Return the weights (N,) for estimation and resampling; here those of all particles."""
         return W
 
     def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
-        """Return the weights (N,) of the particles' places in the estimate; here all (eq. 3)."""
+        """Return the weights (N,) of particle positions in the estimate; here those of all particles (eq. 3)."""
         return W
 
     def deviation(self, distances: Floats, size: tuple[float, float]) -> Floats:
@@ -220,7 +220,7 @@ class BackgroundRestrainedPF(GreyPF):
         return normalise(truncated)
 
     def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
-        """Return the weights (N,) of the particles' places in the estimate."""
+        """Return the weights (N,) of particle positions in the estimate, by `estimate`."""
         if self.estimate != "map":
             return truncated if self.estimate == "restrained" else W
         heaviest: Floats = np.zeros(len(W))

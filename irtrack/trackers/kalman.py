@@ -1,4 +1,4 @@
-"""Kalman filters on plain measurements of a target's place: `kalman` and `ekf`, and the gated filter behind them."""
+"""Kalman filters on measured positions of a target: `kalman` and `ekf`, and the gated filter on which they build."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from irtrack.trackers.base import (
 from irtrack.types import Estimate, Status
 
 BINS = 32
-"""Grey levels of the mean shift's histogram: those of Cheng et al. 2006, section 3."""
+"""Number of grey levels of the mean-shift histogram, as in Cheng et al. 2006, section 3."""
 FASTEST_TURN = pi / 2
-"""rad/frame. A faster turn rate is noise."""
+"""rad/frame. Largest turn rate; faster ones are noise."""
 
 
 class GatedKalman(TrackerPart):
-    """Mixin of Gaussian filters of the target's motion, measured by its place (x, y) px within a gate.
+    """Mixin of Gaussian filters of the target's motion, updated by measured positions (x, y) px within a gate.
 
     The mean (n,) holds x, y px, vx, vy px/frame, then further quantities of the motion; its covariance is (n, n). The
     gate is the chi-square region of the predicted measurement (Bar-Shalom et al. 2001, section 2.3.2).
@@ -64,15 +64,15 @@ class GatedKalman(TrackerPart):
         return kalman.predict(mean, covariance, *constant_velocity(self.acceleration))
 
     def within_gate(self, mean: Floats, covariance: Floats, place: Floats) -> bool:
-        """Return whether a place (2,) px is near enough to the predicted one to be the target's."""
+        """Return whether a measured position (2,) px is within the gate around the predicted one."""
         return kalman.squared_distance(*kalman.innovation(mean, covariance, place, *self._measured(mean))) <= self.gate
 
     def update(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
-        """Return mean and covariance after a measurement at a place (2,) px."""
+        """Return mean and covariance after a measured position (2,) px."""
         return kalman.update(mean, covariance, place, *self._measured(mean))
 
     def _measured(self, mean: Floats) -> tuple[Floats, Floats]:
-        """Return H (2, n), which takes the place from the mean, and R (2, 2) px^2, the measurement's noise."""
+        """Return the measurement matrix H (2, n) of the position, and the measurement noise R (2, 2) px^2."""
         return np.eye(2, len(mean)), self.measurement_sd**2 * np.eye(2)
 
 
@@ -88,7 +88,7 @@ def kalman_estimate(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyReference:
-    """Grey histograms of the target: of mean shift's kernel, and of the window with its local background."""
+    """Grey histograms of the target: by the kernel of mean shift, and of the window with its local background."""
 
     levels: Quantiser
     reference: Floats
@@ -99,7 +99,7 @@ class GreyReference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """First frame's description of the target; each measurement uses its own part.
+    """Description of the target in the first frame, with a field for each kind of measurement.
 
     contrast  counts, for centroid;  patch  for ncc, with the window of both;  grey  for mean_shift
     """
@@ -145,11 +145,11 @@ class KalmanState:
 
 
 Measured = tuple[tuple[float, float] | None, float | None, VisibilityMonitor]
-"""Measured place, None where the target was not found; its score; the monitor after it."""
+"""Measured position, None where the target was not found; its score; the monitor after the measurement."""
 
 
 class PositionFilter(GatedKalman, MonitoredTracker):
-    """Base of Gaussian filters with one of three measurements; without one in the gate, the prediction is kept."""
+    """Base of Gaussian filters with one of three measurements; without one in the gate the prediction is kept."""
 
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first

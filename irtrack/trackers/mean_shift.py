@@ -1,5 +1,4 @@
-"""Trackers by mean shift: `mean_shift` alone, `mean_shift_kalman` as a filter's measurement, `mean_shift_pf` for
-particles."""
+"""Trackers by mean shift: `mean_shift`; `mean_shift_kalman`, with a Kalman filter; `mean_shift_pf`, with particles."""
 
 from __future__ import annotations
 
@@ -45,12 +44,12 @@ class MeanShift(MeanShiftSearch):
     """Share of the estimate's histogram that enters the reference where the target is visible; 0: Comaniciu's."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftState:
-        """Return the reference histogram, at the box's centre."""
+        """Return the initial state: the reference histogram, and the box's centre."""
         appearance, reference = self.appearance(frame, box)
         return MeanShiftState(appearance, reference, np.array([box.cx, box.cy]), VisibilityMonitor())
 
     def step(self, state: MeanShiftState, frame: Frame, rng: np.random.Generator) -> tuple[MeanShiftState, Estimate]:
-        """Shift the window from its last place."""
+        """Move the window from its last position by mean shift."""
         appearance = state.appearance
         picture = appearance.picture(frame)
         modes = self.mean_shift_modes(appearance, picture, state.center[None], state.reference)
@@ -104,7 +103,7 @@ class MeanShiftKalman(MeanShiftSearch, GatedKalman):
     def step(
         self, state: MeanShiftKalmanState, frame: Frame, rng: np.random.Generator
     ) -> tuple[MeanShiftKalmanState, Estimate]:
-        """Predict, shift the window from there, update by the mode."""
+        """Predict, move the window by mean shift from the prediction, and update by the mode."""
         appearance, reference = state.appearance, state.reference
         picture = appearance.picture(frame)
         mean, covariance = self.predict(state.mean, state.covariance)
@@ -157,7 +156,7 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
     """corrected: standard deviation of the scatter after a mean shift, px."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftPFState:
-        """Return the reference histogram, and one particle on the box's centre."""
+        """Return the initial state: the reference histogram, and a single particle at the box's centre, of weight 1."""
         appearance, reference = self.appearance(frame, box)
         center = np.array([box.cx, box.cy])
         return MeanShiftPFState(appearance, reference, center[None], np.ones(1), center, VisibilityMonitor())
@@ -201,7 +200,7 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
         return after, particle_estimate(positions, W, center, velocity, appearance.size, status, match.score)
 
     def importance_correction(self, W: Floats, positions: Floats, start: Floats, modes: Floats) -> Floats:
-        """Return weights (N,) times prior over proposal; unchanged where the model reaches no place."""
+        """Return weights (N,) times motion-model density over proposal density; unchanged where all densities are 0."""
         prior = random_walk_density(positions, start, self.radius, self.propagation)
         proposal = random_walk_density(positions, modes, 3 * self.jitter, "gaussian")
         corrected: Floats = W * prior / proposal

@@ -48,9 +48,9 @@ class OpticalFlow(MonitoredTracker):
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bouguet 2001; Kalal, Mikolajczyk, Matas 2010"
 
     points: int = Field(default=10, ge=2, le=100)
-    """Points on each side of the grid (Kalal et al. 2010, section 3: 10)."""
+    """Number of points on each side of the grid (Kalal et al. 2010, section 3: 10)."""
     error: Ratio = 1.0
-    """Largest forward-backward error of a point that counts, px; and no more than the median one (section 3)."""
+    """Largest forward-backward error of a point that counts, px; nor may it exceed the median error (section 3)."""
     lk_window: int = Field(default=9, ge=3, le=101)
     """Side of the window about a point, px."""
     lk_levels: int = Field(default=2, ge=0, le=10)
@@ -61,7 +61,7 @@ class OpticalFlow(MonitoredTracker):
     """Whether the box is scaled by the points' distances."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> OpticalFlowState:
-        """Return the state at the box's centre, at rest."""
+        """Return the initial state at the box's centre, with velocity 0."""
         window, corner = start_window(frame, box)
         levels = fitted_range(frame.image, window.cut(frame.image, corner), 256)
         return OpticalFlowState(
@@ -110,7 +110,7 @@ class OpticalFlow(MonitoredTracker):
         )
 
     def _grid(self, state: OpticalFlowState) -> Floats:
-        """Return places (points^2, 2) on an even grid over the box."""
+        """Return positions (points^2, 2) px on an even grid over the box."""
         along = (np.arange(self.points) + 0.5) / self.points - 0.5
         x, y = np.meshgrid(along * state.scale * state.size[0], along * state.scale * state.size[1])
         return state.center + np.stack([x.ravel(), y.ravel()], axis=1)

@@ -26,21 +26,21 @@ from irtrack.trackers.base import (
 from irtrack.types import Estimate
 
 MOST_CANDIDATES = 100
-"""Candidates in a frame, the highest first."""
+"""Largest number of candidates in a frame; the highest are taken."""
 MOST_COMPONENTS = 10
-"""Largest number of components tried where it is left open."""
+"""Largest number of components tried where `components` is not given."""
 LARGEST_PX = 31
-"""Largest side over which a residual is averaged: the method is for small targets."""
+"""Largest side over which a residual is averaged, px, as the method is for small targets."""
 POINT = (3, 3)
-"""px of a point target's image: an average over its larger box would hide it."""
+"""Size (w, h) of the image of a point target, px; averaged over its larger box it would disappear."""
 SHARPEST = 4.0
-"""pf: largest expected z of a target, so that one bright pixel does not take all particles."""
+"""pf: largest expected z of a target, so that one bright pixel does not attract all particles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings of the first frame: size (w, h) px of the box; odd sides of the window of z; sign, 1 hot, -1 cold;
-    number of components removed."""
+    """Settings by the first frame: size (w, h) px of the box; odd sides (w, h) px over which z is averaged; sign, 1
+    hot, -1 cold; number of components removed."""
 
     footage: Footage
     size: tuple[float, float]
@@ -61,7 +61,7 @@ class SVDPFState:
 
 @dataclass(slots=True, eq=False)
 class Observed(Likelihood):
-    """Likelihood of the particles, the score and monitor after it, and a state (4,) to start anew from, if any."""
+    """Likelihood of particles, score and monitor after the frame, and a state (4,) to start anew from, or None."""
 
     score: float
     monitor: VisibilityMonitor
@@ -95,9 +95,9 @@ class SVDPF(MonitoredTracker):
     particles: int = Field(default=100, ge=2, le=1_000_000)
     """N, number of particles."""
     position_sd: Spread = 0.5
-    """Noise of the place, px."""
+    """Standard deviation of the position noise, px."""
     speed_sd: Spread = 0.3
-    """Noise of the speed, px/frame."""
+    """Standard deviation of the velocity noise on each axis, px/frame."""
     start_speed_sd: Spread = 2.0
     """Standard deviation of the first particles' speed on each axis, px/frame."""
     measurement_sd: Deviation = 1.0
@@ -107,16 +107,16 @@ class SVDPF(MonitoredTracker):
     resampling: Resampling = "systematic"
     """Resampling scheme, used where Neff is below N / 2."""
     wrong_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without a candidate in the window from which on the whole frame is searched."""
+    """Number of successive frames without a candidate in the window from which on the whole frame is searched."""
     seen: Fraction = 0.3
     """Least z of a visible target: the share of the way from `threshold` to the target's usual z."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> SVDPFState:
-        """Return polarity and number of components by the first frame, and particles about the box's centre."""
+        """Return the initial state: polarity, number of components, and particles about the box's centre."""
         part, (left, top) = start_window(frame, box)
         parts = largest_parts(frame.image, MOST_COMPONENTS if self.components is None else self.components, rng)
         tried = range(MOST_COMPONENTS + 1) if self.components is None else [self.components]
-        # The middle of the visible part of the box.
+        # Middle of the part of the box inside the frame.
         row, column = top + part.rows // 2, left + part.columns // 2
         heights = {
             (window, k): float(standardised(parts.less(k), window, 1.0)[row, column])
@@ -170,7 +170,7 @@ class SVDPF(MonitoredTracker):
         return moved
 
     def _observed(self, state: SVDPFState, particles: Floats, z: Residual) -> Observed:
-        """Return the likelihood by the best candidate of the window, or of the frame; else by z at the particles."""
+        """Return the likelihood by the best candidate in the window or frame; without one, by z at the particles."""
         if self.use == "pf":
             return self._by_z(state, particles, z)
         start = state.start
@@ -196,7 +196,7 @@ class SVDPF(MonitoredTracker):
         return replace(self._by_z(state, particles, z), monitor=state.monitor.miss())
 
     def _by_z(self, state: SVDPFState, particles: Floats, z: Residual) -> Observed:
-        """Return the likelihood by z at the particles' places, 0 outside the frame."""
+        """Return the likelihood by z at the positions of the particles; z is 0 outside the frame."""
         columns, rows = np.floor(particles[:, :2].T + 0.5)
         inside = (columns >= 0) & (columns < z.shape[1]) & (rows >= 0) & (rows < z.shape[0])
         heights = np.zeros(len(particles))
@@ -207,11 +207,11 @@ class SVDPF(MonitoredTracker):
         return Observed(heights, amplitude, np.ones(len(heights)), score, monitor)
 
     def _particles_at(self, at: Floats, rng: np.random.Generator) -> Floats:
-        """Draw particles (N, 4) about a known place and an uncertain velocity."""
+        """Draw particles (N, 4) about the state `at`, whose position is known and velocity uncertain."""
         deviations = np.repeat([self.measurement_sd if self.use != "svd" else 0.0, self.start_speed_sd], 2)
         return at + deviations * rng.standard_normal((self.particles, 4))
 
 
 def _odd(side: float) -> int:
-    """Return the odd number of px next to a side, so that the mean has a middle pixel."""
+    """Return the odd number of pixels next to `side`, at most `LARGEST_PX`, so that the window has a middle pixel."""
     return min(2 * int(side / 2) + 1, LARGEST_PX)

@@ -39,7 +39,7 @@ class Template(MonitoredTracker):
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
 
     window: int | None = Field(default=None, ge=1, le=10_000)
-    """Half size of the search about the last estimate, px; without a value the whole frame."""
+    """Largest displacement from the last estimate in the search, px; without a value the whole frame is searched."""
     update: Fraction = 0.0
     """Share of the new patch that enters the template where the target is visible."""
 
