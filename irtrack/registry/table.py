@@ -104,11 +104,12 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     given |= {key: getattr(checked, key) for key in plain}
     try:
         with redirect_stdout(sys.stderr):
-            made = cls(**given)
+            adapted = _adapted(cls, given)
+            made = cls(**given) if adapted is None else adapted.again()  # wrong arguments are an error now
     except (Exception, SystemExit) as error:  # a user's class may raise anything
         plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
-    return _adapted(cls, given) or cast(Tracker, made)
+    return cast(Tracker, made if adapted is None else adapted)
 
 
 def of(tracker: object) -> Tracker:
@@ -116,16 +117,16 @@ def of(tracker: object) -> Tracker:
     kind = tracker if isinstance(tracker, type) else type(tracker)
     _checked(f"{kind.__module__}:{kind.__qualname__}", kind)
     if isinstance(tracker, type):
-        return _adapted(tracker, {}) or cast(Tracker, tracker())
+        return cast(Tracker, _adapted(tracker, {}) or tracker())
     if is_plain_many(kind):
         return cast(Tracker, PlainMany.of(tracker))
     return Plain.of(tracker) if is_plain(kind) else cast(Tracker, tracker)
 
 
-def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Tracker | None:
+def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Plain | PlainMany | None:
     """Return the adapter of a plain class; None of any other."""
     if is_plain_many(kind):
-        return cast(Tracker, PlainMany.made(kind, parameters))
+        return PlainMany.made(kind, parameters)
     return Plain.made(kind, parameters) if is_plain(kind) else None
 
 
