@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from irsim.errors import counted
 from irtrack.cli.output import NOTHING, print_json
 from irtrack.errors import InputError
@@ -28,6 +26,8 @@ def show_many(
     tracks: TrackSet, source: Source, truths: list[Truth], csv: Path | None, as_json: bool, repeat: Callable[[], str]
 ) -> None:
     """Print the figures of tracks of many targets, and write them to a file where one is given."""
+    import numpy as np
+
     from irtrack.bench.track_files import rows, write_track_set
     from irtrack.metrics.tasks import FIGURES_OF, task_scores
 

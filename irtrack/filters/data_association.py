@@ -29,23 +29,12 @@ _IMPOSSIBLE = 1e9
 
 def nearest_neighbours(L: Floats) -> Pairs:
     """Return the pairs of the global nearest neighbours: the assignment with the largest sum of positive L."""
-    rows, columns = np.nonzero(L > 0)
-    if not len(rows):
-        return np.zeros((0, 2), np.int64)
-    alone = (np.bincount(rows, minlength=len(L))[rows] == 1) & (
-        np.bincount(columns, minlength=L.shape[1])[columns] == 1
-    )
-    pairs = [np.stack([rows[alone], columns[alone]], axis=1)]
-    if not alone.all():
-        from scipy.optimize import linear_sum_assignment  # 0.4 s to import
+    from scipy.optimize import linear_sum_assignment  # 0.4 s to import
 
-        some_rows, some_columns = np.unique(rows[~alone]), np.unique(columns[~alone])
-        gain = np.maximum(L[np.ix_(some_rows, some_columns)], 0.0)
-        i, j = linear_sum_assignment(gain, maximize=True)
-        kept = gain[i, j] > 0
-        pairs.append(np.stack([some_rows[i[kept]], some_columns[j[kept]]], axis=1))
-    found = np.concatenate(pairs)
-    return found[np.argsort(found[:, 0], kind="stable")]
+    gain = np.maximum(L, 0.0)
+    pairs = np.stack(linear_sum_assignment(gain, maximize=True), axis=1)
+    found: Pairs = pairs[gain[pairs[:, 0], pairs[:, 1]] > 0]
+    return found
 
 
 def joint_probabilities(L: Floats, events: int = EVENTS) -> Floats:

@@ -1,6 +1,6 @@
 """Kalman filters of many tracks at once, each with one or several motion models: the interacting multiple model.
 
-State (x, y, vx, vy, ax, ay), px and frames; every model keeps all six, so that their states mix as they are. A track
+State (x, y, vx, vy, ax, ay), px and frames; all models of a bank have the same state, so that states can mix. A track
 with one model is a plain Kalman filter. All arrays have the tracks as first axis and the models as second.
 
 H. Blom, Y. Bar-Shalom, "The interacting multiple model algorithm for systems with Markovian switching coefficients",
@@ -33,8 +33,11 @@ class Model:
     Q: Floats
 
 
-def constant_velocity_model(acceleration: float) -> Model:
-    """Return the constant-velocity model: white acceleration of deviation px/frame^2 (2001, eq. 6.3.2-4)."""
+def constant_velocity_model(acceleration: float, size: int = STATE) -> Model:
+    """Return the constant-velocity model: white acceleration of deviation px/frame^2 (2001, eq. 6.3.2-4).
+
+    `size` 4 leaves out the acceleration from the state, for a bank of this model alone.
+    """
     F, Q = np.zeros((STATE, STATE)), np.zeros((STATE, STATE))
     F[:4, :4] = np.eye(4)
     F[0, 2] = F[1, 3] = 1
@@ -43,7 +46,7 @@ def constant_velocity_model(acceleration: float) -> Model:
         places = np.ix_((axis, 2 + axis), (axis, 2 + axis))
         Q[places] = acceleration**2 * np.outer(gain, gain)
     Q[4, 4] = Q[5, 5] = _UNSURE
-    return Model(F, Q)
+    return Model(F[:size, :size], Q[:size, :size])
 
 
 def constant_acceleration_model(increment: float) -> Model:
@@ -128,13 +131,14 @@ class MultipleModel:
 
     def started(self, centers: Floats, variance: Floats, speed: float) -> States:
         """Return tracks at centres (n, 2) px, variances (n, 2) px^2; speed: its deviation on each axis, px/frame."""
-        count, models = len(centers), len(self.models)
-        mean = np.zeros((count, models, STATE))
+        count, models, size = len(centers), len(self.models), len(self.models[0].F)
+        mean = np.zeros((count, models, size))
         mean[:, :, :2] = centers[:, None]
-        covariance = np.zeros((count, models, STATE, STATE))
+        covariance = np.zeros((count, models, size, size))
         covariance[:, :, 0, 0], covariance[:, :, 1, 1] = variance[:, :1], variance[:, 1:]
         covariance[:, :, 2, 2] = covariance[:, :, 3, 3] = speed**2
-        covariance[:, :, 4, 4] = covariance[:, :, 5, 5] = _UNSURE
+        if size == STATE:
+            covariance[:, :, 4, 4] = covariance[:, :, 5, 5] = _UNSURE
         return States(mean, covariance, np.full((count, models), 1 / models))
 
     def predict(self, states: States) -> States:
@@ -216,8 +220,12 @@ def densities(states: States, noise: Floats, detections: Floats) -> tuple[Floats
 
 
 def _densities(centers: Floats, S: Floats, detections: Floats) -> tuple[Floats, Floats]:
-    inverse, determinant = inverse_2x2(S)
-    distance = _squares(detections - centers[:, :, None], inverse[:, :, None])
+    """Return squared distances and log densities (n, M, m) of detections (m, 2) about centres (n, M, 2)."""
+    a, b, d = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
+    determinant = a * d - b * b
+    x, y = detections[:, 0] - centers[..., :1], detections[:, 1] - centers[..., 1:]
+    xx, xy, yy = ((each / determinant)[..., None] for each in (d, -2 * b, a))
+    distance = (xx * x + xy * y) * x + yy * y * y
     density: Floats = -0.5 * distance - (0.5 * np.log(determinant) + log(2 * pi))[..., None]
     return distance, density
 

@@ -157,9 +157,9 @@ class MultiTargetTracker(TrackerPart):
     @cached_property
     def bank(self) -> MultipleModel:
         """Motion models."""
-        straight = constant_velocity_model(self.acceleration)
         if self.motion == "cv":
-            return MultipleModel.of([straight], 1.0)
+            return MultipleModel.of([constant_velocity_model(self.acceleration, 4)], 1.0)
+        straight = constant_velocity_model(self.acceleration)
         turns = [coordinated_turn_model(sign * self.turn_rate, self.acceleration) for sign in (1, -1)]
         return MultipleModel.of([straight, constant_acceleration_model(self.acceleration), *turns], self.stay)
 

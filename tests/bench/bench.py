@@ -23,7 +23,9 @@ from time import perf_counter
 
 import cv2
 import numpy as np
+from bench_detectors import detectors
 from bench_full_chain import full_chain
+from bench_many import many
 from bench_steps import Steps, circle, tracking_frames
 from bench_sweeps import metrics, sweeps
 from scipy import ndimage
@@ -190,6 +192,12 @@ def check() -> None:
     report("irtrack_check_grey_pf", perf_counter() - begin, "s")
 
 
+def detection_and_many() -> None:
+    """Detectors on whole frames, trackers of many on given detections, their metrics."""
+    for name, milliseconds in (*detectors(), *many()):
+        report(name, milliseconds, "ms")
+
+
 def call(name: str, *words: str) -> None:
     command = [str(Path(sys.executable).with_name(name)), *words]
     subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
@@ -206,6 +214,7 @@ def main() -> None:
         suppression,
         recording,
         partial(metrics, report),
+        detection_and_many,
         start_up,
         check,
     ):

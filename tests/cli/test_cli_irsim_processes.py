@@ -125,6 +125,7 @@ def test_interrupted_masks_are_counted(number: signal.Signals, folder: Path) -> 
     assert whole <= set(os.listdir(folder / "stopped")) <= whole | last
 
 
+@pytest.mark.slow
 def test_own_kinds_of_a_recording_need_import(run: Run, folder: Path) -> None:
     (folder / "own_agc.py").write_text("from irsim.camera.agc import Plain\n\n\nclass Mine(Plain):\n    pass\n")
     (folder / "scene.yaml").write_text(SMALL_SCENE.replace("{size", "{agc: {kind: 'own_agc:Mine'}, size"))

@@ -56,6 +56,7 @@ class Printer:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [
@@ -85,6 +86,7 @@ class Crasher:
 """
 
 
+@pytest.mark.slow
 def test_native_crash_names_the_line_of_the_tracker(tmp_path: Path) -> None:
     (tmp_path / "crash.py").write_text(CRASHING)
     with start(tmp_path, "run", "crash:Crasher", "sky", "frames=3") as process:

@@ -23,7 +23,7 @@ import irtrack
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-BY_DAY = {"README.md", "CONTRIBUTING.md", "scenarios.md"}
+BY_DAY = {"README.md"}
 """Documents whose commands `make test` runs; `make validate` runs those of all."""
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 

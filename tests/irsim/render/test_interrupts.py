@@ -83,8 +83,8 @@ def test_signals_are_deferred(number: signal.Signals) -> None:
 
 @pytest.mark.parametrize(
     ("words", "moment"),
-    [(RENDER, imports), (RENDER, workers_import), (BENCH, workers_import)],
-    ids=["render imports", "workers of render import", "workers of bench import"],
+    [(RENDER, imports), (BENCH, workers_import)],
+    ids=["render imports", "workers of bench import"],
 )
 def test_ctrl_c_during_the_start_is_one_line(
     tmp_path: Path, words: tuple[str, ...], moment: Callable[[int], bool]
@@ -129,7 +129,9 @@ def test_signal_within_a_finaliser_is_not_lost(command: str, name: str, tmp_path
     assert (done.returncode, done.stderr) == (128 + getattr(signal, name), f"{command}: stopped\n")
 
 
-@pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
+@pytest.mark.parametrize(
+    ("words", "count"), [(RENDER, 3), pytest.param(BENCH, 4, marks=pytest.mark.slow)], ids=["render", "bench"]
+)
 def test_workers_end_with_a_killed_parent(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
     """The parent and two workers import numpy, and the fork server of irtrack."""
     (tmp_path / "scene.yaml").write_text(SCENE)
@@ -169,7 +171,7 @@ def test_program_from_a_pipe_is_an_input_error(tmp_path: Path) -> None:
     assert done.stderr.count("Traceback") == 1
 
 
-@pytest.mark.parametrize("call", [FRAMES, RUN], ids=["frames", "bench"])
+@pytest.mark.parametrize("call", [FRAMES, pytest.param(RUN, marks=pytest.mark.slow)], ids=["frames", "bench"])
 def test_script_without_the_guard_gets_one_line(call: str, tmp_path: Path) -> None:
     """Each worker imports the script, and would start workers in turn."""
     script = tmp_path / "script.py"
