@@ -196,7 +196,7 @@ def _tables() -> Tables:
 def _cell_words() -> npt.NDArray[np.int16]:
     """Return `cell_means` in units of 2^-UNIT_BITS, (CELLS,) int16, read-only.
 
-    Outer cells hold marks instead, from -32768 on: first those of the upper end in rising order, then the lower end's.
+    Tail cells hold codes, no means: from -32768 on, those of the upper tail in rising order, then the lower tail's.
     """
     marks = np.arange(2 * REFINED) - 2**15
     inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS

@@ -114,9 +114,9 @@ class Tracker(Protocol):
     """Tracker: frozen parameters with two pure functions.
 
     `step` returns a new state and leaves the old one, the frame and the box unchanged, so that a copied or pickled
-    state resumes exactly. A tracker that promises this has `resumable = True`; steps of other trackers are never
-    repeated. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not its
-    label.
+    state resumes exactly. A tracker that guarantees this has `resumable = True`; steps of other trackers are never
+    repeated. The random generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not
+    its label.
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:

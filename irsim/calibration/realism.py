@@ -186,7 +186,7 @@ def measure_realism(
 ) -> Realism:
     """Return texture and noise of a source, compared with those of real recordings.
 
-    like        required class of background, one of `CLASSES`
+    like        class of background whose ranges the texture must meet, one of `CLASSES`
     camera      required sort of camera, one of `CAMERAS`; texture is then measured only with `like`
 
     Raises InputError for unknown names, for pictures too small for texture, and for undetermined noise with `camera`.

@@ -55,7 +55,7 @@ class Agc(Kind):
         return None
 
     def statistics(self, counts: Image, bits: int) -> Statistics:
-        """Return the statistics of a frame, (n,) with constant n, that define the curves of this and later frames."""
+        """Return the statistics (n,) of a frame, from which the tone curves of this and later frames are computed."""
         return _NO_STATISTICS
 
     def picture(self, counts: Image, bits: int, statistics: Sequence[Statistics]) -> Picture:

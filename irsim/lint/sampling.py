@@ -51,7 +51,7 @@ def sampled_paths(scenario: Scenario, frames: Floats) -> Iterator[SampledPath]:
 
 
 def target_to_follow(scenario: Scenario) -> tuple[int, Target] | None:
-    """Return the index of the target to follow and the target; None if there is none, or it is switched off."""
+    """Return index and model of the target to follow; None without a target, or if that target is switched off."""
     for index, target in enumerate(scenario.targets):
         if scenario.follow in (None, target.id):
             return (index, target) if scenario.is_on(target.id) else None

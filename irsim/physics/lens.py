@@ -43,7 +43,7 @@ class Lens(Part):
     """Diameter of the disc of defocus, px."""
 
     def fault(self, band: Band) -> str | None:
-        """Return the reason why the lens cannot be drawn in a band; None if it can."""
+        """Return the reason why the lens's blur cannot be rendered in a spectral band; None if it can."""
         widths = [width for width, _ in self.airy_widths(band)]
         low, high = AIRY_PX
         if low <= min(widths) and max(widths) <= high:

@@ -186,7 +186,7 @@ def kld_bound(cells: Floats, epsilon: float, z: float) -> Floats:
 
 
 def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: float) -> int:
-    """Return the number n of moved particles (N, 2) px to keep: the first n that reach `kld_bound`.
+    """Return the number of moved particles (N, 2) px to keep: the smallest n with n >= `kld_bound`(k).
 
     Particles must be in random order. k is the number of cells, `cell` px wide, that hold a particle. At least `least`
     particles are kept, and all N where the bound is not reached.

@@ -95,7 +95,7 @@ class ManyFigures:
 
     @cached_property
     def fragments(self) -> int:
-        """Times that a target is matched again after it was not, in frames with a target and a track."""
+        """Times that a target is matched again after it was not; frames without any target or any track are skipped."""
         seen = self.matches[self._judged] != NOBODY
         begun = seen.copy()
         begun[1:] &= ~seen[:-1]

@@ -90,8 +90,8 @@ def nees(offsets: Floats, covariances: Floats) -> Floats:
 def nees_interval(count: int, level: float = 0.95) -> tuple[float, float]:
     """Return the interval of the mean of `count` independent NEES of a calibrated filter in 2-D.
 
-    It is chi-square with 2 n degrees of freedom, over n (the same book, section 5.4.2). Errors in successive frames are
-    correlated: `count` is the number of runs, not of frames.
+    `count` times the mean is chi-square with 2 `count` degrees of freedom (Bar-Shalom et al. 2001, section 5.4.2).
+    Errors in successive frames are correlated: `count` is the number of runs, not of frames.
     """
     from scipy.stats import chi2
 

@@ -230,7 +230,7 @@ class MultiTargetTracker(TrackerPart):
 
 
 class OneHypothesisTracker(MultiTargetTracker):
-    """Tracker that decides on each frame's detections at once."""
+    """Tracker that associates each frame's detections in that frame and never revises the choice."""
 
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> ManyState:
         """Return the state after the first detections, of pictures of (columns, rows) px."""
