@@ -343,7 +343,10 @@ def _same(one: list[tuple[Frame, Truth]], other: list[tuple[Frame, Truth]]) -> b
     return all(np.array_equal(a.image, b.image) and s == t for (a, s), (b, t) in zip(one, other, strict=True))
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(
+    "scene",
+    [pytest.param(name, marks=() if name in ("sky", "camera", "ground") else pytest.mark.slow) for name in SCENES],
+)
 def test_switched_off_is_the_value_without_effect(scene: str) -> None:
     for name, key in [each[1:] for each in OFF if each[0] == scene]:
         off = pairs(without(loads(SCENES[scene]), name))
