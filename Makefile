@@ -44,7 +44,7 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 
 bench: $(INSTALLED)
-	@$(BIN)/python tests/bench/bench.py
+	@PYTHONPATH=tests/support $(BIN)/python tests/bench/bench.py
 
 docs: $(INSTALLED)
 	$(BIN)/python docs/generate.py
