@@ -75,7 +75,10 @@ def _mean(cells: list[RunRecord], name: str) -> tuple[float, float, float] | Non
     if not len(values):
         return None
     mean, low, high = (float(each[0]) for each in mean_interval(values[:, None]))
-    return mean, low, high
+    if len(values) == 1:
+        return mean, low, high
+    least = -inf if name == "mota" else 0.0
+    return mean, max(low, least), min(high, ALL_FIGURES[name].most)
 
 
 def _order(cells: list[RunRecord], task: Task) -> tuple[float, ...]:

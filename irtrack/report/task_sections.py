@@ -131,6 +131,8 @@ def identity_lanes(
 ) -> tuple[Lane, ...]:
     """Return a lane for each target from the tracks (k, n) that it has, `NOBODY` where none; present (k, n)."""
     count = max(len(matches), 1)
+    order = list(dict.fromkeys(matches[matches != NOBODY].tolist()))
+    colors = {track: HUES[place % len(HUES)] for place, track in enumerate(order)}
     lanes = []
     for column, name in enumerate(names):
         track, spans, switches, last = matches[:, column], [], [], NOBODY
@@ -140,7 +142,7 @@ def identity_lanes(
             if own == NOBODY:
                 continue
             title = f"{name}: track {own}, frames {frames[start]} to {frames[stop - 1]}"
-            spans.append(Span(100 * start / count, 100 * (stop - start) / count, HUES[own % len(HUES)], title))
+            spans.append(Span(100 * start / count, 100 * (stop - start) / count, colors[own], title))
             if last not in (NOBODY, own):
                 place = int(frames[start])
                 switches.append(Switch(100 * start / count, place, f"frame {place}: track {last} to {own}"))
@@ -174,7 +176,7 @@ def _roc_chart(
     if not lines:
         return ""
     x, y = Axis("false alarms a frame", (RATES[0], RATES[-1]), log=True), Axis("probability of detection", (0, 1.02))
-    return line_chart(lines, x, y, size=(640, 320), name=f"ROC on {source}")
+    return line_chart(lines, x, y, size=(960, 300), name=f"ROC on {source}")
 
 
 def _at_rates(rates: Floats, found: Floats) -> Floats:
