@@ -7,6 +7,7 @@ Edges: frames are mirrored at their edges, and a detection may lie on an edge pi
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -64,8 +65,9 @@ class DetectorPart(Part):
     source: ClassVar[str]
     """Authors and year of the method."""
 
+    @abstractmethod
     def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
-        raise NotImplementedError
+        """Return the memory after a frame, and its detections."""
 
     def detect(self, frame: Frame | Image) -> Detections:
         """Return the detections of a single frame, or of an image (rows, cols)."""
@@ -109,7 +111,7 @@ class FilterDetector(DetectorPart):
         return 4
 
     def response(self, picture: Picture) -> Picture:
-        """Return the response (rows, cols), high at hot targets."""
+        """Return the response (rows, cols), high at hot targets; unused where `step` computes it with a memory."""
         raise NotImplementedError
 
     def scale(self, response: Picture) -> tuple[float, float]:

@@ -75,12 +75,12 @@ class Reference:
 
     @property
     def present(self) -> np.ndarray:
-        """Whether the target is present in each frame, (n,) bool."""
+        """True in each frame in which the target is present, (n,) bool."""
         return np.asarray(np.isfinite(self.centers).all(axis=1))
 
     @property
     def shown(self) -> np.ndarray:
-        """Whether at least `SHOWN` of the target is visible in each frame, (n,) bool; unknown counts as visible."""
+        """True where at least `SHOWN` of the target is visible in a frame, (n,) bool; unknown counts as visible."""
         return np.asarray(self.present & ~(self.visible < SHOWN))
 
     @property
@@ -173,19 +173,19 @@ class Trace:
 
     @cached_property
     def scored(self) -> np.ndarray:
-        """Whether each frame is scored: after the start, with the target present, (n,) bool."""
+        """True in each frame that is scored: after the start, with the target present, (n,) bool."""
         present = self.truth.present
         present[:1] = False
         return present
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """Whether each frame is scored, and at least `irsim.types.SHOWN` of the target visible, (n,) bool."""
+        """True in each frame that is scored, and at least `irsim.types.SHOWN` of the target visible, (n,) bool."""
         return np.asarray(self.scored & self.truth.shown)
 
     @cached_property
     def off(self) -> np.ndarray:
-        """Whether each frame is off, far from the target, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
+        """True in each frame that is off, far from the target, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
         return off_frames(self.errors, self.truth.diagonals, self.accuracy)
 
     @cached_property
@@ -195,7 +195,7 @@ class Trace:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Whether each frame is scored and before the loss, (n,) bool; all scored frames without a loss."""
+        """True in each frame that is scored and before the loss, (n,) bool; all scored frames without a loss."""
         held = self.scored.copy()
         if self.lost_position is not None:
             held[self.lost_position :] = False

@@ -134,7 +134,7 @@ class Walk(Estimates):
 
     @property
     def tracking(self) -> np.ndarray:
-        """Whether the status is `tracking` in each frame, (n,)."""
+        """True in each frame in which the status is `tracking`, (n,)."""
         return np.array([status == "tracking" for status in self.statuses])
 
 

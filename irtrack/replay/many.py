@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import math
-import signal
-import sys
-import time
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,50 +13,12 @@ import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
 from irtrack.detectors import make_detector, parse_detector
-from irtrack.errors import InputError, IrtrackError, TrackerError, error_line, whole_number
+from irtrack.errors import InputError, TrackerError, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
-from irtrack.replay.replay import named, replay
+from irtrack.replay.replay import Clock, named, replay
 from irtrack.replay.start import Start
 from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, fault_of_tracks, stacked
 from irtrack.types import LEAST_PX, Detections, Detector, fault_of_detections
-
-
-class Clock:
-    """Frames that one viewer saw, and the wall and CPU time of each of its steps."""
-
-    def __init__(self) -> None:
-        self.indices: list[int] = []
-        self.times: list[float] = []
-        self.step_ms: list[float] = []
-        self.cpu_ms: list[float] = []
-
-    def call(self, place: str, frame: Frame, work: Callable[[], Any]) -> Any:
-        """Return the answer of a step on a frame; TrackerError of its exceptions. Its output goes to standard error."""
-        try:
-            with redirect_stdout(sys.stderr):
-                begin, begin_cpu = time.perf_counter(), time.process_time()
-                answer = work()
-                took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
-        except IrtrackError:
-            raise
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-                raise  # Ctrl-C; where that is ignored, the tracker raised it
-            raise TrackerError(f"{place}: {error_line(error)}") from error
-        self.indices.append(frame.index)
-        self.times.append(frame.time)
-        self.step_ms.append(took * 1e3)
-        self.cpu_ms.append(took_cpu * 1e3)
-        return answer
-
-    def columns(self) -> dict[str, Any]:
-        """Return frames, times, step_ms and cpu_ms as arrays (k,)."""
-        return {
-            "frames": np.array(self.indices, dtype=np.int64),
-            "times": np.array(self.times, dtype=np.float64),
-            "step_ms": np.array(self.step_ms, dtype=np.float64),
-            "cpu_ms": np.array(self.cpu_ms, dtype=np.float64),
-        }
 
 
 class ManyPlayer:

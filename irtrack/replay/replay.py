@@ -31,6 +31,44 @@ BLOCK_BYTES = 16 * 2**20
 """Frames shown to one tracker in a row: enough that its first step, with cold caches, counts little."""
 
 
+class Clock:
+    """Frames that one viewer saw, and the wall and CPU time of each of its steps."""
+
+    def __init__(self) -> None:
+        self.indices: list[int] = []
+        self.times: list[float] = []
+        self.step_ms: list[float] = []
+        self.cpu_ms: list[float] = []
+
+    def call(self, place: str, frame: Frame, work: Callable[[], Any]) -> Any:
+        """Return the answer of a step on a frame; TrackerError of its exceptions. Its output goes to standard error."""
+        try:
+            with redirect_stdout(sys.stderr):
+                begin, begin_cpu = time.perf_counter(), time.process_time()
+                answer = work()
+                took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
+        except IrtrackError:
+            raise
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+                raise  # Ctrl-C; where that is ignored, the tracker raised it
+            raise TrackerError(f"{place}: {error_line(error)}") from error
+        self.indices.append(frame.index)
+        self.times.append(frame.time)
+        self.step_ms.append(took * 1e3)
+        self.cpu_ms.append(took_cpu * 1e3)
+        return answer
+
+    def columns(self) -> dict[str, Any]:
+        """Return frames, times, step_ms and cpu_ms as arrays (k,)."""
+        return {
+            "frames": np.array(self.indices, dtype=np.int64),
+            "times": np.array(self.times, dtype=np.float64),
+            "step_ms": np.array(self.step_ms, dtype=np.float64),
+            "cpu_ms": np.array(self.cpu_ms, dtype=np.float64),
+        }
+
+
 class Player:
     """Player: runs one tracker on the frames of a source, from its start frame on.
 
@@ -45,10 +83,8 @@ class Player:
         self.config = tracker_config(tracker)
         self.label = label or self.name
         self._state: Any = None
-        self._frames: list[tuple[int, float]] = []
+        self.clock = Clock()
         self._estimates: list[Estimate] = []
-        self._step_ms: list[float] = []
-        self._cpu_ms: list[float] = []
 
     def see(self, frame: Frame) -> None:
         """Pass the next frame to the tracker; output of the tracker goes to standard error.
@@ -60,21 +96,11 @@ class Player:
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
         box = self.start.box
-        answer: Any
-        try:
-            with redirect_stdout(sys.stderr):
-                begin, begin_cpu = time.perf_counter(), time.process_time()
-                if self._frames:
-                    answer = self.tracker.step(self._state, frame, rng)
-                else:
-                    answer = self.tracker.init(frame, box, rng), Estimate((box.cx, box.cy), (box.w, box.h))
-                took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
-        except IrtrackError:
-            raise
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-                raise  # Ctrl-C; where that is ignored, the tracker raised it
-            raise TrackerError(f"{place}: {error_line(error)}") from error
+        if self.clock.indices:
+            answer = self.clock.call(place, frame, lambda: self.tracker.step(self._state, frame, rng))
+        else:
+            state = self.clock.call(place, frame, lambda: self.tracker.init(frame, box, rng))
+            answer = state, Estimate((box.cx, box.cy), (box.w, box.h))
         if not (isinstance(answer, tuple) and len(answer) == 2):
             given = f"a tuple of {len(answer)}" if isinstance(answer, tuple) else f"a {type(answer).__name__}"
             given = "None" if answer is None else given
@@ -84,9 +110,6 @@ class Player:
         if wrong is not None:
             raise TrackerError(f"{place}: {wrong}")
         self._state = state
-        self._step_ms.append(took * 1e3)
-        self._cpu_ms.append(took_cpu * 1e3)
-        self._frames.append((frame.index, frame.time))
         self._estimates.append(estimate)
 
     @property
@@ -96,6 +119,7 @@ class Player:
 
     def track(self, source: Source, input: Input) -> Track:
         """Return the track so far."""
+        columns = self.clock.columns()
         return Track(
             source=source.name,
             source_hash=source.hash,
@@ -107,11 +131,11 @@ class Player:
             input=input,
             scene_seed=source.seed,
             tracker_seed=self.seed,
-            indices=np.array([index for index, _ in self._frames], dtype=np.int64),
-            times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
+            indices=columns["frames"],
+            times=columns["times"],
             estimates=tuple(self._estimates),
-            step_ms=np.array(self._step_ms),
-            cpu_ms=np.array(self._cpu_ms),
+            step_ms=columns["step_ms"],
+            cpu_ms=columns["cpu_ms"],
         )
 
 
