@@ -43,7 +43,7 @@ def test_a_closed_pipe_is_not_reported(folder: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a device that is full")
 @pytest.mark.parametrize(
     ("program", "words", "unbuffered"),
-    [("irsim", ["schema"], ""), ("irsim", ["check", "scene.yaml", "none.yaml"], "1"), ("irtrack", ["list"], "")],
+    [("irsim", ["check", "scene.yaml", "none.yaml"], "1"), ("irtrack", ["list"], "")],
 )
 def test_standard_output_that_cannot_be_written(program: str, words: list[str], unbuffered: str, folder: Path) -> None:
     """Also after other errors; Python adds nothing at exit."""

@@ -18,29 +18,14 @@ import pytest
 from irtrack import Results
 
 
-@pytest.mark.parametrize("jobs", ["2"])
-def test_tracker_output_goes_to_standard_error(made: Path, jobs: str) -> None:
-    for words in (
-        ("run", "mine:Careless", "clip.mcap", "what=good"),
-        (
-            "bench",
-            "clip.mcap",
-            "scene.yaml",
-            "--trackers",
-            "mine:Careless:what=good",
-            "--seeds",
-            "1",
-            "--jobs",
-            jobs,
-            "--results",
-            str(made / f"{jobs}.db"),
-        ),
-    ):
-        process = start(made, *words, "--json")
-        out, err = process.communicate(timeout=60)
-        assert process.returncode == 0
-        assert json.loads(out)
-        assert "seen 1" in err
+def test_tracker_output_goes_to_standard_error(made: Path) -> None:
+    """Also that of workers."""
+    words = ("bench", "clip.mcap", "scene.yaml", "--trackers", "mine:Careless:what=good", "--seeds", "1", "--jobs", "2")
+    process = start(made, *words, "--results", str(made / "printed.db"), "--json")
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert json.loads(out)
+    assert "seen 1" in err
 
 
 NATIVE = """
@@ -113,11 +98,10 @@ def cells_in(results: Path) -> int:
         return 0
 
 
-@pytest.mark.parametrize("jobs", ["2"])
-def test_ctrl_c_has_status_130_and_keeps_the_file(made: Path, tmp_path: Path, jobs: str) -> None:
+def test_ctrl_c_has_status_130_and_keeps_the_file(made: Path, tmp_path: Path) -> None:
     results = tmp_path / "long.db"
-    words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))
-    process = start(made, *words, "--jobs", jobs)
+    words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "200", "--results", str(results))
+    process = start(made, *words, "--jobs", "2")
     until = time.monotonic() + 60
     while time.monotonic() < until:
         if cells_in(results):
@@ -129,7 +113,8 @@ def test_ctrl_c_has_status_130_and_keeps_the_file(made: Path, tmp_path: Path, jo
     os.killpg(process.pid, signal.SIGINT)  # to the workers as well, as a terminal does
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    match = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+; the same command resumes\n", err)
+    last = err.splitlines()[-1]  # after lines of progress, where the machine is slow
+    match = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+; the same command resumes", last)
     assert match, err
     with Results(results) as kept:
         assert len(kept.cells()) == int(match[1]) > 0

@@ -83,7 +83,7 @@ def test_signals_are_deferred(number: signal.Signals) -> None:
 
 @pytest.mark.parametrize(
     ("words", "moment"),
-    [(RENDER, imports), (BENCH, workers_import)],
+    [(RENDER, imports), pytest.param(BENCH, workers_import, marks=pytest.mark.slow)],
     ids=["render imports", "workers of bench import"],
 )
 def test_ctrl_c_during_the_start_is_one_line(
@@ -171,7 +171,8 @@ def test_program_from_a_pipe_is_an_input_error(tmp_path: Path) -> None:
     assert done.stderr.count("Traceback") == 1
 
 
-@pytest.mark.parametrize("call", [FRAMES, pytest.param(RUN, marks=pytest.mark.slow)], ids=["frames", "bench"])
+@pytest.mark.slow
+@pytest.mark.parametrize("call", [FRAMES, RUN], ids=["frames", "bench"])
 def test_script_without_the_guard_gets_one_line(call: str, tmp_path: Path) -> None:
     """Each worker imports the script, and would start workers in turn."""
     script = tmp_path / "script.py"

@@ -112,7 +112,11 @@ if __name__ == "__main__":
 
 
 @ON_LINUX
-@pytest.mark.parametrize("end", ["break", "os.kill(os.getpid(), signal.SIGKILL)"])
+@pytest.mark.parametrize(
+    "end",
+    ["break", pytest.param("os.kill(os.getpid(), signal.SIGKILL)", marks=pytest.mark.slow)],
+    ids=["break", "kill"],
+)
 def test_program_that_ends_leaves_nothing_on_stderr(end: str, tmp_path: Path) -> None:
     """No process, and no warning of shared memory on stderr."""
     script = tmp_path / "script.py"
