@@ -14,7 +14,16 @@ from irsim.camera.agc import Agc, Fixed, Linear, Picture, Plain, Plateau, Statis
 from irsim.config.base import Family
 from irsim.types import Image
 
-CURVES = Family("agc", Agc, {"linear": Linear, "plateau": Plateau, "fixed": Fixed, "none": Plain})
+CURVES = Family(
+    "agc",
+    Agc,
+    {
+        "linear": Linear,
+        "plateau": Plateau,
+        "fixed": Fixed,
+        "none": Plain,
+    },
+)
 """Kinds of AGC with one curve for the whole picture."""
 
 Tiles = Annotated[int, Field(ge=1, le=64)]

@@ -1,4 +1,4 @@
-"""The examples of CONTRIBUTING work: each kind in a package of one's own, and a noise and a tracker in this one."""
+"""The examples of CONTRIBUTING work: each kind in a package of one's own; noise, tracker, shape and AGC in this one."""
 
 from __future__ import annotations
 
@@ -29,6 +29,14 @@ occluders:
   - {kind: "kinds:Triangle", id: tent, top_px: [60, 50], range_m: 500}
 """
 
+TABLES = {
+    "Hum": ("irsim/camera/hum.py", "irsim/camera/__init__.py", '        "white": White,'),
+    "Brightest": ("irtrack/trackers/brightest.py", "irtrack/registry/table.py", '    "template": Template,'),
+    "Crate": ("irsim/targets/crate.py", "irsim/targets/__init__.py", '        "point": Point,'),
+    "SquareRoot": ("irsim/camera/square_root.py", "irsim/camera/agc_local.py", '        "linear": Linear,'),
+}
+"""File of a kind, file of its table, and the row after its own, by class."""
+
 
 def blocks(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
@@ -52,27 +60,27 @@ def test_each_kind_works_in_another_package(tmp_path: Path, monkeypatch: pytest.
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of both packages to which the two worked examples are added as CONTRIBUTING says."""
+    """A copy of both packages to which four examples are added as CONTRIBUTING says."""
     folder = tmp_path_factory.mktemp("repository")
     for package in ("irsim", "irtrack"):
         shutil.copytree(ROOT / package, folder / package)
     for name in ("scenarios", "schemas"):
         if (ROOT / name).exists():
             (folder / name).symlink_to(ROOT / name)
-    examples = [text for text in blocks(PAGE, "python") if "write_text" in text]
-    additions = [text.splitlines() for text in blocks(PAGE, "text") if text.startswith("from ")]
-    for example, (imported, row) in zip(examples, additions, strict=True):
-        subprocess.run([sys.executable, "-c", example], cwd=folder, check=True)
-        module, name = re.findall(r"from ([\w.]+) import (\w+)", imported)[0]
-        file = Path(*module.split(".")).with_suffix(".py")
-        (folder / file.name).rename(folder / file)
-        table = "irsim/camera/__init__.py" if module.startswith("irsim") else "irtrack/registry/table.py"
-        before = '        "white": White,' if module.startswith("irsim") else '    "template": Template,'
+    for name, (file, table, before) in TABLES.items():
+        [example] = [text for text in blocks(PAGE, "python") if f"class {name}(" in text]
+        if "write_text" in example:
+            subprocess.run([sys.executable, "-c", example], cwd=folder, check=True)
+            (folder / Path(file).name).rename(folder / file)
+        else:
+            (folder / file).write_text(example)
+        module = file.removesuffix(".py").replace("/", ".")
+        imported, row = f"from {module} import {name}", f'"{Path(file).stem}": {name},'
+        assert "write_text" not in example or f"`{row}`" in PAGE
         text = (folder / table).read_text()
         assert text.count(before) == 1
         text = text.replace(before, f"{row}\n{before}").replace("\nfrom irsim", f"\n{imported}\nfrom irsim", 1)
         (folder / table).write_text(text)
-        assert name in row
     return folder
 
 
@@ -85,12 +93,19 @@ def run_python(repository: Path, *words: str) -> str:
     return done.stdout.strip()
 
 
-def test_the_noise_works_in_this_repository(repository: Path) -> None:
-    code = "import irsim; print(irsim.load('sky', ['camera.noise=[{kind: hum, ratio: 2}]']).camera.noise[0].name)"
-    assert run_python(repository, "-c", code) == "hum"
+CONTRACTS = {
+    "hum or crate or square_root": [
+        *("irsim/config/test_kinds.py", "irsim/camera/test_noise.py"),
+        *("irsim/camera/test_agc.py", "irsim/targets/test_target_contract.py"),
+    ],
+    "brightest": ["irtrack/trackers/test_tracker_contract.py"],
+}
+"""Files of contract tests, by kinds."""
 
 
-def test_the_tracker_passes_the_contract(repository: Path) -> None:
-    contract = ROOT / "tests" / "irtrack" / "trackers" / "test_tracker_contract.py"
-    said = run_python(repository, "-m", "pytest", "-p", "no:cacheprovider", "-k", "brightest", str(contract))
-    assert "passed" in said
+@pytest.mark.parametrize("kinds", CONTRACTS)
+def test_kinds_in_this_repository_pass_their_contract(repository: Path, kinds: str) -> None:
+    files = [str(ROOT / "tests" / file) for file in CONTRACTS[kinds]]
+    said = run_python(repository, "-m", "pytest", "-vv", "-p", "no:cacheprovider", "-k", kinds, *files)
+    for kind in kinds.split(" or "):
+        assert re.search(rf"\b{kind}\b.*PASSED", said)
