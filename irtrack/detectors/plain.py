@@ -30,7 +30,8 @@ class PlainDetector:
     again       returns the function, or a new object with `detect`
 
     It is called with the image (rows, cols), a copy that may be written on; with the `Frame` (image, index, time, bits)
-    where its first argument is annotated so, or where its attribute `needs` is ("pose",). It returns a value of `ALLOWED`.
+    where its first argument is annotated so, or where its attribute `needs` is ("pose",). It returns a value of
+    `ALLOWED`.
     """
 
     kind: Any
