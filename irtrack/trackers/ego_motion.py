@@ -37,7 +37,8 @@ def scene_motion(last: View, view: View, size: tuple[int, int]) -> Floats:
     (`irtrack.features.background`): the camera's roll and zoom are not in it.
     """
     if isinstance(last, Pose) and isinstance(view, Pose):
-        return irsim.homography(last, view, size)
+        found: Floats = irsim.homography(last, view, size)
+        return found
     assert isinstance(last, np.ndarray)
     assert isinstance(view, np.ndarray)
     _, dx, dy = displacement(last, view)
