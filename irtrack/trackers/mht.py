@@ -129,7 +129,8 @@ class MHT(MultiTargetTracker):
             mean = float(found.scores[free].mean())
             clutter_score = mean if clutter_score == 0 else 0.9 * clutter_score + 0.1 * mean
         return HypothesisState(
-            leaves, hypotheses, best.tracks, state.next_id + len(found), clutter_score, state.memory, state.size
+            *(leaves, hypotheses, best.tracks, state.next_id + len(found), clutter_score),
+            *(state.memory, state.size, state.view),
         )
 
     def _ranked(

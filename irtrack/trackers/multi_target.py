@@ -74,14 +74,14 @@ class TrackTable:
         """Return the tracks of a mask or of indices."""
         return TrackTable(self.states.take(rows), *(getattr(self, name)[rows] for name in _COLUMNS))
 
+    def moved(self, homography: Floats) -> TrackTable:
+        """Return the tracks after the camera moved the whole scene by a homography (3, 3) of pixels."""
+        return replace(self, states=moved(self.states, homography))
+
     def joined(self, others: TrackTable) -> TrackTable:
         """Return these tracks, then others."""
         joined = (np.concatenate([getattr(self, name), getattr(others, name)]) for name in _COLUMNS)
         return TrackTable(self.states.joined(others.states), *joined)
-
-    def moved(self, homography: Floats) -> TrackTable:
-        """Return the tracks after the camera moved the whole scene by a homography (3, 3) of pixels."""
-        return replace(self, states=moved(self.states, homography))
 
     def frame(self) -> TrackFrame:
         """Return the tracks as the answer of a step."""
@@ -196,12 +196,17 @@ class MultiTargetTracker(TrackerPart):
 
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, TrackFrame]:
         """Return the state and the tracks after the next frame."""
+        state = self._compensated(state, frame)
         memory, found = self.detector_used.step(state.memory, frame)
-        view = ego_view(self.ego_motion, frame)
-        if view is not None:
-            state = state.moved(scene_motion(state.view, view, state.size))
-        after = replace(self.advance(state, self.strongest(found)), memory=memory, view=view)
+        after = replace(self.advance(state, self.strongest(found)), memory=memory)
         return after, after.tracks.frame()
+
+    def _compensated(self, state: Any, frame: Frame) -> Any:
+        """Return the state with its tracks where the camera's motion since the last frame has moved them."""
+        view = ego_view(self.ego_motion, frame)
+        if view is None:
+            return state
+        return replace(state.moved(scene_motion(state.view, view, state.size)), view=view)
 
     @abstractmethod
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> Any:
