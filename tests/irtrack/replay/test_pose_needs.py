@@ -18,6 +18,7 @@ from irtrack.bench import Entry, run_bench, summary
 from irtrack.bench.task_summary import task_summary
 from irtrack.cli.output import print_summary, print_tasks
 from irtrack.registry.identity import tracker_config, tracker_needs, tracker_of_config
+from irtrack.registry.table import MULTI_TRACKERS, make
 from irtrack.replay.many import run_detector, run_many
 from irtrack.report.page import page
 from irtrack.trackers.multi_target import GNN
@@ -151,7 +152,8 @@ def test_tables_mark_trackers_with_the_pose(tmp_path: Path, capsys: pytest.Captu
     assert html.count("<dt>*</dt>") == 1
 
 
-def test_a_camera_that_moves_is_compensated() -> None:
+@pytest.mark.parametrize("kind", MULTI_TRACKERS)
+def test_a_camera_that_moves_is_compensated(kind: str) -> None:
     """A point at rest in the sky stays one track, and its speed is 0, while the camera turns by 12 px in a frame."""
     image = np.zeros((240, 320), np.uint8)
     frames = []
@@ -164,7 +166,8 @@ def test_a_camera_that_moves_is_compensated() -> None:
         frames.append(Frame(picture, k, k / 30, 8, pose))
     tracks = {}
     for way in ("none", "pose"):
-        made, rng = GNN(ego_motion=way, detector="tophat"), np.random.default_rng(0)
+        made: Any = make(kind, {"ego_motion": way, "detector": "tophat"})
+        rng = np.random.default_rng(0)
         state = made.init(frames[0], rng)
         for frame in frames[1:]:
             state, found = made.step(state, frame, rng)
