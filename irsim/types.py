@@ -1,4 +1,4 @@
-"""Values that pass between packages: Box, Frame, TargetTruth, Truth, and the Source protocol.
+"""Values that pass between packages: Box, Pose, Frame, TargetTruth, Truth, and the Source protocol.
 
 Conventions, everywhere in irsim and irtrack
     x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
@@ -141,18 +141,40 @@ class Box:
         return w * h / (self.w * self.h + other.w * other.h - w * h)
 
 
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Pose and focal length of the camera in one frame, in the middle of its exposure.
+
+    azimuth_deg    degrees to the right of the first pointing, not reduced to one turn
+    elevation_deg  degrees above the horizontal; azimuth turns about the vertical, elevation about the level axis
+    roll_deg       degrees clockwise about the optical axis
+    ifov_rad       angle of a pixel on the optical axis, rad: 1 / (focal length in px), zoom included
+    place_m        (east, north, up) m from the camera's first position; north is level ahead at the first pointing
+
+    The angles are those of the line of sight, tilt by turbulence included. `irsim.homography` maps pixels of distant
+    points from one frame to another.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    roll_deg: float
+    ifov_rad: float
+    place_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """One picture: `image`, (rows, cols) uint8 or uint16, its true depth `bits`, and its `time`, s, mid-exposure.
 
     `index` counts frames that arrive, without gaps. A dropped frame leaves a gap in time; a doubled one has the time of
-    the frame before it.
+    the frame before it. `pose` is the camera's; None but for trackers that need it (`irtrack.replay.replay`).
     """
 
     image: Image
     index: int
     time: float
     bits: int
+    pose: Pose | None = None
 
     def __repr__(self) -> str:
         rows, cols = self.image.shape
@@ -212,11 +234,16 @@ class TargetTruth:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Ground truth of one frame: its time and the targets that exist in it."""
+    """Ground truth of one frame: its time, the targets that exist in it, and the camera's pose.
+
+    The pose is None where it is not known: in imported footage, behind a recorded background, and in recordings made
+    before they held it.
+    """
 
     index: int
     time: float
     targets: tuple[TargetTruth, ...] = ()
+    pose: Pose | None = None
 
     def __repr__(self) -> str:
         return f"Truth({self.index} at {self.time:.6g} s: {', '.join(map(_summary, self.targets)) or 'no target'})"

@@ -117,6 +117,9 @@ class Tracker(Protocol):
     state resumes exactly. A tracker that guarantees this has `resumable = True`; steps of other trackers are never
     repeated. The random generator of frame k is `irsim.rng.stream(seed, name, target, k)`, with the tracker's name, not
     its label.
+
+    A tracker or detector with the attribute ``needs = ("pose",)`` gets frames with the camera's pose, runs only on
+    sources that have it, and is marked in tables.
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:

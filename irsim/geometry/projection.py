@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.types import Floats, read_only
+from irsim.types import Floats, Pose, read_only
 
 SINGLE_THREADED = 2**18
 """Multiplications of one matrix product up to which OpenBLAS, numpy's library, stays on one thread (SMP_THRESHOLD_MIN
@@ -136,3 +136,24 @@ class Geometry:
     def inside(self, x: float, y: float) -> bool:
         """Return True if (x, y) px lies within the frame's outer edges."""
         return -0.5 <= x <= self.size[0] - 0.5 and -0.5 <= y <= self.size[1] - 0.5
+
+
+def homography(before: Pose, after: Pose, size: tuple[int, int]) -> Floats:
+    """Return the matrix H (3, 3) that maps pixels of distant points from one frame to another.
+
+    (x', y', 1) ~ H (x, y, 1) in homogeneous coordinates; both frames have the `size` (columns, rows).
+    H = K' R' R^T K^-1 of cameras that share their centre (R. Hartley, A. Zisserman, "Multiple View Geometry in Computer
+    Vision", 2nd ed., 2004, section 8.4.2): the parallax of near points between two places of the camera is not in it.
+    """
+    turn = _pose_rotation(after) @ _pose_rotation(before).T
+    return np.asarray(_intrinsics(after, size) @ turn @ np.linalg.inv(_intrinsics(before, size)))
+
+
+def _pose_rotation(pose: Pose) -> Floats:
+    return gimbal(*np.radians([pose.azimuth_deg, pose.elevation_deg, pose.roll_deg]))
+
+
+def _intrinsics(pose: Pose, size: tuple[int, int]) -> Floats:
+    """Return the matrix K (3, 3) from camera-frame directions to homogeneous pixels."""
+    x, y = Geometry(size, pose.ifov_rad).axis_px
+    return np.array([[1 / pose.ifov_rad, 0, x], [0, 1 / pose.ifov_rad, y], [0, 0, 1]])

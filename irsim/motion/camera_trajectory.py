@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +12,7 @@ import numpy as np
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion.base import CameraMotion, Path
-from irsim.types import Floats
+from irsim.types import Floats, Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,18 @@ class CameraTrajectory:
     def lens(self, index: int) -> Geometry:
         """Return the geometry of frame `index` with its zoom."""
         return self.geometry.zoomed(float(self.zooms[index]))
+
+    def pose(self, index: int) -> Pose:
+        """Return pose and focal length of frame `index`, as the ground truth holds them."""
+        azimuth, elevation, roll = self.turns[index].tolist()
+        east, down, north = (self.places[index] @ self.geometry.world_rotation(np.zeros(3))).tolist()
+        return Pose(
+            azimuth_deg=math.degrees(azimuth),
+            elevation_deg=math.degrees(self.geometry.elevation_rad + elevation),
+            roll_deg=math.degrees(roll),
+            ifov_rad=self.lens(index).ifov_rad,
+            place_m=(east, north, 0.0 - down),
+        )
 
     @cached_property
     def rotations(self) -> Floats:

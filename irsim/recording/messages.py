@@ -16,7 +16,7 @@ from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from irsim.types import Band, BandName, Box, Image, TargetTruth, Truth
+from irsim.types import Band, BandName, Box, Image, Pose, TargetTruth, Truth
 
 EPOCH_NS = 1_577_836_800 * 10**9
 """Log time of frame time 0: 2020-01-01T00:00:00Z, ns since the Unix epoch. The date is fixed, so that files are
@@ -93,7 +93,15 @@ _MESSAGES: dict[str, list[tuple[str, str]]] = {
         ("accuracy_px", "double"),
         ("scr", "double"),
     ],
-    "Truth": [("index", "uint32"), ("time", "double"), ("targets", "TargetTruth*")],
+    "Place": [("east", "double"), ("north", "double"), ("up", "double")],
+    "Pose": [
+        ("azimuth_deg", "double"),
+        ("elevation_deg", "double"),
+        ("roll_deg", "double"),
+        ("ifov_rad", "double"),
+        ("place_m", "Place"),
+    ],
+    "Truth": [("index", "uint32"), ("time", "double"), ("targets", "TargetTruth*"), ("pose", "Pose")],
     "TrackState": [
         ("index", "uint32"),
         ("time", "double"),
@@ -203,7 +211,14 @@ def encode_truth(truth: Truth) -> bytes:
         | {"box": box(target.box)}
         for target in truth.targets
     ]
-    return bytes(TruthMessage(index=truth.index, time=truth.time, targets=targets).SerializeToString())
+    pose = None if truth.pose is None else _pose_fields(truth.pose)
+    return bytes(TruthMessage(index=truth.index, time=truth.time, targets=targets, pose=pose).SerializeToString())
+
+
+def _pose_fields(pose: Pose) -> dict[str, Any]:
+    """Return the fields of a Pose message."""
+    place = dict(zip(("east", "north", "up"), pose.place_m, strict=True))
+    return {name: getattr(pose, name) for name in Pose.__slots__} | {"place_m": place}
 
 
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
@@ -223,7 +238,16 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
         )
         for target in message.targets
     ]
-    return Truth(index, time, tuple(targets))
+    return Truth(index, time, tuple(targets), _decode_pose(message.pose) if message.HasField("pose") else None)
+
+
+def _decode_pose(message: Any) -> Pose:
+    """Return the pose of a Pose message. Raises ValueError where a number is missing or not finite."""
+    place = required_numbers(message, "place_m")
+    angles = {name: optional_field(message, name) for name in Pose.__slots__ if name != "place_m"}
+    if not all(value is not None and isfinite(value) for value in angles.values()) or angles["ifov_rad"] <= 0:
+        raise ValueError(f"pose {angles}")
+    return Pose(**angles, place_m=place)
 
 
 OPTICAL_FRAME = "camera"

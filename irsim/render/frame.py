@@ -223,7 +223,8 @@ class Renderer:
             for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
             if target.id in found
         ]
-        return Truth(index, index / self.context.rate_hz, tuple(targets))
+        pose = self.now.camera.pose(index) if self.recorded is None else None
+        return Truth(index, index / self.context.rate_hz, tuple(targets), pose)
 
     def _target_truth(
         self, name: str, cls: str, drawn: DrawnTarget, motion: list[float], crossing: bool

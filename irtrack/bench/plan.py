@@ -17,7 +17,8 @@ from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry,
 from irtrack.errors import InputError, whole_number
 from irtrack.metrics import Trace, score_trace
 from irtrack.metrics.tasks import Task
-from irtrack.registry.identity import code_hash, tracker_config, tracker_name, weights_digest
+from irtrack.registry.identity import code_hash, tracker_config, tracker_name, tracker_needs, weights_digest
+from irtrack.replay.replay import no_pose
 from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker
 
@@ -183,6 +184,10 @@ def plans(
         names.add(each.name)
         if init is None and not each.source.has_truth:
             raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by init=BOX")
+        if any("pose" in tracker_needs(tracker.entry.tracker) for tracker in trackers):
+            truth = each.source.truth(0)
+            if truth is None or truth.pose is None:
+                raise no_pose(each.name)
         tasks = list(dict.fromkeys(tracker.task for tracker in trackers))
         single = "single" in tasks
         followed = _followed(each.source, seeds.scenes, each.target or target, init) if single else None

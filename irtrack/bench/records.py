@@ -131,6 +131,11 @@ class RunRecord:
         """Name and parameters of the tracker."""
         return dict(json.loads(self.key.config))
 
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What the tracker needs besides pictures (`irtrack.registry.identity.tracker_needs`)."""
+        return tuple(self.config.get("needs", ()))
+
 
 _HEAD = struct.Struct("<I")
 """Number of bytes of the description that follows."""

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from irtrack.bench.records import RunRecord
 from irtrack.metrics import LEAST_SCENES, CentreFigures, Difference, Score, paired_difference, wilson
 from irtrack.metrics.tasks import ALL_FIGURES
+
+if TYPE_CHECKING:
+    from irtrack.bench.task_summary import TaskRow
 
 Pair = tuple[RunRecord, RunRecord]
 
@@ -87,6 +90,7 @@ class SummaryRow:
     held              centre errors of the frames before the loss, of all runs together
     off_share, precision_*, success_auc, ms_median
                       means over runs of the metrics of `irtrack.metrics.Score`
+    needs             what the tracker gets besides pictures: "pose" or ""
     """
 
     source: str
@@ -109,12 +113,23 @@ class SummaryRow:
     precision_norm: float | None
     success_auc: float | None
     ms_median: float | None
+    needs: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON or a table."""
         flat = asdict(self)
         held: dict[str, Any] = flat.pop("held")
         return flat | held
+
+
+POSE_MARK = "*"
+POSE_RULE = "with the camera's pose of each frame, which other trackers do not get"
+"""Mark behind the label of a tracker that needs the camera's pose, and its meaning."""
+
+
+def marked(row: SummaryRow | TaskRow) -> str:
+    """Return the label of a row as text, marked where the tracker gets the camera's pose."""
+    return row.label + POSE_MARK * ("pose" in row.needs)
 
 
 MEANS = ("off_share", "precision_5", "precision_20", "precision_norm", "success_auc", "ms_median")
@@ -130,7 +145,7 @@ def ranked_texts(row: SummaryRow) -> tuple[str, ...]:
     """Return the texts of a row under the heads `RANKED`."""
     return (
         f"{row.rank}{MARKS[row.standing]}",
-        row.label,
+        marked(row),
         f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
         percent(row.lost_share),
         f"{percent(row.lost_low)} to {percent(row.lost_high)}",
@@ -223,6 +238,7 @@ def _row(source: str, label: str, rank: int, standing: Standing, every: list[Run
         lost_high=high,
         held=_together([(score.held_frames, score.held) for score in scores]),
         **{name: _mean([score.figure(name) for score in scores]) for name in MEANS},
+        needs=" ".join(every[0].needs),
     )
 
 

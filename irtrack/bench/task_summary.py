@@ -28,6 +28,7 @@ class TaskRow:
     rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`
     runs, failed     runs that do not repeat another, and those of them that failed
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
+    needs            what the tracker or detector gets besides pictures: "pose" or ""
     """
 
     source: str
@@ -38,6 +39,7 @@ class TaskRow:
     runs: int
     failed: int
     means: Mapping[str, tuple[float, float, float] | None]
+    needs: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON: each figure as {"mean", "low", "high"}, an open end as null."""
@@ -46,7 +48,8 @@ class TaskRow:
             for name, each in self.means.items()
         }
         named = {
-            name: getattr(self, name) for name in ("source", "task", "label", "rank", "standing", "runs", "failed")
+            name: getattr(self, name)
+            for name in ("source", "task", "label", "rank", "standing", "runs", "failed", "needs")
         }
         return named | {"figures": means}
 
@@ -65,7 +68,7 @@ def task_summary(cells: Iterable[RunRecord]) -> list[TaskRow]:
             once = distinct(labels[label])
             failed = sum(cell.status == "failed" for cell in once)
             means = {name: _mean(once, name) for name in FIGURES_OF[task]}
-            rows.append(TaskRow(source, task, label, rank, standing, len(once), failed, means))
+            rows.append(TaskRow(source, task, label, rank, standing, len(once), failed, means, " ".join(once[0].needs)))
     return rows
 
 

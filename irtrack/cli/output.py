@@ -106,7 +106,7 @@ def _why_unscored(track: Track, has_truth: bool) -> str:
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:
     """Print the ranked table of each source; centre errors are those before the loss."""
-    from irtrack.bench.summary import MARKS, RULES
+    from irtrack.bench.summary import MARKS, RULES, marked
 
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
     print_table(
@@ -114,7 +114,7 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         [
             (
                 row.source,
-                f"{row.rank}{MARKS[row.standing] or '.'} {row.label}",
+                f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}",
                 _runs(row),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
@@ -132,11 +132,12 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
     for standing, rule in RULES.items():
         if any(row.standing == standing for row in rows):
             print(f"{MARKS[standing]} {rule}")
+    _explain_pose(rows)
 
 
 def print_tasks(rows: Sequence[TaskRow]) -> None:
     """Print a table of trackers of many, and one of detectors: means over the runs, the first with its interval."""
-    from irtrack.bench.summary import MARKS
+    from irtrack.bench.summary import MARKS, marked
     from irtrack.bench.task_summary import SHOWN
     from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY
 
@@ -149,7 +150,7 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
             [
                 (
                     row.source,
-                    f"{row.rank}{MARKS[row.standing] or '.'} {row.label}",
+                    f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}",
                     f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
                     *_mean_and_interval(row, shown[0]),
                     *(number(None if (mean := row.means[name]) is None else mean[0], ".3g") for name in shown[1:]),
@@ -162,9 +163,18 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
         for mark, meaning in (("=", f"a tie with the row above by {ranked}"), ("?", "too few runs to tell")):
             if any(MARKS[row.standing] == mark for row in own):
                 print(f"{mark} {meaning}")
+        _explain_pose(own)
         units = ", ".join(f"{name} {ALL_FIGURES[name].unit}" for name in shown if ALL_FIGURES[name].unit)
         matching = "; tracks match targets by the distance of centres" if task == "many" else ""
         print(f"units: {units}{matching}")
+
+
+def _explain_pose(rows: Sequence[SummaryRow] | Sequence[TaskRow]) -> None:
+    """Print the meaning of the mark of trackers that get the camera's pose, where a row has it."""
+    from irtrack.bench.summary import POSE_MARK, POSE_RULE
+
+    if any("pose" in row.needs for row in rows):
+        print(f"{POSE_MARK} {POSE_RULE}")
 
 
 def _mean_and_interval(row: TaskRow, name: str) -> tuple[str, str]:

@@ -65,13 +65,7 @@ class FrameDifference(FilterDetector):
 
 def registered(earlier: Picture, picture: Picture) -> Picture:
     """Return the earlier picture in the place and the grey scale of a later one; where it had no pixel, the later."""
-    before, now = (_coarse(each) for each in (earlier, picture))
-    steps = np.abs(np.diff(before[::4], axis=1)).ravel()
-    noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
-    ones = np.ones_like(before)
-    brighter = float(now.mean() - before.mean())
-    model, frame = BackgroundModel(before, ones, ones, noise, offset=brighter).register(cast(Any, now), align=True)
-    dx, dy = COARSE * frame.moved[0], COARSE * frame.moved[1]
+    model, dx, dy = displacement(earlier, picture)
     if max(abs(dx), abs(dy)) < 1e-2:
         return earlier * np.float32(model.gain) + np.float32(model.offset)
     matrix = np.array([[1.0, 0, dx], [0, 1.0, dy]])
@@ -85,6 +79,17 @@ def registered(earlier: Picture, picture: Picture) -> Picture:
     ):
         moved[new] = picture[new]
     return moved
+
+
+def displacement(earlier: Picture, picture: Picture) -> tuple[BackgroundModel, float, float]:
+    """Return the earlier picture, reduced, as a model registered to a later one, and the scene's shift (dx, dy) px."""
+    before, now = (_coarse(each) for each in (earlier, picture))
+    steps = np.abs(np.diff(before[::4], axis=1)).ravel()
+    noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
+    ones = np.ones_like(before)
+    brighter = float(now.mean() - before.mean())
+    model, frame = BackgroundModel(before, ones, ones, noise, offset=brighter).register(cast(Any, now), align=True)
+    return model, COARSE * frame.moved[0], COARSE * frame.moved[1]
 
 
 def _coarse(picture: Picture) -> Picture:

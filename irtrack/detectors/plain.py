@@ -30,7 +30,8 @@ class PlainDetector:
     again       returns the function, or a new object with `detect`
 
     It is called with the image (rows, cols), a copy that may be written on; with the `Frame` (image, index, time, bits)
-    where its first argument is annotated so. It returns a value of `ALLOWED`.
+    where its first argument is annotated so, or where its attribute `needs` is ("pose",). It returns a value of
+    `ALLOWED`.
     """
 
     kind: Any
@@ -56,7 +57,7 @@ class PlainDetector:
         detector = self.again() if state is None else state
         call = getattr(detector, "detect", detector)
         image = frame.image.copy()
-        answer = call(replace(frame, image=image) if _takes_frame(call) else image)
+        answer = call(replace(frame, image=image) if frame.pose is not None or _takes_frame(call) else image)
         try:
             return detector, read_detections(answer, frame.image.shape)
         except (TypeError, ValueError) as error:

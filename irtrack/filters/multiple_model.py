@@ -259,8 +259,25 @@ def inverse_2x2(matrices: Floats) -> tuple[Floats, Floats]:
     return inverse, determinant
 
 
-def moved(states: States, shift: tuple[float, float]) -> States:
-    """Return the states after the whole scene moved by (dx, dy) px, as a camera that pans moves it."""
-    mean = states.mean.copy()
-    mean[:, :, :2] += shift
-    return replace(states, mean=mean)
+def moved(states: States, homography: Floats) -> States:
+    """Return the states after the camera moved the whole scene by a homography (3, 3) of pixels.
+
+    Places are mapped exactly, velocities, accelerations and covariances by its derivative at the place.
+    """
+    places = states.mean[:, :, :2]
+    x, y, w = np.moveaxis(places @ homography[:, :2].T + homography[:, 2], -1, 0)
+    w = np.maximum(w, _BEHIND)
+    mapped = np.stack([x / w, y / w], axis=-1)
+    slope = (homography[:2, :2] - mapped[..., None] * homography[2, :2]) / w[..., None, None]
+    axes = states.mean.shape[2] // 2
+    whole = np.zeros((*mapped.shape[:2], 2 * axes, 2 * axes))
+    for axis in range(0, 2 * axes, 2):
+        whole[:, :, axis : axis + 2, axis : axis + 2] = slope
+    mean = np.matmul(whole, states.mean[..., None])[..., 0]
+    mean[:, :, :2] = mapped
+    covariance = np.matmul(np.matmul(whole, states.covariance), np.swapaxes(whole, -1, -2))
+    return replace(states, mean=mean, covariance=_symmetric(covariance))
+
+
+_BEHIND = 1e-3
+"""Least depth of a mapped place, of 1 on the axis: places behind the camera become far outside the picture."""

@@ -156,6 +156,6 @@ def _run(
     player = Player(tracker, Start(target, 0, box), seed)
     for k, index in enumerate(order):
         frame = source.frame(index, input)
-        player.see(Frame(frame.image, k, k / source.rate_hz, frame.bits))
+        player.see(Frame(frame.image, k, k / source.rate_hz, frame.bits, truths[index].pose))
     trace = Trace.of(player.track(source, input), Reference.of(ordered, target))
     return AnchorRun(np.nan_to_num(trace.overlaps), trace.truth.present)

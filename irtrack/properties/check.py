@@ -23,7 +23,7 @@ from irsim.types import Box, Frame
 from irtrack.errors import InputError, error_line
 from irtrack.properties.case import Broken, Case, NotAsked
 from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
-from irtrack.registry.identity import tracker_name
+from irtrack.registry.identity import tracker_name, tracker_needs
 from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
 from irtrack.types import Estimate, GivenTracker, Tracker, resumable
@@ -122,6 +122,8 @@ def check(
     from irtrack.replay.replay import named
 
     chosen = named(tracker)
+    if tracker_needs(chosen):
+        raise InputError(f"{tracker_name(chosen)}: needs the camera's pose, which the clips of a check do not have")
     wanted = set(PROPERTIES) if only is None else {_known(name) for name in only}
     needed = with_needs(wanted)
     names = [name for name in PROPERTIES if name in needed]

@@ -47,15 +47,29 @@ def tracker_name(tracker: Runnable) -> str:
 
 
 def tracker_config(tracker: Runnable) -> dict[str, Any]:
-    """Return {"tracker": name, "parameters": {...}} as JSON holds it.
+    """Return {"tracker": name, "parameters": {...}} as JSON holds it, and "needs" where it needs more than pictures.
 
     Parameters are a Part's or a dataclass' fields, else the object's attributes. An array is its dtype, shape and a
     digest of its bytes, an infinity as in YAML, any other object its repr. InputError where a repr does not identify
     the value.
     """
-    name = tracker_name(tracker)
-    parameters = _fields(tracker)
-    return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
+    name, parameters, needs = tracker_name(tracker), _fields(tracker), tracker_needs(tracker)
+    plain = {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}
+    return {"tracker": name, "parameters": plain} | ({"needs": list(needs)} if needs else {})
+
+
+NEEDS = ("pose",)
+"""What a tracker or detector may need besides pictures, by its attribute `needs`: the camera's pose of each frame."""
+
+
+def tracker_needs(tracker: Any) -> tuple[str, ...]:
+    """Return what a tracker needs besides pictures, its detector (`detector_used`) included; InputError for others."""
+    kind = _kind(tracker)
+    given = getattr(tracker if kind is type(tracker) else kind, "needs", ())
+    if not isinstance(given, tuple | list) or not set(given) <= set(NEEDS):
+        raise InputError(f"{tracker_name(tracker)}: needs {given!r}; allowed: {NEEDS}, or ()")
+    used = getattr(tracker, "detector_used", None)
+    return tuple(dict.fromkeys((*given, *(() if used is None else tracker_needs(used)))))
 
 
 def tracker_of_config(config: Mapping[str, Any]) -> Tracker | None:

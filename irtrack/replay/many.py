@@ -15,7 +15,7 @@ from irsim.types import Box, Frame, Input, Source, Truth
 from irtrack.detectors import make_detector, parse_detector
 from irtrack.errors import InputError, TrackerError, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
-from irtrack.replay.replay import Clock, named, replay
+from irtrack.replay.replay import Clock, Posed, named, replay
 from irtrack.replay.start import Start
 from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, fault_of_tracks, stacked
 from irtrack.types import LEAST_PX, Detections, Detector, fault_of_detections
@@ -28,12 +28,13 @@ class ManyPlayer:
         self.tracker, self.seed = tracker, seed
         self.name, self.config = tracker_name(tracker), tracker_config(tracker)
         self.label = label or self.name
-        self.clock = Clock()
+        self.clock, self._posed = Clock(), Posed(tracker)
         self._state: Any = None
         self._tracks: list[tuple[int, TrackFrame]] = []
 
     def see(self, frame: Frame) -> None:
         """Show the tracker the next frame. TrackerError for its exceptions and for an invalid answer."""
+        frame = self._posed.frame(frame)
         rng = stream(self.seed, self.name, "many", frame.index)
         place = f"{self.name}: frame {frame.index}"
         if not self.clock.indices:
@@ -74,13 +75,13 @@ class DetectorPlayer:
         self.detector, self.seed = detector, seed
         self.name, self.config = tracker_name(detector), tracker_config(detector)
         self.label = label or self.name
-        self.clock = Clock()
+        self.clock, self._posed = Clock(), Posed(detector)
         self._memory: Any = None
         self._found: list[tuple[int, Detections]] = []
 
     def see(self, frame: Frame) -> None:
         """Show the detector the next frame. TrackerError for its exceptions and for an invalid answer."""
-        place = f"{self.name}: frame {frame.index}"
+        frame, place = self._posed.frame(frame), f"{self.name}: frame {frame.index}"
         answer = self.clock.call(place, frame, lambda: self.detector.step(self._memory, frame))
         if not (isinstance(answer, tuple) and len(answer) == 2):
             raise TrackerError(f"{place}: step gave {type(answer).__name__}; allowed: (memory, Detections)")

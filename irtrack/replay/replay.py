@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,9 @@ import numpy as np
 
 import irsim
 from irsim.rng import stream
-from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError, error_line, whole_number
-from irtrack.registry.identity import tracker_config, tracker_name
+from irsim.types import Box, Frame, Input, Pose, Source, Truth
+from irtrack.errors import InputError, IrtrackError, TrackerError, error_line, whole_number
+from irtrack.registry.identity import Runnable, tracker_config, tracker_name, tracker_needs
 from irtrack.replay.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
 
@@ -69,6 +70,28 @@ class Clock:
         }
 
 
+class Posed:
+    """Frames as a tracker or detector gets them: with the camera's pose where it needs it, else without."""
+
+    def __init__(self, tracker: Runnable) -> None:
+        self._name = tracker_name(tracker)
+        self._needed = "pose" in tracker_needs(tracker)
+
+    def frame(self, frame: Frame) -> Frame:
+        """Return the frame for the tracker. InputError where it needs the pose and the source has none."""
+        if self._needed and frame.pose is None:
+            raise no_pose(f"{self._name}: frame {frame.index}")
+        return frame if self._needed or frame.pose is None else replace(frame, pose=None)
+
+
+def no_pose(place: str) -> InputError:
+    """Return the error of a source without the camera's pose."""
+    return InputError(
+        f"{place}: there is no camera pose, which a tracker needs; allowed: a scenario, a recording that irsim "
+        "rendered, or a tracker without needs (ego_motion=image or none)"
+    )
+
+
 class Player:
     """Player: runs one tracker on the frames of a source, from its start frame on.
 
@@ -83,6 +106,7 @@ class Player:
         self.config = tracker_config(tracker)
         self.label = label or self.name
         self._state: Any = None
+        self._posed = Posed(tracker)
         self.clock = Clock()
         self._estimates: list[Estimate] = []
 
@@ -93,6 +117,7 @@ class Player:
         workers), and for an invalid estimate. Errors of irsim and irtrack are passed on, such as the InputError of a
         shipped tracker for a frame of another size.
         """
+        frame = self._posed.frame(frame)
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
         box = self.start.box
@@ -185,6 +210,8 @@ def replay(
 ) -> list[Truth]:
     """Pass frames start .. stop-1 to all viewers; return their ground truth, an empty list without truth.
 
+    The frames carry the camera's pose where the truth has it; players keep it from trackers that do not need it.
+
     A frame is rendered or read once for all viewers. Each viewer gets a block of frames before the next viewer does, so
     that step times are those of a tracker alone. If each frame went to all viewers in turn, the steps of the first
     viewer, after rendering, would take twice as long.
@@ -212,11 +239,14 @@ def show(
 
 
 def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
-    """Yield the pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES, images read-only."""
+    """Yield the pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES.
+
+    The frames have read-only images, and the camera's pose of the truth.
+    """
     block: list[Pair] = []
     held = 0
     for frame, truth in pairs:
-        block.append((_read_only(frame), truth))
+        block.append((_read_only(frame, None if truth is None else truth.pose), truth))
         held += frame.image.nbytes
         if len(block) == BLOCK_FRAMES or held > BLOCK_BYTES - frame.image.nbytes:
             yield block
@@ -225,11 +255,11 @@ def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
         yield block
 
 
-def _read_only(frame: Frame) -> Frame:
-    """Return the frame with a read-only image."""
+def _read_only(frame: Frame, pose: Pose | None) -> Frame:
+    """Return the frame with a read-only image and a pose."""
     image = frame.image.view()
     image.flags.writeable = False
-    return Frame(image, frame.index, frame.time, frame.bits)
+    return Frame(image, frame.index, frame.time, frame.bits, pose)
 
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:

@@ -14,7 +14,7 @@ import numpy as np
 
 from irsim.errors import counted
 from irtrack.bench import Run, SummaryRow
-from irtrack.bench.summary import MARKS, NOTHING, RANKED, RULES, percent, ranked_texts
+from irtrack.bench.summary import MARKS, NOTHING, POSE_MARK, POSE_RULE, RANKED, RULES, percent, ranked_texts
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, SourceFigures, loss_tables
@@ -160,6 +160,8 @@ def as_markdown(figures: Figures) -> str:
             )
         )
     parts += [LOSS_RULE, *(f"{MARKS[standing]} {rule}" for standing, rule in RULES.items())]
+    if any("pose" in row.needs for row in figures.overall):
+        parts.append(_escaped(f"{POSE_MARK} {POSE_RULE}"))
     return "\n\n".join(parts) + "\n"
 
 

@@ -11,7 +11,7 @@ from importlib.resources import files
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from irtrack.bench import Results, Run, RunRecord, summary
-from irtrack.bench.summary import MARKS, RULES, ms, percent, px, share
+from irtrack.bench.summary import MARKS, POSE_MARK, POSE_RULE, RULES, ms, percent, px, share
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
@@ -30,6 +30,7 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     """Return the report as HTML text."""
     # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))
+    posed = {cell.label for cell in cells if "pose" in cell.needs}
     tasks = task_sections(results, cells, by_label)
     cells = [cell for cell in cells if cell.key.task == "single"]
     severities = severity_figures(cells)
@@ -54,6 +55,9 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         loss_rule=LOSS_RULE,
         marks=MARKS,
         rules=RULES,
+        posed=posed,
+        pose_mark=POSE_MARK,
+        pose_rule=POSE_RULE,
         runs=runs,
         commands=repeat_commands(results.path, runs),
         versions=versions(runs),

@@ -39,7 +39,8 @@ class Plain:
     again       function that returns a new object, not yet started
 
     `start` gets a writable copy of the image (rows, cols) and the start `Box`, and a random generator where it has a
-    parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`.
+    parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`. A class with ``needs = ("pose",)`` gets a
+    `Frame` with the camera's pose in place of the image.
     """
 
     kind: type
@@ -60,11 +61,11 @@ class Plain:
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> PlainState:
         tracker = self.again()
         wanted = {"rng": rng} if _takes_rng(self.kind) else {}
-        tracker.start(frame.image.copy(), box, **wanted)
+        tracker.start(_shown(frame), box, **wanted)
         return PlainState(tracker, Estimate((box.cx, box.cy), (box.w, box.h)))
 
     def step(self, state: PlainState, frame: Frame, rng: np.random.Generator) -> tuple[PlainState, Estimate]:
-        answer = state.tracker.step(frame.image.copy())
+        answer = state.tracker.step(_shown(frame))
         estimate = state.last if answer is None else _estimate(answer)
         if estimate is None:
             place = f"{self.kind.__module__}:{self.kind.__qualname__}: frame {frame.index}"
@@ -72,6 +73,11 @@ class Plain:
         if answer is None:
             estimate = replace(estimate, status="lost")
         return PlainState(state.tracker, estimate), estimate
+
+
+def _shown(frame: Frame) -> Any:
+    image = frame.image.copy()
+    return image if frame.pose is None else replace(frame, image=image)
 
 
 @cache

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar, get_type_hints
 
@@ -57,9 +57,9 @@ def takes_frame(function: Any) -> bool:
 
 
 def shown(frame: Frame, whole: bool) -> Any:
-    """Return what a plain tracker sees of a frame: a copy that it may write on."""
+    """Return a copy of an image that a plain tracker may write on; of the `whole` frame, also where it has a pose."""
     image = frame.image.copy()
-    return Frame(image, frame.index, frame.time, frame.bits) if whole else image
+    return replace(frame, image=image) if whole or frame.pose is not None else image
 
 
 @dataclass(frozen=True, slots=True, eq=False)

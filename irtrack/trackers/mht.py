@@ -26,6 +26,7 @@ from pydantic import Field
 from irsim.types import Floats
 from irtrack.filters.data_association import k_best
 from irtrack.filters.multiple_model import update
+from irtrack.trackers.ego_motion import View
 from irtrack.trackers.multi_target import MultiTargetTracker, TrackTable, updated_table
 from irtrack.types import Detections
 
@@ -72,6 +73,12 @@ class HypothesisState:
     clutter_score: float
     memory: Any
     size: tuple[int, int]
+    view: View | None = None
+
+    def moved(self, homography: Floats) -> HypothesisState:
+        """Return the state after the camera moved the whole scene by a homography (3, 3) of pixels."""
+        leaves = replace(self.leaves, tracks=self.leaves.tracks.moved(homography))
+        return replace(self, leaves=leaves, tracks=self.tracks.moved(homography))
 
 
 class MHT(MultiTargetTracker):
@@ -122,7 +129,8 @@ class MHT(MultiTargetTracker):
             mean = float(found.scores[free].mean())
             clutter_score = mean if clutter_score == 0 else 0.9 * clutter_score + 0.1 * mean
         return HypothesisState(
-            leaves, hypotheses, best.tracks, state.next_id + len(found), clutter_score, state.memory, state.size
+            *(leaves, hypotheses, best.tracks, state.next_id + len(found), clutter_score),
+            *(state.memory, state.size, state.view),
         )
 
     def _ranked(

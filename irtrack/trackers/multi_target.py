@@ -27,10 +27,12 @@ from irtrack.filters.multiple_model import (
     constant_velocity_model,
     coordinated_turn_model,
     densities,
+    moved,
     update,
     update_mixture,
 )
 from irtrack.trackers.base import Deviation, Spread, TrackerPart
+from irtrack.trackers.ego_motion import EgoMotion, View, ego_view, scene_motion
 from irtrack.tracks import STATUSES, TrackFrame
 from irtrack.types import Detections, Detector
 
@@ -72,6 +74,10 @@ class TrackTable:
         """Return the tracks of a mask or of indices."""
         return TrackTable(self.states.take(rows), *(getattr(self, name)[rows] for name in _COLUMNS))
 
+    def moved(self, homography: Floats) -> TrackTable:
+        """Return the tracks after the camera moved the whole scene by a homography (3, 3) of pixels."""
+        return replace(self, states=moved(self.states, homography))
+
     def joined(self, others: TrackTable) -> TrackTable:
         """Return these tracks, then others."""
         joined = (np.concatenate([getattr(self, name), getattr(others, name)]) for name in _COLUMNS)
@@ -97,13 +103,19 @@ _COLUMNS = tuple(name for name in TrackTable.__slots__ if name != "states")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ManyState:
-    """State: tracks, number of the next one, mean score of false detections, memory of the detector, frame size."""
+    """State: tracks, number of the next one, mean score of false detections, memory of the detector, frame size, and
+    the frame's view for the compensation of the camera's motion."""
 
     tracks: TrackTable
     next_id: int
     clutter_score: float
     memory: Any
     size: tuple[int, int]
+    view: View | None = None
+
+    def moved(self, homography: Floats) -> ManyState:
+        """Return the state after the camera moved the whole scene by a homography (3, 3) of pixels."""
+        return replace(self, tracks=self.tracks.moved(homography))
 
 
 class MultiTargetTracker(TrackerPart):
@@ -148,6 +160,14 @@ class MultiTargetTracker(TrackerPart):
     delete_misses: Annotated[int, Field(ge=1, le=10_000)] = 20
     delete_px: Spread = 20.0
     """Standard deviation of a predicted centre, px, from which on a track is deleted."""
+    ego_motion: EgoMotion = "none"
+    """Compensation of the camera's motion before the prediction: none, by its pose (marked in tables), or by the
+    registration of pictures (image), a shift only. Velocities are then those against the distant background."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What the tracker needs besides pictures."""
+        return ("pose",) if self.ego_motion == "pose" else ()
 
     @cached_property
     def detector_used(self) -> Detector:
@@ -171,13 +191,22 @@ class MultiTargetTracker(TrackerPart):
     def init(self, frame: Frame, rng: np.random.Generator) -> Any:
         """Return the state after the first frame, each of whose detections starts a track."""
         memory, found = self.detector_used.step(None, frame)
-        return self.begin(self.strongest(found), (frame.image.shape[1], frame.image.shape[0]), memory)
+        begun = self.begin(self.strongest(found), (frame.image.shape[1], frame.image.shape[0]), memory)
+        return replace(begun, view=ego_view(self.ego_motion, frame))
 
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, TrackFrame]:
         """Return the state and the tracks after the next frame."""
+        state = self._compensated(state, frame)
         memory, found = self.detector_used.step(state.memory, frame)
         after = replace(self.advance(state, self.strongest(found)), memory=memory)
         return after, after.tracks.frame()
+
+    def _compensated(self, state: Any, frame: Frame) -> Any:
+        """Return the state with its tracks where the camera's motion since the last frame has moved them."""
+        view = ego_view(self.ego_motion, frame)
+        if view is None:
+            return state
+        return replace(state.moved(scene_motion(state.view, view, state.size)), view=view)
 
     @abstractmethod
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> Any:

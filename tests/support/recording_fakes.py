@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.types import Box, Frame, Input, Source, TargetTruth, Truth
+from irsim.types import Box, Frame, Input, Pose, Source, TargetTruth, Truth
 
 FULL = TargetTruth(
     id="jet",
@@ -25,6 +25,7 @@ FULL = TargetTruth(
     contrast_k=-3.5,
 )
 BARE = TargetTruth(id="dot", center=(3.0, 4.0), box=Box(3.0, 4.0, 2.0, 2.0), accuracy_px=1.0)
+POSE = Pose(370.1234567890123, -0.5, 1e-17, 3.1e-4, (1.5, -2.25, 0.125))
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class Noise(Source):
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         for index in range(start, self.count if stop is None else stop):
-            yield Truth(index, index / self.rate_hz, (BARE,) if index % 3 == 2 else (FULL, BARE))
+            targets, pose = ((BARE,), None) if index % 3 == 2 else ((FULL, BARE), POSE)
+            yield Truth(index, index / self.rate_hz, targets, pose)
 
 
 def same_frames(first: Iterator[Frame], second: Iterator[Frame]) -> bool:

@@ -7,6 +7,7 @@ import pytest
 from oracle_cases import turning_target
 from oracles import values_of
 
+from irsim.types import Floats
 from irtrack.filters.kalman import predict, update
 from irtrack.filters.motion import constant_velocity
 from irtrack.filters.multiple_model import (
@@ -16,6 +17,7 @@ from irtrack.filters.multiple_model import (
     constant_velocity_model,
     coordinated_turn_model,
     densities,
+    moved,
     update_mixture,
 )
 from irtrack.filters.multiple_model import update as update_many
@@ -101,3 +103,27 @@ def test_density_of_a_mixture_integrates_to_one() -> None:
     grid = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
     _, density = densities(states, R, grid)
     assert np.exp(density).sum() * (x[1] - x[0]) ** 2 == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("models", [1, 2])
+def test_states_follow_the_homography_of_a_camera(models: int) -> None:
+    """Sampled states that are mapped one by one have the moments of `moved`."""
+    bank = [constant_velocity_model(0.3, 4)] if models == 1 else [constant_velocity_model(0.3)] * 2
+    states = MultipleModel.of(bank, 0.9).started(np.array([[40.0, 200.0], [300.0, 10.0]]), np.full((2, 2), 0.04), 0.1)
+    states.mean[..., 2:4] = 1.5, -2.0
+    H = np.array([[0.95, -0.3, 12.0], [0.28, 1.05, -7.0], [1e-4, -2e-4, 1.0]])
+    after = moved(states, H)
+    rng = np.random.default_rng(0)
+    for track, model in np.ndindex(2, models):
+        mean, covariance = states.mean[track, model], states.covariance[track, model]
+        samples = rng.multivariate_normal(mean, covariance, 20_000)
+        ends = samples[:, :2] + 1e-3 * samples[:, 2:4]
+        here, there = (_mapped(H, each) for each in (samples[:, :2], ends))
+        found = np.concatenate([here, (there - here) / 1e-3], axis=1)
+        np.testing.assert_allclose(after.mean[track, model, :4], found.mean(axis=0), atol=0.02)
+        np.testing.assert_allclose(after.covariance[track, model, :4, :4], np.cov(found.T), atol=2e-3)
+
+
+def _mapped(H: Floats, pixels: Floats) -> Floats:
+    found = np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1) @ H.T
+    return np.asarray(found[:, :2] / found[:, 2:])
