@@ -106,7 +106,7 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
 def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
     """Draw the pictures of one frame; `image`: the display picture, (rows, cols) uint8.
 
-    both   whether the crop contains the trackers' boxes as well as the target's
+    both   True: the crop contains the trackers' boxes, too, not only the target's
     """
     followers = tuple(followers)
     truth = next((box for follower in followers if (box := follower.truth(index))), None)
@@ -197,7 +197,7 @@ MOST = 48
 """Largest number of losses shown, taken from each tracker in turn."""
 
 AFTER = 3
-"""Number of frames from the loss to its picture, by which track and target are apart."""
+"""Number of frames from the loss to its picture, so that track and target are apart."""
 
 
 @dataclass(frozen=True)
