@@ -27,7 +27,7 @@ class TrackFrame:
     centers      (n, 2) px;  sizes (n, 2) px, width and height
     scores       (n,) confidence of any scale, nan where there is none
     statuses     n statuses: "tracking" after a detection, "occluded" where the position is predicted
-    confirmed    (n,) whether the track counts as a target; others are candidates
+    confirmed    (n,) True where the track counts as a target; False for a candidate
     velocities   (n, 2) px/frame;  covariances (n, 2, 2) px^2 of the centres; None where unknown
     classes      n classes, each None where unknown; None where nothing is classified
     """
@@ -109,8 +109,8 @@ def fault_of_tracks(found: object) -> str | None:
 class MultiTracker(Protocol):
     """Tracker of many targets: frozen parameters with two pure functions; no box is given.
 
-    States are values, as those of `irtrack.types.Tracker`. The generator of frame k is
-    `irsim.rng.stream(seed, name, "many", k)`.
+    States are immutable values, as for `irtrack.types.Tracker`. The generator of frame k is `irsim.rng.stream(seed,
+    name, "many", k)`.
     """
 
     def init(self, frame: Frame, rng: np.random.Generator) -> Any:
@@ -127,11 +127,11 @@ class TrackSet:
     """Tracks of many targets over a source, one row for each track and frame, in order of frames.
 
     source, source_hash, tracker, config, input, scene_seed, tracker_seed   as of `irtrack.types.Track`
-    frames       (k,) indices of the frames that were seen;  times (k,) s;  step_ms, cpu_ms (k,)
+    frames       (k,) indices of the frames passed to the tracker;  times (k,) s;  step_ms, cpu_ms (k,)
     frame, id    (n,) index of the frame and number of the track, of each row
     cx, cy, w, h (n,) px
     score        (n,) nan where there is none
-    status       (n,) place in `STATUSES`;  confirmed (n,) bool
+    status       (n,) index in `STATUSES`;  confirmed (n,) bool
     classes      n classes or None
     """
 
@@ -170,7 +170,7 @@ class TrackSet:
 
 
 def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
-    """Return the columns of a `TrackSet` from (frame index, its tracks)."""
+    """Return the columns of a `TrackSet` from pairs of a frame index and the tracks of that frame."""
     given = [(index, each) for index, each in tracks if len(each)]
     if not given:
         empty = np.zeros(0)
@@ -199,7 +199,7 @@ class DetectionSet:
     """Detections of a detector over a source, one a row, in order of frames.
 
     source, source_hash, detector, config, input, scene_seed   as of `irtrack.types.Track`
-    frames, times, step_ms, cpu_ms   of the frames that were seen, (k,)
+    frames, times, step_ms, cpu_ms   of the frames passed to the detector, (k,)
     frame        (n,) index of the frame of each row;  cx, cy, w, h (n,) px;  score (n,)
     classes      n classes or None
     """

@@ -18,7 +18,8 @@ from irsim.notebook import card
 from irsim.types import Box, Floats, Frame, Input
 
 LEAST_PX = 5.0
-"""Least side of start boxes and of compared boxes, px, since the box of a point target contains too few pixels."""
+"""Least side of start boxes and of boxes whose overlap is measured, px: the box of a point target has too few
+pixels."""
 
 Status = Literal["tracking", "occluded", "lost"]
 """State that a tracker reports: target seen, position predicted through an occlusion, track lost."""
@@ -134,7 +135,8 @@ def resumable(tracker: Tracker) -> bool:
 
 
 class PlainTracker(Protocol):
-    """Tracker with its state inside, as most are written; see `irtrack.trackers.adapters` for its answers."""
+    """Tracker that keeps its state in itself, as most are written; `irtrack.trackers.adapters` lists the allowed
+    answers."""
 
     def start(self, image: Any, box: Box, /) -> object:
         """Begin on an image (rows, cols) with the target in `box`."""
@@ -153,7 +155,7 @@ GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]
 class Detection:
     """One detection in a frame.
 
-    score        confidence, of any scale; larger is surer
+    score        confidence of any scale; a larger score is more certain
     cls          class, such as "drone"; None where the detector does not classify
     covariance   (2, 2) px^2 of the centre; None where it is unknown
     """
@@ -247,7 +249,7 @@ class Detector(Protocol):
     def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
         """Return the memory after a frame, and its detections; the memory before the first frame is None.
 
-        A detector of single frames keeps None. The old memory and the frame stay unchanged.
+        The state (memory) of a detector of single frames stays None. The old state and the frame stay unchanged.
         """
         ...
 

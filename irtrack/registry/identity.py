@@ -49,9 +49,9 @@ def tracker_name(tracker: Runnable) -> str:
 def tracker_config(tracker: Runnable) -> dict[str, Any]:
     """Return {"tracker": name, "parameters": {...}} as JSON holds it.
 
-    Parameters are a Part's or a dataclass' fields, else the object's attributes. An array is its dtype, shape and a
-    digest of its bytes, an infinity as in YAML, any other object its repr. InputError where a repr does not identify
-    the value.
+    Parameters are the fields of a Part or dataclass, else the object's attributes. An array is written as dtype, shape
+    and a digest of its bytes, an infinity as in YAML, any other object as its repr. InputError where a repr does not
+    identify the value.
     """
     name = tracker_name(tracker)
     parameters = _fields(tracker)
@@ -133,11 +133,10 @@ def _plain(value: Any, place: str) -> Any:
 
 
 def weights_digest(tracker: Any) -> str:
-    """Return a hex digest of what decides a run besides parameters and code; '' where there is nothing.
+    """Return a hex digest of all files that decide a run besides parameters and code; '' where there are none.
 
-    This is the content of the files that a tracker or detector declares (`weights`, an attribute or property: a path
-    or several), and for a tracker on a detector (`detector_used`) that detector's code and files. InputError where a
-    file is missing.
+    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several); for
+    a tracker on a detector (`detector_used`) also that detector's code and files. InputError where a file is missing.
     """
     parts: list[str] = []
     used = getattr(tracker, "detector_used", None)
@@ -293,7 +292,7 @@ def _counted_file(name: str, importer: str) -> Path | None:
         return None
     package = _spec(top)
     if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
-        return None  # its submodules are not searched, which would import it
+        return None  # do not search its submodules, since the search would import it
     if name.startswith(f"{_KERNELS}."):
         return None  # its source file enters the hash, compiled here or not
     spec = package if name == top else _spec(name)
@@ -307,7 +306,7 @@ def _spec(name: str) -> ModuleSpec | None:
     parent = name.rpartition(".")[0]
     try:
         if parent and not hasattr(importlib.import_module(parent), "__path__"):
-            return None  # `name` is a name in a module, not a module
+            return None  # `name` is defined in a module and is no module itself
         return importlib.util.find_spec(name)
     except Exception:  # an imported module need not exist, and may raise anything
         return None

@@ -34,12 +34,12 @@ from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Ratio, V
 from irtrack.types import Status
 
 LEAST_L = 5
-"""px. Least radius L of the high-pass ring: for targets of up to 6 px it is well beyond the target, at little cost."""
+"""Least radius L of the high-pass ring, px: for targets of up to 6 px it is well beyond the target, at little cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appearance:
-    """Settings by the first frame: frame size and type; size, window, kernel (rows, columns), grey range of the
+    """Settings taken from the first frame: frame size and type; size, window, kernel (rows, columns), grey range of the
     target."""
 
     footage: Footage
@@ -95,11 +95,11 @@ class GreyTracker(MonitoredTracker):
     """Image of the histograms: the frame, or its difference from a background predicted from a ring
     neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
     ring_l: int | None = Field(default=None, ge=1, le=100)
-    """L of eq. 1, the largest radius, px; without a value three quarters of the box's longer side, at least 5."""
+    """L of eq. 1, the largest radius, px; by default three quarters of the box's longer side, at least 5."""
     ring_m: int = Field(default=8, ge=3, le=64)
     """m of eq. 1, number of samples on each radius."""
     ring_inner: int = Field(default=0, ge=0, le=100)
-    """Least radius, px, at most L; 0 as in eq. 1. Above half the target's size the target does not enter its own
+    """Least radius, px, at most L; 0 as in eq. 1. A radius above half the target's size keeps the target out of its own
     background."""
     grid: int = Field(default=1, ge=1, le=16)
     """Step of the grid on which the background is predicted (section 1.1, Fig. 2); here it saves no time."""
@@ -185,7 +185,8 @@ class RandomWalkParticles(GreyTracker):
     resampling: Resampling = "multinomial"
     """Resampling scheme (the sources give none)."""
     update: Literal["always", "seen", "never"] = "always"
-    """When the reference is updated (Xue et al. 2011, Algorithm 2, step 6: always)."""
+    """Frames in which the reference is updated: all, those with a visible target, or none (Xue et al. 2011, Algorithm
+    2, step 6: always)."""
     lam: Fraction = 0.9
     """lambda of Algorithm 2, step 6, the share of the reference that is kept at an update (0.9)."""
 
