@@ -56,7 +56,7 @@ class Comparison:
         return self.worsening[0] > margin
 
     def may_be_worse_by(self, margin: float) -> bool:
-        """Return whether a part of the interval, and not the whole, is worse by more than `margin`."""
+        """Return whether only a part of the interval is worse by more than `margin`."""
         least, most = self.worsening
         return not self.difference.is_open and least <= margin < most
 
@@ -64,7 +64,7 @@ class Comparison:
 def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequence[str] = USUAL) -> list[Comparison]:
     """Return a comparison of each metric for each source and label in both, and over all sources of a label.
 
-    Runs are paired by source, target, start, input and seeds, so that both trackers saw the same frames. A failed run
+    Runs are paired by source, target, start, input and seeds, so that both results are of the same frames. A failed run
     counts as lost and has no other metric. InputError for an unknown metric, or where no run is in both.
     """
     for name in figures:
@@ -105,7 +105,7 @@ def cells_of(results: str | Path, label: str | None = None) -> list[RunRecord]:
 
 
 def under_one_label(cells: Iterable[RunRecord], label: str) -> list[RunRecord]:
-    """Return the records with another label, to compare two trackers of one file."""
+    """Return the records with their label replaced by `label`, to compare two trackers of one file."""
     return [replace(cell, label=label) for cell in cells]
 
 

@@ -28,7 +28,7 @@ APPLICATION_ID = 0x69727472
 """'irtr' in the header of the file, which marks a results file."""
 
 SCHEMA_VERSION = 7
-"""Raised whenever a table below changes. Figures are rows of the table `scores`: a new one changes no table."""
+"""Number to increase with every change of a table below. A new figure changes no table: it is a row of `scores`."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
 """Error codes of SQLite where it cannot write because of a full disk, a quota or a limit."""
@@ -209,7 +209,7 @@ class Results:
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Store that a call includes this run of a source under a label, whether or not the call computed the run."""
+        """Store that a call includes this run of a source under a label, computed by the call or found in the file."""
         self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
 
     def has(self, key: Key) -> bool:
@@ -306,7 +306,7 @@ def _cell(row: dict[str, Any], scores: dict[str, float | None]) -> RunRecord:
 
 
 MAX_ROWS = 40
-"""Rows of the table in a notebook; the report has all."""
+"""Largest number of rows of the table in a notebook; the report has all rows."""
 
 
 def results_card(name: str, cells: Iterable[RunRecord]) -> str:

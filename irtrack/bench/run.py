@@ -34,7 +34,8 @@ from irtrack.runner.worker import one_thread
 from irtrack.types import GivenTracker
 
 CACHE_BYTES = 64 * 2**20
-"""Largest size of the kept images, bytes: 200 frames of 640 x 512 px of 8 bits. Groups read longer sources again."""
+"""Largest size of the kept images, bytes: 200 frames of 640 x 512 px of 8 bits. Each group reads longer sources
+anew."""
 
 
 class FrameCache:
@@ -46,7 +47,7 @@ class FrameCache:
         self._references: dict[tuple[str | None, int], Reference] = {}
 
     def pairs(self, source: Source, input: Input) -> list[Pair] | None:
-        """Return all frames of a source; None where they depend on its seed, or are too many to keep.
+        """Return all frames of a source; None where they depend on the seed of the source, or are too many to keep.
 
         Exceptions raised by the source are passed on.
         """
@@ -129,7 +130,7 @@ def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, he
 
 
 class _Attempt:
-    """Player of one tracker, which gets no more frames after the tracker has failed."""
+    """Player of one tracker; after a failure the tracker gets no more frames."""
 
     def __init__(self, player: Any, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
@@ -186,7 +187,7 @@ def run_bench(
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
     executor  any executor, such as dask's, in place of the worker processes; it is left open
     time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
-    frame_limit_s  in place of it, the longest time for each frame
+    frame_limit_s  longest time for each frame, in place of the limit for a run
     target    id of the target to track in every source; by default that of each source
     init      (box, frame) to start from, for sources without truth; or 'auto', 'auto:DETECTOR': each run starts at
               the first confirmed track of `gnn` on a detector (`irtrack.replay.many.auto_start`)
@@ -241,7 +242,7 @@ def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
     """Store the runs of the plan; return its group with the runs that neither the file nor an earlier group has.
 
-    Two labels, or two names of the same scene, may have one run.
+    Two labels, or two names of the same scene, may share one run.
     """
     kept.add_source(plan.row)
     missing: list[Member] = []
@@ -281,7 +282,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 raise WorkerError(f"a worker failed: {what}") from error
             yield found
     finally:
-        for future in list(waiting):  # otherwise an executor of the caller would continue to run them
+        for future in list(waiting):  # otherwise the caller's executor would run the remaining groups
             future.cancel()
 
 
@@ -292,7 +293,7 @@ def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
 
 
 def run_limited(group: Group, limit: Limit) -> list[Outcome]:
-    """Run a group in a new worker process, started by this process, which may itself be an executor's worker."""
+    """Run a group in a new worker process, started by this process (which may be an executor's worker)."""
     if multiprocessing.current_process().daemon:
         raise IrtrackError(
             "a time limit takes workers that may start processes; allowed for dask: "

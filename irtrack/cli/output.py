@@ -135,7 +135,8 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
 
 
 def print_tasks(rows: Sequence[TaskRow]) -> None:
-    """Print a table of trackers of many, and one of detectors: means over the runs, the first with its interval."""
+    """Print a table of trackers of many targets and one of detectors: means over the runs; the first has its
+    interval."""
     from irtrack.bench.summary import MARKS
     from irtrack.bench.task_summary import SHOWN
     from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY

@@ -55,7 +55,7 @@ PAGE = "sources.html"
 
 @dataclass(frozen=True)
 class ExperimentPart:
-    """Table and charts of an experiment, with the figures that the scenario's head states."""
+    """Table and charts of an experiment, with the figures stated at the head of the scenario."""
 
     experiment: Experiment
     head: tuple[str, ...]
