@@ -52,8 +52,8 @@ class TrajectoryPF(RandomWalkParticles):
     """
 
     high_pass: Literal["none", "ring", "full"] = "ring"
-    """Picture of the histograms: the frame, or its difference from a background predicted from a ring
-    neighbourhood (eq. 1) or from a full one (its reference 12, Peng, Zhou 1999)."""
+    """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
+    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
     cues: Literal["both", "grey", "velocity"] = "both"
     """Likelihoods used: both, or one alone."""
     k: int = Field(default=5, ge=3, le=100)

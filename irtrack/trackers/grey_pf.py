@@ -85,7 +85,7 @@ class GreyPF(GreyTracker):
     start_sd: Spread = 1.0
     """Standard deviation of the first particles on each axis, px."""
     start_speed_sd: Spread = 2.0
-    """Standard deviation of the first particles' speed on each axis, px per frame."""
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
     adapt: Literal["none", "kld", "neff"] = "none"
     """Number of particles in a frame: always N; by KLD-sampling; or so that the effective sample size stays at
     `neff_wanted`; N at most. The paper calls for an adaptive number (sections 3, 4) and gives no method."""

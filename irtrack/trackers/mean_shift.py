@@ -41,7 +41,8 @@ class MeanShift(MeanShiftSearch):
     source: ClassVar[str] = "Cheng, Yang 2005; Comaniciu, Ramesh, Meer 2003"
 
     alpha: Fraction = 0.0
-    """Share of the estimate's histogram that enters the reference where the target is visible; 0 in Comaniciu et al."""
+    """Share of the histogram at the mode that enters the reference where the target is visible (Comaniciu et al. 2003:
+    0)."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftState:
         """Return the initial state: the reference histogram, and the box's centre."""
@@ -93,7 +94,8 @@ class MeanShiftKalman(MeanShiftSearch, GatedKalman):
     source: ClassVar[str] = "Xu, Yang 2008"
 
     alpha: Fraction = 0.0
-    """Share of the histogram at the measured position that enters the reference where the target is visible."""
+    """Share of the histogram at the mode that enters the reference where the target is visible (Comaniciu et al. 2003:
+    0)."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftKalmanState:
         """Return the state at the box's centre, with velocity 0 of standard deviation `start_speed_sd`."""

@@ -99,7 +99,7 @@ class SVDPF(MonitoredTracker):
     speed_sd: Spread = 0.3
     """Standard deviation of the velocity noise on each axis, px/frame."""
     start_speed_sd: Spread = 2.0
-    """Standard deviation of the first particles' speed on each axis, px/frame."""
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
     measurement_sd: Deviation = 1.0
     """Standard deviation of a candidate's place on each axis, px."""
     gate: Ratio = 3.0
