@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from irsim.errors import counted
 from irsim.types import Box, Floats, Frame, Input
-from irtrack.types import FARTHEST_PX, Estimate, Status
+from irtrack.types import Estimate, Status
 
 STATUSES: tuple[Status, ...] = get_args(Status)
 
@@ -74,36 +74,6 @@ class TrackFrame:
                     covariance=None if self.covariances is None else self.covariances[k],
                 ),
             )
-
-
-def fault_of_tracks(found: object) -> str | None:
-    """Return the error of an output of a tracker of many, with the allowed values; None where it is valid."""
-    if not isinstance(found, TrackFrame):
-        return f"step gave (state, {type(found).__name__}); allowed: (state, TrackFrame)"
-    if np.ndim(found.ids) != 1 or np.asarray(found.ids).dtype.kind not in "iu":
-        return f"the ids are {np.asarray(found.ids).dtype} of shape {np.shape(found.ids)}; allowed: whole numbers (n,)"
-    count = len(found.ids)
-    if len(np.unique(found.ids)) < count:
-        values, numbers = np.unique(found.ids, return_counts=True)
-        return f"two tracks have the id {int(values[numbers > 1][0])}; allowed: each id once a frame"
-    for name, shape in (("centers", (count, 2)), ("sizes", (count, 2)), ("scores", (count,)), ("confirmed", (count,))):
-        if np.shape(getattr(found, name)) != shape:
-            return f"the {name} have the shape {np.shape(getattr(found, name))}; allowed: {shape}"
-    for name in ("statuses", "classes", "velocities", "covariances"):
-        values = getattr(found, name)
-        if values is not None and len(values) != count:
-            return f"{len(values)} {name} for {counted(count, 'track')}; allowed: one each"
-    unknown = sorted(set(found.statuses) - set(STATUSES))
-    if unknown:
-        return f"the status {unknown[0]!r}; allowed: {', '.join(STATUSES)}"
-    for name in ("centers", "sizes", "velocities", "covariances"):
-        values = getattr(found, name)
-        if values is not None and not np.isfinite(values).all():
-            row = int(np.argwhere(~np.isfinite(np.asarray(values).reshape(count, -1)).all(axis=1))[0][0])
-            return f"the {name} of track {int(found.ids[row])} are not finite"
-    if count and (found.sizes.min() <= 0 or max(np.abs(found.centers).max(), found.sizes.max()) > FARTHEST_PX):
-        return f"a size of 0 or less, or a box beyond {FARTHEST_PX:g} px; allowed: sizes above 0, inside that range"
-    return None
 
 
 class MultiTracker(Protocol):

@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 
 import irsim
-from irsim.types import Box, Frame, Input, Source, Truth
+from irsim.types import Box, Frame, Input, Source
+from irtrack.bench.frame_cache import FrameCache, truths_of
 from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, plans, tracker_specs
 from irtrack.bench.records import Key, Run, RunRecord
 from irtrack.bench.results import Results
@@ -32,45 +33,6 @@ from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import NO_LIMIT, Blame, Heartbeat, Limit
 from irtrack.runner.worker import one_thread
 from irtrack.types import GivenTracker
-
-CACHE_BYTES = 64 * 2**20
-"""Largest size of the kept images, bytes: 200 frames of 640 x 512 px of 8 bits. Each group reads longer sources
-anew."""
-
-
-class FrameCache:
-    """Frames of the last source whose frames depend on no seed, so that they are read once for all tracker seeds."""
-
-    def __init__(self) -> None:
-        self._key: tuple[str, Input] | None = None
-        self._pairs: list[Pair] = []
-        self._references: dict[tuple[str | None, int], Reference] = {}
-
-    def pairs(self, source: Source, input: Input) -> list[Pair] | None:
-        """Return all frames of a source; None where they depend on the seed of the source, or are too many to keep.
-
-        Exceptions raised by the source are passed on.
-        """
-        columns, rows = source.size
-        pixel_bytes = 1 if input == "display" else 2
-        if source.seed is not None or len(source) * columns * rows * pixel_bytes > CACHE_BYTES:
-            return None
-        if self._key != (source.hash, input):
-            self._key, self._pairs, self._references = None, [], {}  # frees the old frames before the new ones are read
-            self._pairs = list(source.pairs(input=input))
-            self._key = source.hash, input
-        return self._pairs
-
-    def reference(self, target: str | None, start: int) -> Reference:
-        """Return the truth of a target from frame `start` on."""
-        key = target, start
-        if key not in self._references:
-            self._references[key] = Reference.of(_truths(self._pairs)[start:], target)
-        return self._references[key]
-
-
-def _truths(pairs: Iterable[Pair]) -> list[Truth]:
-    return [truth for _, truth in pairs if truth is not None]
 
 
 def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
@@ -90,7 +52,7 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
         if isinstance(group.init, str):
             start = auto_start(source, group.input, group.init.partition(":")[2] or "lcm")
         else:
-            start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
+            start = find_start(source, source.truths() if pairs is None else truths_of(pairs), group.target, group.init)
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
     attempts = [

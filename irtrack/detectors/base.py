@@ -2,8 +2,7 @@
 
     frame -> response -> z = (response - median) / robust deviation -> maxima above a threshold -> centre, size, score
 
-Edges: frames are mirrored at their edges, and a detection may lie on an edge pixel; its centre is then a whole pixel on
-the axis across the edge.
+Frames are mirrored at their edges. The centre of a detection on an edge pixel is a whole pixel across the edge.
 """
 
 from __future__ import annotations
@@ -41,8 +40,7 @@ ROUNDING = 0.2887
 FWHM = 2.3548
 """Full width at half maximum of a normal curve over its standard deviation, sqrt(8 ln 2)."""
 PARABOLA = 0.53
-"""Smoothing by a parabola through three pixels, px: the normal kernel with the same noise of the slope, (4
-pi)^(-1/4)."""
+"""Smoothing by a parabola through three pixels, px: the normal kernel of equal slope noise, (4 pi)^(-1/4)."""
 INTERPOLATION = 0.05
 """Error of the vertex of a parabola through three pixels of a normal curve of standard deviation 1 px, px."""
 
@@ -81,13 +79,12 @@ class DetectorPart(Part):
 class FilterDetector(DetectorPart):
     """Detector by a filter's response; subclasses have `response`, or `respond` where they keep a memory.
 
-    The variance of a position is that of the peak of a normal curve, with standard deviation s and amplitude SCR in
-    unit white noise, after smoothing by f: the slope's variance over the squared curvature at the peak (error
-    propagation; S. Kay, "Estimation Theory", 1993, section 3.8),
+    The variance of a position is that of the peak of a normal curve of deviation s and amplitude SCR in unit white
+    noise, smoothed by f: slope variance over squared curvature (S. Kay, "Estimation Theory", 1993, section 3.8),
 
         var = (s^2 + f^2)^4 / (8 pi s^4 f^4 SCR^2)  px^2,    at f = s the Cramer-Rao bound 2 / (pi SCR^2) (Winick 1986)
 
-    where s comes from the measured size, f from the filter, and SCR from the picture around the target.
+    with s of the measured size, f of the filter, and SCR of the picture around the target.
     """
 
     is_linear: ClassVar[bool] = True
@@ -195,8 +192,7 @@ def median(values: Picture) -> float:
 def robust_scale(response: Picture) -> tuple[float, float]:
     """Return median and robust standard deviation of a response.
 
-    The deviation comes from the median distance from the median (Hampel 1974), or from the mean distance where more
-    than half of the pixels are equal.
+    The deviation comes from the median distance from the median (Hampel 1974), or the mean distance where that is 0.
     """
     some = thinned(response)
     middle = median(some)
@@ -208,8 +204,7 @@ def robust_scale(response: Picture) -> tuple[float, float]:
 def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[Places, Places]:
     """Return rows (n,) and columns (n,) of the highest maxima above `least`, the highest first.
 
-    A maximum is the highest pixel of the square of `separation` px on all sides; of touching maxima of equal height, as
-    in a saturated target, the middle one is returned.
+    A maximum is the highest pixel within `separation` px; of touching ones, as in a saturated target, the middle one.
     """
     above = np.flatnonzero(heights > least)
     side, columns = 2 * separation + 1, heights.shape[1]
@@ -270,9 +265,8 @@ def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
 def measured(picture: Picture, rows: Places, columns: Places, reach: int) -> tuple[Floats, Floats]:
     """Return sizes (n, 2) px and SCR (n,) of hot targets at pixels of a picture.
 
-    The size is the full width at half maximum along row and column, at least 1 px, above the local background: the
-    median on the edge of the square of `reach` px on all sides. SCR is the peak's height over the standard deviation on
-    this edge.
+    The size is the full width at half maximum along row and column, at least 1 px, above the median on the edge of the
+    square of `reach` px on all sides. SCR is the peak's height over the standard deviation on that edge.
     """
     around = squares(picture, rows, columns, reach)
     edge = np.concatenate([around[:, 0], around[:, -1], around[:, 1:-1, 0], around[:, 1:-1, -1]], axis=1)

@@ -13,7 +13,8 @@ from irsim.config.base import Several
 from irsim.types import Frame
 from irtrack.detectors.base import DetectorPart, Picture, checked_picture, maxima, measured, vertices
 from irtrack.errors import InputError, TrackerError, error_line
-from irtrack.types import Detections, fault_of_detections
+from irtrack.types import Detections
+from irtrack.validity import fault_of_detections
 
 Pixels = Annotated[int, Field(ge=1, le=16_384)]
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.types import Detection, Detections, fault_of_detections
+from irtrack.types import Detection, Detections
+from irtrack.validity import fault_of_detections
 
 ALLOWED = (
     "Detections, an array (n, 4) of cx, cy, w, h in px or (n, 5) with a score, "

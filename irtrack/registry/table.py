@@ -31,12 +31,13 @@ from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
 from irtrack.trackers.change_kalman import ChangeKalman
 from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
+from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
 from irtrack.trackers.mht import MHT
-from irtrack.trackers.multi_target import GNN, JPDA
 from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template

@@ -17,8 +17,9 @@ from irtrack.errors import InputError, TrackerError, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.replay import Clock, named, replay
 from irtrack.replay.start import Start
-from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, fault_of_tracks, stacked
-from irtrack.types import LEAST_PX, Detections, Detector, fault_of_detections
+from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, stacked
+from irtrack.types import LEAST_PX, Detections, Detector
+from irtrack.validity import fault_of_detections, fault_of_tracks
 
 
 class ManyPlayer:

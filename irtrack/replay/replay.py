@@ -18,7 +18,8 @@ from irsim.types import Box, Frame, Input, Source, Truth
 from irtrack.errors import IrtrackError, TrackerError, error_line, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.start import Start, find_start
-from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
+from irtrack.types import Estimate, GivenTracker, Track, Tracker
+from irtrack.validity import fault
 
 Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""

@@ -14,7 +14,7 @@ from irsim import IrsimError
 from irsim.types import SHOWN, Box, Image, Source
 from irtrack.bench import Results, RunRecord, SourceRow
 from irtrack.metrics import Trace
-from irtrack.report.plots import LineStyle
+from irtrack.report.line_styles import LineStyle
 from irtrack.report.repeat import reopen, run_command
 
 FRAMES = 6

@@ -13,7 +13,8 @@ from irtrack.bench.task_summary import SHOWN, TaskRow, task_summary
 from irtrack.metrics.detection import roc
 from irtrack.metrics.multiple import NOBODY
 from irtrack.metrics.tasks import ALL_FIGURES, Task
-from irtrack.report.plots import HUES, Axis, Line, LineStyle, line_chart
+from irtrack.report.line_styles import HUES, LineStyle
+from irtrack.report.plots import Axis, Line, line_chart
 from irtrack.report.repeat import run_command
 
 NOTHING = "–"

@@ -111,8 +111,7 @@ class Peer(ExternalTracker):
 
 
 class Mil(Peer):
-    """Multiple instance learning, of OpenCV. It seeds its random numbers by the clock, so that no two runs are the
-    same."""
+    """Multiple instance learning, of OpenCV. Its random numbers are seeded by the clock: no two runs are the same."""
 
     name: ClassVar[str] = "cv_mil"
     source: ClassVar[str] = "Babenko, Yang, Belongie 2009"

@@ -22,11 +22,9 @@ from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, V
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
-"""Largest number of pixels of a window that are counted; larger windows are sampled on an even grid. Chosen here: the
-cost of a step stays flat, and the noise of a histogram of 8 bins, (B - 1) / (8 n), is .002."""
+"""Largest number of pixels counted in a window (noise of 8 bins: (B - 1) / (8 n) = .002); larger ones are sampled."""
 SIZES = (0.5, 2.0)
-"""Least and largest size of a particle, in start sizes. Chosen here: histograms cannot distinguish windows within a
-uniform target, so that sizes would wander."""
+"""Least and largest size of a particle, in start sizes: within a uniform target, histograms do not hold the size."""
 RING_PX = 10
 """Width of the ring of local background, px (Li, Li 2014, section 4.1: ten pixels outside the window)."""
 
@@ -87,10 +85,7 @@ class FusionState:
         return self.match(self.cue_image(image), np.concatenate([modes.centers[0], at[2:]]))
 
     def best_of_frame(self, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the whole frame, of the first size and with velocity `speed` (2,).
-
-        None where no window fits into the frame.
-        """
+        """Return the best match in the frame, of start size and velocity `speed` (2,); None where no window fits."""
         start, field = self.start, self.cue_image(image)
         fused = np.tensordot(self.confidence, field.similarity_map(start.window, start.pattern, self.model), 1)
         if fused.size == 0:
@@ -117,13 +112,12 @@ class FusionWSPF(MonitoredTracker):
     orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
     eq. 13 (the fused coefficient, or that of the cue of greater confidence, passes rho_T); the update's rate; the
     weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
-    that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; where the target is
-    visible at the mode, the particles move to the mode. Detection compares the model with every position of the frame;
-    the best position is accepted where its coefficient passes `accept`, otherwise the next frame is searched.
+    that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; the particles move to
+    a mode where the target is visible. Detection compares the model with every position of the frame; the best one is
+    taken where it passes `accept`.
 
-    A frame is a miss where eq. 13 does not hold. Since rho_T is the same for all scenes, a target similar to its
-    surroundings always passes; the estimate must therefore also pass the threshold of its scene (see
-    `irtrack.trackers.base.VisibilityMonitor`).
+    A hit passes rho_T and the threshold of its scene (`irtrack.trackers.base.VisibilityMonitor`), since a target
+    similar to its surroundings always passes rho_T.
     """
 
     source: ClassVar[str] = "Li, Li 2014"
@@ -147,8 +141,7 @@ class FusionWSPF(MonitoredTracker):
     cues: Literal["both", "grey", "gradient"] = "both"
     """Cues used; a single cue has the confidence 1."""
     confidence: Distance | Literal["equal"] = "bhattacharyya"
-    """Confidence of each cue: the distance between the model's and the ring's histogram (eq. 9), or one half for both
-    cues."""
+    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues."""
     sigma: Annotated[float, Field(ge=0.01, le=100)] = 0.15
     """sigma of the observation model (eq. 12), in units of the Bhattacharyya distance."""
     position_sd: Spread = 1.0
@@ -173,8 +166,7 @@ class FusionWSPF(MonitoredTracker):
     redetect: bool = True
     """True: a lost target is searched in the whole frame."""
     accept: Fraction | None = None
-    """Fused coefficient that a detection must pass; by default the share `seen` of the way from that of the best false
-    match in the first frame to the target's usual one."""
+    """Least fused coefficient of a detection; by default the share `seen` of the way from distractor to target."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> FusionState:
         """Return the model, and particles of equal weights at the box's centre."""
@@ -271,8 +263,7 @@ class FusionWSPF(MonitoredTracker):
         return at + deviations * rng.standard_normal((self.particles, 6))
 
     def _monitor(self, state: FusionState, match: Match) -> VisibilityMonitor:
-        """Return the monitor after a match; a hit passes rho_T (eq. 13, fused or leading cue) and the scene's
-        threshold."""
+        """Return the monitor after a match; a hit passes rho_T (eq. 13) and the threshold of the scene."""
         leading = match.rho[state.confidence.argmax()]
         if self.rho_t is not None and max(match.score, leading) < self.rho_t:
             return state.monitor.miss()
@@ -298,7 +289,7 @@ class FusionWSPF(MonitoredTracker):
         return np.concatenate([particles[picked], particles[count:]]), after_selection(W, count, self.restoring)
 
     def _detected(self, state: FusionState, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the whole frame if it passes `accept` and its local background; else None."""
+        """Return the best match in the frame if it passes `accept` and its local background; else None."""
         match = state.best_of_frame(image, speed)
         if match is None:
             return None

@@ -1,4 +1,4 @@
-"""Trackers of many targets on detections: `gnn` and `jpda`.
+"""Base of trackers of many targets on detections.
 
 Each frame: predict (each track by a Kalman filter or an interacting multiple model), gate, associate, update or coast,
 start, confirm, delete (S. Blackman, R. Popoli, "Design and Analysis of Modern Tracking Systems", 1999, chapter 6). The
@@ -19,7 +19,7 @@ from pydantic import Field
 
 from irsim.types import Floats, Frame
 from irtrack.detectors import parse_detector
-from irtrack.filters.data_association import joint_probabilities, nearest_neighbours
+from irtrack.filters.data_association import amplitude_ratios
 from irtrack.filters.multiple_model import (
     MultipleModel,
     States,
@@ -27,8 +27,6 @@ from irtrack.filters.multiple_model import (
     constant_velocity_model,
     coordinated_turn_model,
     densities,
-    update,
-    update_mixture,
 )
 from irtrack.trackers.base import Deviation, Spread, TrackerPart
 from irtrack.tracks import STATUSES, TrackFrame
@@ -36,11 +34,6 @@ from irtrack.types import Detections, Detector
 
 Probability = Annotated[float, Field(gt=0, lt=1)]
 
-LEVEL_SD = 0.4
-"""Standard deviation of the logarithm of a target's score about its level. Chosen here: matched-filter scores of a
-fluctuating point source scatter by about a third."""
-MOST_AMPLITUDE = 5.0
-"""Largest absolute logarithm of the likelihood ratio of amplitudes: scores change the odds by at most 150."""
 LEVEL_RATE = 0.1
 """Share of a new score or size that enters a track's running value."""
 SIZE_RATE = 0.2
@@ -272,20 +265,6 @@ class OneHypothesisTracker(MultiTargetTracker):
         return replace(state, tracks=confirmed, next_id=state.next_id + len(free), clutter_score=score)
 
 
-def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Floats:
-    """Return ln p1(score) - ln p0(score), (n, m), for a target of that level (n,) and for clutter.
-
-    p1 is log-normal about the level; p0 is exponential above the least score of the frame, with the mean score of false
-    detections (S. Blackman, R. Popoli 1999, section 6.6: amplitude as a feature).
-    """
-    least = float(scores.min())
-    apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
-    target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
-    mean = max(clutter_score - least, 0.05 * clutter_score)
-    ratios: Floats = np.clip(target + (scores - least) / mean + log(mean), -MOST_AMPLITUDE, MOST_AMPLITUDE)
-    return ratios
-
-
 def updated_table(
     tracks: TrackTable, states: States, hit: npt.NDArray[np.bool_], level: Floats, size: Floats
 ) -> TrackTable:
@@ -307,53 +286,3 @@ _HISTORY = (1 << 60) - 1
 
 def _bits(values: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return np.bitwise_count(values).astype(np.int64)
-
-
-class GNN(OneHypothesisTracker):
-    """Global nearest neighbours: each detection is assigned to at most one track, with the largest joint likelihood.
-
-    S. Blackman, R. Popoli 1999, section 6.4; assignment by scipy's `linear_sum_assignment`.
-    """
-
-    source: ClassVar[str] = "Blackman, Popoli 1999"
-
-    def associate(
-        self, tracks: TrackTable, found: Detections, ratios: Floats
-    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
-        pairs = nearest_neighbours(ratios)
-        rows, columns = pairs[:, 0], pairs[:, 1]
-        after = update(tracks.states.take(rows), found.centers[columns], self.noise)
-        mean, covariance, probability = (
-            np.array(getattr(tracks.states, name)) for name in ("mean", "covariance", "probability")
-        )
-        mean[rows], covariance[rows], probability[rows] = after.mean, after.covariance, after.probability
-        hit = np.zeros(len(tracks), bool)
-        hit[rows] = True
-        level, size = tracks.level.copy(), tracks.size.copy()
-        level[rows], size[rows] = found.scores[columns], found.sizes[columns]
-        free = np.ones(len(found), bool)
-        free[columns] = False
-        table = updated_table(tracks, States(mean, covariance, probability), hit, level, size)
-        return table, np.flatnonzero(free)
-
-
-class JPDA(OneHypothesisTracker):
-    """Joint probabilistic data association: each track is updated by all detections in its gate, weighted by their
-    probability.
-
-    T. Fortmann, Y. Bar-Shalom, M. Scheffe 1983; exact in clusters of up to 10,000 joint events, above that R.
-    Fitzgerald's weights (1986). A frame counts as a hit where the detections' probabilities for the track sum to more
-    than one half.
-    """
-
-    source: ClassVar[str] = "Fortmann, Bar-Shalom, Scheffe 1983"
-
-    def associate(
-        self, tracks: TrackTable, found: Detections, ratios: Floats
-    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
-        beta = joint_probabilities(ratios)
-        own = beta.sum(axis=1)
-        states = update_mixture(tracks.states, found.centers, self.noise, beta)
-        share = beta / np.maximum(own, 1e-300)[:, None]
-        table = updated_table(tracks, states, own > 0.5, share @ found.scores, share @ found.sizes)
-        return table, np.flatnonzero(beta.sum(axis=0) < 0.5)

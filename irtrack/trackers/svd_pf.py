@@ -69,8 +69,7 @@ class Observed(Likelihood):
 
 
 class SVDPF(MonitoredTracker):
-    """Candidates in the residual of background suppression by singular values, within a particle filter's search
-    window.
+    """Candidates in the residual of singular-value suppression, in a particle filter's search window.
 
     L. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available:
     SVD filtering gives candidates in each frame, and a particle filter predicts a search window, so that a missed

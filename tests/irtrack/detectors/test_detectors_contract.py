@@ -13,7 +13,7 @@ from irsim.types import Frame
 from irtrack.detectors import DETECTORS, FilterDetector, make_detector
 from irtrack.detectors.matched_filter import point_image
 from irtrack.errors import InputError
-from irtrack.types import fault_of_detections
+from irtrack.validity import fault_of_detections
 
 FILTERS = [name for name, kind in DETECTORS.items() if issubclass(kind, FilterDetector)]
 LINEAR = [name for name in FILTERS if DETECTORS[name].is_linear]  # type: ignore[attr-defined]  # all filters have it
