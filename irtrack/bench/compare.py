@@ -71,7 +71,7 @@ def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequenc
         check_figure(name)
     pairs = _pairs(old, new)
     if not pairs:
-        raise InputError("no run of one is in the other; allowed: results of the same scenes, seeds and labels")
+        raise InputError("the two have no run in common; allowed: results of the same scenes, seeds and labels")
     comparisons = []
     for (source, label), members in pairs.items():
         for name in figures:
@@ -162,7 +162,7 @@ class Gate:
         have = d.scenes if d.scenes > 1 else d.pairs
         need = scenes_for(d, self.margin) if self.margin > 0 else 0
         about = round(need, 2 - len(str(need)))  # two digits
-        more = f"; about {about} would tell {self.margin:g}" if need > have else ""
+        more = f"; about {about} would resolve {self.margin:g}" if need > have else ""
         unit = "scenes" if each.source == ALL_SOURCES else "seeds"
         return (
             f"{each.label} on {each.source}: {each.figure}: a worsening of up to {each.worsening[1]:.2g} is not "

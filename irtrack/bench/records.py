@@ -133,7 +133,7 @@ class RunRecord:
 
 
 _HEAD = struct.Struct("<I")
-"""Number of bytes of the description that follows."""
+"""Length of the JSON list that follows, bytes."""
 
 _LEVEL = 1
 """Compression level of zlib: tracks are at most 5 % larger than at the default level 6, and take a third of the

@@ -108,7 +108,7 @@ class Results:
     def _repr_html_(self) -> str:
         try:
             return results_card(self.path.name, self.cells())
-        except InputError as error:  # closed, or gone
+        except InputError as error:  # the file is closed or deleted
             return f"<p>{escape(str(error))}</p>"
 
     def __enter__(self) -> Results:

@@ -42,7 +42,7 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
 
     Exceptions raised by the source (a damaged recording) are passed on.
     """
-    source = copy(group.source)  # the copy is dropped after the group, with its caches
+    source = copy(group.source)  # a copy, so that caches of the source are freed after the group
     cache = cache or FrameCache()
     heartbeat = heartbeat or Heartbeat()
     pairs = cache.pairs(source, group.input)

@@ -148,7 +148,7 @@ class BackgroundModel:
         moved = _shifted(still, coarse.shift)
         if abs(dx) < raw.shape[1] / 2 and abs(dy) < raw.shape[0] / 2:
             nearer = coarse._deviation(moved, raw)
-            is_jump = max(abs(dx), abs(dy)) > 1  # least squares reach up to a pixel
+            is_jump = max(abs(dx), abs(dy)) > 1  # least squares find shifts up to a pixel
             if nearer.mean() < BETTER * deviation.mean() and (not is_jump or _significant(deviation - nearer)):
                 best, under, deviation = coarse, moved, nearer
         for _ in range(2):

@@ -37,8 +37,7 @@ WHOLE = 0.95
 PARTIAL = 0.8
 """Share of the track's level below which a detection does not give the target's position: the track coasts."""
 LEVEL_FALL, LEVEL_RISE = 0.02, 0.2
-"""Share of a new height that enters the level where it is lower, and where it is higher; occlusion must not lower
-it."""
+"""Share of a new height that enters the level if lower, if higher; the first is small, as occlusion begins slowly."""
 FORBIDDEN = 1e6
 
 

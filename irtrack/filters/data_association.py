@@ -64,8 +64,8 @@ def joint_probabilities(L: Floats, events: int = EVENTS) -> Floats:
     association", IEEE J. Oceanic Engineering 8(3), 1983: each detection is of one track at most, each track has one
     detection at most. Tracks that share detections form a cluster, whose events are listed one by one. Clusters of more
     than `events` events are approximated by R. Fitzgerald's weights B = G / (S_t + S_d - G + 1) ("Development of
-    practical PDA logic for multitarget tracking by microprocessor", ACC 1986, eq. 7; G the likelihood ratio, S_t and
-    S_d its sums over the track and over the detection).
+    practical PDA logic for multitarget tracking by microprocessor", ACC 1986, eq. 7), where G is the likelihood ratio,
+    S_t its sum over detections, S_d its sum over tracks.
     """
     ratios = np.exp(L)
     beta: Floats = ratios / (1 + ratios.sum(axis=1, keepdims=True))

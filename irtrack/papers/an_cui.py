@@ -133,7 +133,7 @@ CAMSHIFT = Paper(
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
         "Of this source a fragment survives, on faces and colour; here grey levels, and scenes of other sources: an "
-        "aircraft that is hidden, and two like persons who cross. The comparison is with mean shift alone, without "
+        "aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift alone, without "
         "prediction."
     ),
     experiments=tuple(

@@ -41,7 +41,8 @@ class Judgement(NamedTuple):
 
 
 def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
-    """Test a claim to hold in more than the share `wanted` of all seeds; seeds with the answer None are not counted."""
+    """Judge if a claim holds in more than the share `wanted` of all seeds; seeds with the answer None are not
+    counted."""
     decided = [answer for answer in answers if answer is not None]
     yes, count = sum(decided), len(decided)
     low, high = wilson(yes, count, LEVEL)

@@ -139,7 +139,7 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("grey cue", cascade, f"{cascade}:cues=velocity"),
         ("speed by the eigenvalue against its root", cascade, f"{cascade}:velocity=sqrt_lambda"),
         ("velocity by PCA against least squares", cascade, f"{cascade}:velocity=least_squares"),
-        ("normal spread against an even disc", cascade, f"{cascade}:propagation=disc"),
+        ("normal spread against a uniform disc", cascade, f"{cascade}:propagation=disc"),
         ("model update", cascade, f"{cascade}:update=never"),
         ("cascade against product, equal N and, see the claim above, equal time", cascade, product),
         ("mean shift", shift, f"{cascade}:high_pass=none:cues=grey"),
@@ -157,8 +157,8 @@ XUE = Paper(
         "time at N = N1 + N2, for the high-pass takes most of it: equal N is equal time as well."
     ),
     experiments=(
-        experiment(SKY, "First experiment: an aircraft among clouds of like grey"),
-        experiment(GROUND, "Second experiment: a vehicle, a neighbour of like grey, a crossing"),
+        experiment(SKY, "First experiment: an aircraft among clouds of similar grey"),
+        experiment(GROUND, "Second experiment: a vehicle, a neighbour of similar grey, a crossing"),
     ),
     claims=paper_claims(SKY) + paper_claims(GROUND) + AT_FRAMES,
     untested=(

@@ -1,4 +1,4 @@
-"""Files that a module imports, directly or not: the source of which the code hash of a tracker is taken."""
+"""Files that a module imports, directly or not; the code hash of a tracker covers them."""
 
 from __future__ import annotations
 

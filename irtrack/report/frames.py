@@ -24,10 +24,10 @@ CROP_SIZES, CROP_LEAST = 5.0, 40
 """Side of the crop in units of the target's larger side, and least side of the crop, px."""
 
 CROP_MARGIN = 1.2
-"""Least side of the crop in units of the extent of all its boxes."""
+"""Least side of the crop, in sides of the square around all its boxes."""
 
 THUMB_WIDTH = 320
-"""Largest width of the whole frame, px."""
+"""Largest width of the picture of the whole frame, px."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -194,7 +194,7 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
     cv2.setNumThreads(1)
     np.random.seed()  # noqa: NPY002 - for trackers with global random numbers: copies of the fork server share one seed
     end_with_parent()
-    os.environ.update(environment)  # includes changes since the fork server started
+    os.environ.update(environment)  # the fork server has the environment of its own start
     while True:
         answer: Any
         try:

@@ -29,8 +29,8 @@ target's grey levels."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings by the first frame. `likely` (bins,): weight of each grey level, 0 .. 1; `histogram` (bins,): reference
-    of matches; `ellipse`: full axes (w, h) of the target, px."""
+    """Settings taken from the first frame. `likely` (bins,): weight of each grey level, 0 .. 1; `histogram` (bins,):
+    reference of matches; `ellipse`: full axes (w, h) of the target, px."""
 
     footage: Footage
     size: tuple[float, float]
@@ -55,7 +55,7 @@ class CamShiftState:
 class CamShiftKalman(GatedKalman, MonitoredTracker):
     """CamShift in a window predicted by a Kalman filter, whose prediction is the position during occlusion.
 
-    A system named in the digest beside L. An et al. 2007: CamShift measures a centroid and an ellipse; a Kalman filter
+    The digest beside An et al. 2007 names this system: CamShift measures a centroid and an ellipse; a Kalman filter
     predicts the next window, and the position while targets overlap. CamShift is that of G. Bradski, "Computer Vision
     Face Tracking for Use in a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back
     projection of the target's levels, then the moments of the back projection in the window.

@@ -56,9 +56,9 @@ class ChangeKalman(GatedKalman, MonitoredTracker):
     A variant of `kalman`, the baseline of J. Cheng et al. 2006, for occluded targets among clutter and similar targets;
     made here, in no paper. Measurement: a background model is learned and registered to each frame
     (`irtrack.features.background`), which removes clutter at rest; a pixel is foreground if it differs from the model
-    and has the target's grey levels, by Cheng's histogram. Association: other moving things have filters of their own,
-    and detections are assigned among all (`irtrack.filters.association`). Occlusion: the visible part of a partly
-    hidden target lies off its centre, so its track coasts until the target is whole again.
+    and has the target's grey levels, by Cheng's histogram. Association: other moving objects have filters of their own,
+    and each detection is assigned to one filter (`irtrack.filters.association`). Occlusion: the visible part of a
+    partly hidden target lies off its centre, so its track coasts until the target is whole again.
 
     It needs a background of constant form, a camera that does not roll or zoom, and a target that moves against the
     background: grey levels alone distinguish a target at rest.

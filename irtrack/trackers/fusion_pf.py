@@ -22,7 +22,7 @@ from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, V
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
-"""Largest number of pixels counted in a window (noise of 8 bins: (B - 1) / (8 n) = .002); larger ones are sampled."""
+"""Largest number of pixels counted in a window; of larger windows a grid is sampled. The noise of 8 bins is .002."""
 SIZES = (0.5, 2.0)
 """Least and largest size of a particle, in start sizes: within a uniform target, histograms do not hold the size."""
 RING_PX = 10
@@ -110,7 +110,7 @@ class FusionWSPF(MonitoredTracker):
 
     Chosen here, where the source is silent or illegible: the noises of the state; the kernel of eq. 4 (Epanechnikov's);
     orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
-    eq. 13 (the fused coefficient, or that of the cue of greater confidence, passes rho_T); the update's rate; the
+    the condition of eq. 13 (the fused coefficient, or that of the leading cue, passes rho_T); the update's rate; the
     weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
     that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; the particles move to
     a mode where the target is visible. Detection compares the model with every position of the frame; the best one is
