@@ -180,7 +180,7 @@ class Gate:
 
 
 def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
-    """Return JUnit XML: a test case for every gate, source and label; doubts are its output."""
+    """Return JUnit XML: a test case for every gate, source and label; its output holds the lines of `doubts`."""
     suite = ElementTree.Element("testsuite", name="irtrack compare")
     failed = 0
     for gate in gates:

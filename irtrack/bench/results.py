@@ -83,7 +83,9 @@ class Results:
         try:
             yield
         except sqlite3.Error as error:
-            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extended code
+            code = (
+                getattr(error, "sqlite_errorcode", 0) & 0xFF
+            )  # primary code, without the extension in its upper bytes
             hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
             raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
 

@@ -66,7 +66,7 @@ MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
 """Mark behind a rank."""
 
 RULES: dict[Standing, str] = {
-    "tie": "a tie: by none of lost, off_share and error_held do the paired runs differ from the row above (95 %)",
+    "tie": "a tie: the paired runs differ from the row above in none of lost, off_share and error_held (95 %)",
     "too few": f"too few runs on the frames of the row above to compare the two: {LEAST_SCENES} are needed",
 }
 """Meanings of the marks."""

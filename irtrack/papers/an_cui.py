@@ -132,8 +132,8 @@ CAMSHIFT = Paper(
     key="camshift",
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
-        "Of this source a fragment survives, on faces and colour; here grey levels, and scenes of other sources: an "
-        "aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift alone, without "
+        "A fragment of this source survives, on faces and colour. The scenes are those of other sources, in grey levels: "
+        "an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift alone, without "
         "prediction."
     ),
     experiments=tuple(

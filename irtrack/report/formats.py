@@ -205,7 +205,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Return text for Markdown: one line, without markup or the end of a cell."""
+    """Return text in one line of a Markdown cell: markup and cell separators are escaped."""
     flat = " ".join(text.split())
     for mark in "\\`*_[]<>|#":
         flat = flat.replace(mark, f"\\{mark}")

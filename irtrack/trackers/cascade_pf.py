@@ -127,7 +127,7 @@ class TrajectoryPF(RandomWalkParticles):
     def _weighed_by_velocity(
         self, positions: Floats, W: Floats, cue: VelocityCue, rng: np.random.Generator
     ) -> tuple[Floats, Floats]:
-        """Return positions (n, 2) and weights (n,) by both cues, of positions with weights `W` by grey levels."""
+        """Return positions (n, 2) and their weights (n,) by both cues; `W`: weights of `positions` by grey levels."""
 
     def _velocity_cue(self, state: TrajectoryPFState, ahead: Floats) -> VelocityCue:
         if self.velocity == "least_squares":

@@ -202,7 +202,7 @@ class MultiTargetTracker(TrackerPart):
         return np.where(distance <= self.gate, ratios, -np.inf)
 
     def _in_reach(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
-        """Return a mask of tracks with a detection, or coasting within the picture, `delete_misses` and `delete_px`."""
+        """Return a mask: tracks with a detection, or inside the picture and within `delete_misses` and `delete_px`."""
         mean, covariance = tracks.states.moments()
         unsure = np.sqrt(np.maximum(covariance[:, 0, 0], covariance[:, 1, 1])) > self.delete_px
         inside = ((mean[:, :2] > -0.5) & (mean[:, :2] < np.array(size) - 0.5)).all(axis=1)
