@@ -132,9 +132,9 @@ CAMSHIFT = Paper(
     key="camshift",
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
-        "A fragment of this source survives, on faces and colour. The scenes are those of other sources, in grey levels: "
-        "an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift alone, without "
-        "prediction."
+        "A fragment of this source survives, on faces and colour. The scenes are those of other sources, in grey "
+        "levels: an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift "
+        "alone, without prediction."
     ),
     experiments=tuple(
         Experiment(scene, title, {"camshift_kalman": "camshift_kalman", "mean_shift": "mean_shift"})
