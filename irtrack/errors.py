@@ -44,7 +44,7 @@ class WorkerError(IrtrackError):
 class TrackerError(IrtrackError):
     """A tracker raised, ended the program, or gave no valid estimate; its exception is the ``__cause__``.
 
-    The text is one line: 'tracker: frame 7: ValueError: what'.
+    The text is one line: 'tracker: frame 7: ValueError: text'.
     """
 
     def calls(self) -> str:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from irsim.errors import counted
 from irsim.types import Box, Floats, Frame, Input
-from irtrack.types import FARTHEST_PX, Estimate, Status
+from irtrack.types import Estimate, Status
 
 STATUSES: tuple[Status, ...] = get_args(Status)
 
@@ -27,7 +27,7 @@ class TrackFrame:
     centers      (n, 2) px;  sizes (n, 2) px, width and height
     scores       (n,) confidence of any scale, nan where there is none
     statuses     n statuses: "tracking" after a detection, "occluded" where the position is predicted
-    confirmed    (n,) whether the track counts as a target; others are candidates
+    confirmed    (n,) True where the track counts as a target; False for a candidate
     velocities   (n, 2) px/frame;  covariances (n, 2, 2) px^2 of the centres; None where unknown
     classes      n classes, each None where unknown; None where nothing is classified
     """
@@ -76,41 +76,11 @@ class TrackFrame:
             )
 
 
-def fault_of_tracks(found: object) -> str | None:
-    """Return the error of an output of a tracker of many, with the allowed values; None where it is valid."""
-    if not isinstance(found, TrackFrame):
-        return f"step gave (state, {type(found).__name__}); allowed: (state, TrackFrame)"
-    if np.ndim(found.ids) != 1 or np.asarray(found.ids).dtype.kind not in "iu":
-        return f"the ids are {np.asarray(found.ids).dtype} of shape {np.shape(found.ids)}; allowed: whole numbers (n,)"
-    count = len(found.ids)
-    if len(np.unique(found.ids)) < count:
-        values, numbers = np.unique(found.ids, return_counts=True)
-        return f"two tracks have the id {int(values[numbers > 1][0])}; allowed: each id once a frame"
-    for name, shape in (("centers", (count, 2)), ("sizes", (count, 2)), ("scores", (count,)), ("confirmed", (count,))):
-        if np.shape(getattr(found, name)) != shape:
-            return f"the {name} have the shape {np.shape(getattr(found, name))}; allowed: {shape}"
-    for name in ("statuses", "classes", "velocities", "covariances"):
-        values = getattr(found, name)
-        if values is not None and len(values) != count:
-            return f"{len(values)} {name} for {counted(count, 'track')}; allowed: one each"
-    unknown = sorted(set(found.statuses) - set(STATUSES))
-    if unknown:
-        return f"the status {unknown[0]!r}; allowed: {', '.join(STATUSES)}"
-    for name in ("centers", "sizes", "velocities", "covariances"):
-        values = getattr(found, name)
-        if values is not None and not np.isfinite(values).all():
-            row = int(np.argwhere(~np.isfinite(np.asarray(values).reshape(count, -1)).all(axis=1))[0][0])
-            return f"the {name} of track {int(found.ids[row])} are not finite"
-    if count and (found.sizes.min() <= 0 or max(np.abs(found.centers).max(), found.sizes.max()) > FARTHEST_PX):
-        return f"a size of 0 or less, or a box beyond {FARTHEST_PX:g} px; allowed: sizes above 0, inside that range"
-    return None
-
-
 class MultiTracker(Protocol):
     """Tracker of many targets: frozen parameters with two pure functions; no box is given.
 
-    States are values, as those of `irtrack.types.Tracker`. The generator of frame k is
-    `irsim.rng.stream(seed, name, "many", k)`.
+    States are immutable values, as for `irtrack.types.Tracker`. The generator of frame k is `irsim.rng.stream(seed,
+    name, "many", k)`.
     """
 
     def init(self, frame: Frame, rng: np.random.Generator) -> Any:
@@ -127,11 +97,11 @@ class TrackSet:
     """Tracks of many targets over a source, one row for each track and frame, in order of frames.
 
     source, source_hash, tracker, config, input, scene_seed, tracker_seed   as of `irtrack.types.Track`
-    frames       (k,) indices of the frames that were seen;  times (k,) s;  step_ms, cpu_ms (k,)
+    frames       (k,) indices of the frames passed to the tracker;  times (k,) s;  step_ms, cpu_ms (k,)
     frame, id    (n,) index of the frame and number of the track, of each row
     cx, cy, w, h (n,) px
     score        (n,) nan where there is none
-    status       (n,) place in `STATUSES`;  confirmed (n,) bool
+    status       (n,) index in `STATUSES`;  confirmed (n,) bool
     classes      n classes or None
     """
 
@@ -170,7 +140,7 @@ class TrackSet:
 
 
 def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
-    """Return the columns of a `TrackSet` from (frame index, its tracks)."""
+    """Return the columns of a `TrackSet` from pairs of a frame index and the tracks of that frame."""
     given = [(index, each) for index, each in tracks if len(each)]
     if not given:
         empty = np.zeros(0)
@@ -199,7 +169,7 @@ class DetectionSet:
     """Detections of a detector over a source, one a row, in order of frames.
 
     source, source_hash, detector, config, input, scene_seed   as of `irtrack.types.Track`
-    frames, times, step_ms, cpu_ms   of the frames that were seen, (k,)
+    frames, times, step_ms, cpu_ms   of the frames passed to the detector, (k,)
     frame        (n,) index of the frame of each row;  cx, cy, w, h (n,) px;  score (n,)
     classes      n classes or None
     """

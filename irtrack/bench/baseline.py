@@ -34,7 +34,8 @@ Baseline: TypeAlias = Mapping[Run, Mapping[str, float | None]]
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Changed metric of one run; `old`, `new`: None where undefined. `figure` is 'run' where only one has the run."""
+    """Changed metric of one run; `old`, `new`: None where undefined. `figure` is 'run' where only one side has the
+    run."""
 
     run: Run
     figure: str
@@ -57,7 +58,7 @@ def measure(
 ) -> Baseline:
     """Run the suite and return the metrics of its runs; a failed run counts as lost and has no other metric.
 
-    frame_limit_s  longest time of a tracker for one frame, s; a limit for a whole run in the suite takes its place.
+    frame_limit_s  longest time of a tracker for one frame, s; a limit for a whole run in the suite takes precedence.
                    Trackers then run in worker processes: a tracker that takes longer is stopped, and one that dies
                    fails alone
     seen           called with the record of each run

@@ -56,7 +56,7 @@ class Comparison:
         return self.worsening[0] > margin
 
     def may_be_worse_by(self, margin: float) -> bool:
-        """Return whether a part of the interval, and not the whole, is worse by more than `margin`."""
+        """Return whether only a part of the interval is worse by more than `margin`."""
         least, most = self.worsening
         return not self.difference.is_open and least <= margin < most
 
@@ -64,14 +64,14 @@ class Comparison:
 def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequence[str] = USUAL) -> list[Comparison]:
     """Return a comparison of each metric for each source and label in both, and over all sources of a label.
 
-    Runs are paired by source, target, start, input and seeds, so that both trackers saw the same frames. A failed run
+    Runs are paired by source, target, start, input and seeds, so that both results are of the same frames. A failed run
     counts as lost and has no other metric. InputError for an unknown metric, or where no run is in both.
     """
     for name in figures:
         check_figure(name)
     pairs = _pairs(old, new)
     if not pairs:
-        raise InputError("no run of one is in the other; allowed: results of the same scenes, seeds and labels")
+        raise InputError("the two have no run in common; allowed: results of the same scenes, seeds and labels")
     comparisons = []
     for (source, label), members in pairs.items():
         for name in figures:
@@ -105,7 +105,7 @@ def cells_of(results: str | Path, label: str | None = None) -> list[RunRecord]:
 
 
 def under_one_label(cells: Iterable[RunRecord], label: str) -> list[RunRecord]:
-    """Return the records with another label, to compare two trackers of one file."""
+    """Return the records with their label replaced by `label`, to compare two trackers of one file."""
     return [replace(cell, label=label) for cell in cells]
 
 
@@ -162,7 +162,7 @@ class Gate:
         have = d.scenes if d.scenes > 1 else d.pairs
         need = scenes_for(d, self.margin) if self.margin > 0 else 0
         about = round(need, 2 - len(str(need)))  # two digits
-        more = f"; about {about} would tell {self.margin:g}" if need > have else ""
+        more = f"; about {about} would resolve {self.margin:g}" if need > have else ""
         unit = "scenes" if each.source == ALL_SOURCES else "seeds"
         return (
             f"{each.label} on {each.source}: {each.figure}: a worsening of up to {each.worsening[1]:.2g} is not "
@@ -180,7 +180,7 @@ class Gate:
 
 
 def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
-    """Return JUnit XML: a test case for every gate, source and label; doubts are its output."""
+    """Return JUnit XML: a test case for every gate, source and label; its output holds the lines of `doubts`."""
     suite = ElementTree.Element("testsuite", name="irtrack compare")
     failed = 0
     for gate in gates:

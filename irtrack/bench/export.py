@@ -29,7 +29,8 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
     """Write the newest runs of a results file as a table, by the ending of `out`: .csv or .parquet (or .pq).
 
     A row has the key of a run (`irtrack.bench.Key`), its outcome, and every figure of
-    `irtrack.metrics.tasks.ALL_FIGURES`; empty (null) where it has none. InputError where the table cannot be written.
+    `irtrack.metrics.tasks.ALL_FIGURES`; a cell is empty (null) where the run has no value. InputError where the table
+    cannot be written.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:

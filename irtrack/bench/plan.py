@@ -23,7 +23,8 @@ from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker
 
 Outcome = tuple[RunRecord, Mapping[str, np.ndarray] | None]
-"""Record of a finished run, and its arrays by name (of the task single: those of its trace); None where it failed."""
+"""Record of a finished run, and its arrays by name (for the task single, those of its trace), or None where it
+failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ class Group:
         return replace(self, members=tuple(members))
 
     def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
-        """Return the outcome of a failed run; `frame`: index of its frame, where the text of the failure lacks it."""
+        """Return the outcome of a failed run; `frame`: index of its frame, to be added to the text of the failure."""
         where = f"{self.name}, seed {member.key.tracker_seed}"
         gap = "\n" if "\n" in failure else " "
         outcome, text = failure, f"{where}:{gap}{failure}"
@@ -68,12 +69,12 @@ class Group:
         return replace(self._record(member), status="failed", failure=text, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
-        """Return the outcome of a member that reached the end, of the task single."""
+        """Return the outcome of a member of the task single that reached the end."""
         arrays = {field.name: getattr(trace, field.name) for field in fields(trace)}
         return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), arrays
 
     def scored(self, member: Member, figures: dict[str, float | None], arrays: dict[str, np.ndarray]) -> Outcome:
-        """Return the outcome of a member that reached the end, of another task."""
+        """Return the outcome of a member of another task that reached the end."""
         digest = hashlib.blake2b(digest_size=16)
         for name, array in arrays.items():
             if name not in ("step_ms", "cpu_ms"):
@@ -119,7 +120,7 @@ def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[Tracke
     if twice:
         second = [one for one in entries if one.label == twice[0]][1]
         name = tracker_name(second.tracker)
-        spec = second.label if second.label.startswith(name) else name  # without a label of its own it is its spec
+        spec = second.label if second.label.startswith(name) else name  # an entry without a label has its spec as label
         raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={spec}")
     return [
         TrackerSpec(
@@ -230,8 +231,8 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # An object from Python is named by the path of its recording, or by the file in which the report offers
-        # its scenario, changes included.
+        # A Python object is named by the path of its recording, or by the file under which the report offers its
+        # scenario with all changes.
         changes = () if each.word is None else each.changes
         row = SourceRow(
             hash=seeded.hash,
@@ -254,10 +255,10 @@ def _followed(
 ) -> str | None:
     """Return the id of the tracked target; InputError where no track can start with any of the seeds.
 
-    Runs with seeds by which the target is never visible fail later.
+    Runs with seeds for which the target is never visible fail later.
     """
     if isinstance(init, str):
-        return None  # each run finds its own
+        return None  # each run finds its own target
     fault = InputError(f"{source.name}: nothing to run")
     for seed in seeds:
         seeded = source.with_seed(seed)

@@ -70,7 +70,7 @@ class SourceRow:
 
     scene_hash   hash of the scenario without its seed; of a recording, its hash
     text         kind 'scenario': the whole scenario as YAML, with its seed; 'recording': its path
-    word         its name on a command line;  changes  KEY=VALUE overrides after it
+    word         its name on a command line;  changes  KEY=VALUE overrides after the name
     severity     severity of a scenario that has severities
     size         (columns, rows)
     length       number of frames
@@ -138,10 +138,11 @@ class RunRecord:
 
 
 _HEAD = struct.Struct("<I")
-"""Number of bytes of the description that follows."""
+"""Length of the JSON list that follows, bytes."""
 
 _LEVEL = 1
-"""Compression level of zlib: tracks are at most 5 % larger than at the default level 6, in a third of its time."""
+"""Compression level of zlib: tracks are at most 5 % larger than at the default level 6, and take a third of the
+time."""
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:

@@ -11,7 +11,7 @@ from typing import Any
 from irtrack.errors import InputError
 
 WAIT_S = 10.0
-"""Longest time for the scheduler to answer, and for a first worker to join it."""
+"""Longest time for the scheduler to answer, and for a first worker to join it, s."""
 
 
 @contextmanager
@@ -32,8 +32,8 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         failed = " ".join(str(error).split()) or type(error).__name__
     if client is None:
-        # Outside of the handler, whose error refers to the half-made client. Collected here, the client closes now:
-        # later, while another client starts, closing could wait forever.
+        # Raise outside of the handler, whose error keeps the incomplete client alive. Without it the client is freed
+        # and closes now; closed later, while another client starts, it could wait forever.
         gc.collect()
         raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:

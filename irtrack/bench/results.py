@@ -20,50 +20,15 @@ import numpy as np
 from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
+from irtrack.bench.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION
 from irtrack.bench.summary import RANKED, ranked_texts, summary
 from irtrack.errors import InputError
 from irtrack.metrics import Score, Trace
-
-APPLICATION_ID = 0x69727472
-"""'irtr' in the header of the file, which marks a results file."""
-
-SCHEMA_VERSION = 7
-"""Raised whenever a table below changes. Figures are rows of the table `scores`: a new one changes no table."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
 """Error codes of SQLite where it cannot write because of a full disk, a quota or a limit."""
 
 _KEY = [field.name for field in fields(Key)]
-
-_SCHEMA = f"""
-BEGIN IMMEDIATE;
-PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
-CREATE TABLE runs (id INTEGER PRIMARY KEY, started TEXT NOT NULL, command TEXT, versions TEXT NOT NULL);
-CREATE TABLE sources (
-    hash TEXT NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
-    word TEXT NOT NULL, columns INTEGER NOT NULL, rows INTEGER NOT NULL, rate_hz REAL NOT NULL, length INTEGER NOT NULL,
-    changes TEXT NOT NULL, severity INTEGER,
-    PRIMARY KEY (name, hash)
-);
-CREATE TABLE cells (
-    digest TEXT PRIMARY KEY,
-    source_hash TEXT NOT NULL, target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
-    scene_seed INTEGER, tracker_seed INTEGER NOT NULL, config TEXT NOT NULL, code_hash TEXT NOT NULL,
-    task TEXT NOT NULL, weights TEXT NOT NULL,
-    status TEXT NOT NULL, failure TEXT, outcome TEXT, trace BLOB
-);
-CREATE TABLE scores (
-    digest TEXT NOT NULL REFERENCES cells (digest), name TEXT NOT NULL, value REAL,
-    PRIMARY KEY (digest, name)
-) WITHOUT ROWID;
--- Which cells a run wanted, of which source under which label, whether it had to compute them or found them here.
-CREATE TABLE wanted (
-    run INTEGER NOT NULL REFERENCES runs (id), source TEXT NOT NULL, label TEXT NOT NULL, digest TEXT NOT NULL,
-    PRIMARY KEY (run, source, label, digest)
-);
-COMMIT;
-"""
 
 
 class Results:
@@ -89,7 +54,7 @@ class Results:
             self._db = sqlite3.connect(self.path, isolation_level=None)
             try:
                 if is_new:
-                    self._db.executescript(_SCHEMA)
+                    self._db.executescript(SCHEMA)
                 else:
                     with self._reading():
                         self._check_header()
@@ -118,7 +83,9 @@ class Results:
         try:
             yield
         except sqlite3.Error as error:
-            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the extended code
+            code = (
+                getattr(error, "sqlite_errorcode", 0) & 0xFF
+            )  # primary code, without the extension in its upper bytes
             hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
             raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
 
@@ -143,7 +110,7 @@ class Results:
     def _repr_html_(self) -> str:
         try:
             return results_card(self.path.name, self.cells())
-        except InputError as error:  # closed, or gone
+        except InputError as error:  # the file is closed or deleted
             return f"<p>{escape(str(error))}</p>"
 
     def __enter__(self) -> Results:
@@ -209,7 +176,7 @@ class Results:
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Store that a call includes this run of a source under a label, whether or not the call computed the run."""
+        """Store that a call includes this run of a source under a label, computed by the call or found in the file."""
         self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
 
     def has(self, key: Key) -> bool:
@@ -306,7 +273,7 @@ def _cell(row: dict[str, Any], scores: dict[str, float | None]) -> RunRecord:
 
 
 MAX_ROWS = 40
-"""Rows of the table in a notebook; the report has all."""
+"""Largest number of rows of the table in a notebook; the report has all rows."""
 
 
 def results_card(name: str, cells: Iterable[RunRecord]) -> str:

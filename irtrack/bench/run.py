@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 
 import irsim
-from irsim.types import Box, Frame, Input, Source, Truth
+from irsim.types import Box, Frame, Input, Source
+from irtrack.bench.frame_cache import FrameCache, truths_of
 from irtrack.bench.plan import Group, Member, Outcome, Plan, Seeds, plans, tracker_specs
 from irtrack.bench.records import Key, Run, RunRecord
 from irtrack.bench.results import Results
@@ -33,44 +34,6 @@ from irtrack.runner.watchdog import NO_LIMIT, Blame, Heartbeat, Limit
 from irtrack.runner.worker import one_thread
 from irtrack.types import GivenTracker
 
-CACHE_BYTES = 64 * 2**20
-"""Largest size of the kept images, bytes: 200 frames of 640 x 512 px of 8 bits. Groups read longer sources again."""
-
-
-class FrameCache:
-    """Frames of the last source whose frames depend on no seed, so that they are read once for all tracker seeds."""
-
-    def __init__(self) -> None:
-        self._key: tuple[str, Input] | None = None
-        self._pairs: list[Pair] = []
-        self._references: dict[tuple[str | None, int], Reference] = {}
-
-    def pairs(self, source: Source, input: Input) -> list[Pair] | None:
-        """Return all frames of a source; None where they depend on its seed, or are too many to keep.
-
-        Exceptions raised by the source are passed on.
-        """
-        columns, rows = source.size
-        pixel_bytes = 1 if input == "display" else 2
-        if source.seed is not None or len(source) * columns * rows * pixel_bytes > CACHE_BYTES:
-            return None
-        if self._key != (source.hash, input):
-            self._key, self._pairs, self._references = None, [], {}  # frees the old frames before the new ones are read
-            self._pairs = list(source.pairs(input=input))
-            self._key = source.hash, input
-        return self._pairs
-
-    def reference(self, target: str | None, start: int) -> Reference:
-        """Return the truth of a target from frame `start` on."""
-        key = target, start
-        if key not in self._references:
-            self._references[key] = Reference.of(_truths(self._pairs)[start:], target)
-        return self._references[key]
-
-
-def _truths(pairs: Iterable[Pair]) -> list[Truth]:
-    return [truth for _, truth in pairs if truth is not None]
-
 
 def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCache | None = None) -> list[Outcome]:
     """Run all members of a group. A tracker that raises an exception fails its own run and no other.
@@ -79,7 +42,7 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
 
     Exceptions raised by the source (a damaged recording) are passed on.
     """
-    source = copy(group.source)  # the copy is dropped after the group, with its caches
+    source = copy(group.source)  # a copy, so that caches of the source are freed after the group
     cache = cache or FrameCache()
     heartbeat = heartbeat or Heartbeat()
     pairs = cache.pairs(source, group.input)
@@ -89,7 +52,7 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
         if isinstance(group.init, str):
             start = auto_start(source, group.input, group.init.partition(":")[2] or "lcm")
         else:
-            start = find_start(source, source.truths() if pairs is None else _truths(pairs), group.target, group.init)
+            start = find_start(source, source.truths() if pairs is None else truths_of(pairs), group.target, group.init)
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
     attempts = [
@@ -129,7 +92,7 @@ def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, he
 
 
 class _Attempt:
-    """Player of one tracker, which gets no more frames after the tracker has failed."""
+    """Player of one tracker; after a failure the tracker gets no more frames."""
 
     def __init__(self, player: Any, number: int, heartbeat: Heartbeat) -> None:
         self.player = player
@@ -186,7 +149,7 @@ def run_bench(
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
     executor  any executor, such as dask's, in place of the worker processes; it is left open
     time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
-    frame_limit_s  in place of it, the longest time for each frame
+    frame_limit_s  longest time for each frame, in place of the limit for a run
     target    id of the target to track in every source; by default that of each source
     init      (box, frame) to start from, for sources without truth; or 'auto', 'auto:DETECTOR': each run starts at
               the first confirmed track of `gnn` on a detector (`irtrack.replay.many.auto_start`)
@@ -241,7 +204,7 @@ def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
     """Store the runs of the plan; return its group with the runs that neither the file nor an earlier group has.
 
-    Two labels, or two names of the same scene, may have one run.
+    Two labels, or two names of the same scene, may share one run.
     """
     kept.add_source(plan.row)
     missing: list[Member] = []
@@ -281,7 +244,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 raise WorkerError(f"a worker failed: {what}") from error
             yield found
     finally:
-        for future in list(waiting):  # otherwise an executor of the caller would continue to run them
+        for future in list(waiting):  # otherwise the caller's executor would run the remaining groups
             future.cancel()
 
 
@@ -292,7 +255,7 @@ def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
 
 
 def run_limited(group: Group, limit: Limit) -> list[Outcome]:
-    """Run a group in a new worker process, started by this process, which may itself be an executor's worker."""
+    """Run a group in a new worker process, started by this process (which may be an executor's worker)."""
     if multiprocessing.current_process().daemon:
         raise IrtrackError(
             "a time limit takes workers that may start processes; allowed for dask: "

@@ -69,8 +69,8 @@ def parse_detectors(text: str) -> list[Entry]:
 def read_spec(text: str, what: str = "tracker") -> Spec:
     """Return the parts of a spec. VALUE is read as YAML.
 
-    A part that does not begin with ``KEY=`` belongs to the part before it: a VALUE (``path=a:b``), or the NAME
-    (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable spec or a repeated parameter.
+    A part without ``KEY=`` continues the part before it: a VALUE (``path=a:b``), or the NAME (``trax:mine --fast=1``).
+    InputError, with the spec, for an empty or unreadable spec or a repeated parameter.
     """
     first, *rest = _split(text.strip(), ":")
     label, is_labelled, name = first.rpartition("=")

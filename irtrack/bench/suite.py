@@ -24,7 +24,7 @@ Item = TypeVar("Item")
 
 
 class SuiteSource(Part):
-    """Scenario or recording of a suite, with its overrides and severities; a name alone is short for it."""
+    """Scenario or recording of a suite, with its overrides and severities; a text is taken as `source`."""
 
     source: Annotated[str, Field(min_length=1)]
     """File, looked up beside the suite first, or name of a shipped scenario."""
@@ -44,7 +44,7 @@ class SuiteSource(Part):
 
 
 class SuiteTracker(Part):
-    """Tracker of a suite; a spec as for `--trackers` is short for it: `big=grey_pf:particles=500`."""
+    """Tracker of a suite; a text is taken as a spec of `--trackers`: `big=grey_pf:particles=500`."""
 
     tracker: Annotated[str, Field(min_length=1)]
     """Name of `irtrack list`, or module:Class."""

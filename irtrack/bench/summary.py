@@ -20,7 +20,7 @@ Pair = tuple[RunRecord, RunRecord]
 def distinct(cells: Iterable[RunRecord]) -> list[RunRecord]:
     """Return the records without repeated runs, which have the tracker, the frames and the outcome of another run.
 
-    A tracker without randomness has the same outcome with every tracker seed: that is one run.
+    A tracker without randomness has the same outcome with every tracker seed: all these are one run.
     """
     return list({_repeat_key(cell): cell for cell in reversed(list(cells))}.values())[::-1]
 
@@ -69,10 +69,10 @@ MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
 """Mark behind a rank."""
 
 RULES: dict[Standing, str] = {
-    "tie": "a tie: by none of lost, off_share and error_held do the paired runs differ from the row above (95 %)",
+    "tie": "a tie: the paired runs differ from the row above in none of lost, off_share and error_held (95 %)",
     "too few": f"too few runs on the frames of the row above to compare the two: {LEAST_SCENES} are needed",
 }
-"""Meaning of the marks."""
+"""Meanings of the marks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class SummaryRow:
     """Metrics of one tracker on one source (or on all), over its runs; None where no run has the metric.
 
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
-                      error before loss, then fastest; only scenes on which every tracker was run enter the rank
+                      error before loss, then fastest; the rank is by the scenes on which every tracker was run
     standing          'told': the row differs from the row above by more than chance; others: see `RULES`
     compared          number of runs that enter the rank (all runs, where the trackers have no scene in common)
     runs, failed      numbers of runs that do not repeat another, and of failed runs among them

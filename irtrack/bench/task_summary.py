@@ -18,15 +18,15 @@ SHOWN: Mapping[Task, tuple[str, ...]] = {
     "many": ("gospa", "hota", "idf1", "mota", "switches", "fragments", "start_delay", "false_tracks_min", "ms_median"),
     "detect": ("pd", "false_alarms", "pd_001", "pd_01", "pd_1", "first_detection", "ms_median"),
 }
-"""Figures of the printed table."""
+"""Figures in the printed table, by task."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskRow:
     """One tracker of many or detector on one source, over its runs.
 
-    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`
-    runs, failed     runs that do not repeat another, and those of them that failed
+    rank, standing   as in `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`
+    runs, failed     numbers of runs that do not repeat another, and of failed runs among them
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
     needs            what the tracker or detector gets besides pictures: "pose" or ""
     """
@@ -94,7 +94,7 @@ def _order(cells: list[RunRecord], task: Task) -> tuple[float, ...]:
 
 
 def _standing(above: list[RunRecord], below: list[RunRecord], task: Task) -> Standing:
-    """Return the standing of the one below: by the first figure of `RANKED_BY` in which the two differ."""
+    """Return the standing of the lower row, by the first figure of `RANKED_BY` in which the two rows differ."""
     both = pairs(above, below)
     found = [(name, each) for name in RANKED_BY[task] if (each := difference(both, name)) is not None]
     if all(each.is_open for _, each in found):

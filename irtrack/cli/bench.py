@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import shlex
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -30,7 +29,7 @@ from irtrack.cli.options import (
     option,
     path_option,
 )
-from irtrack.cli.output import print_json, print_summary, print_tasks, warn_unused
+from irtrack.cli.output import Tally, print_json, print_summary, print_tasks, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
@@ -286,24 +285,3 @@ def _plan(suite: Suite) -> str:
     ]
     runs = len(suite.sources) * len(suite.trackers) * suite.seeds * suite.tracker_seeds
     return f"ok: {' x '.join(counts)} = {counted(runs, 'run')}"
-
-
-class Tally:
-    """Counts of finished, lost and failed runs for the progress line."""
-
-    def __init__(self) -> None:
-        self.done = 0
-        self._runs: Counter[str] = Counter()
-        self._bad: Counter[str] = Counter()
-
-    def see(self, cell: RunRecord) -> None:
-        """Count a finished run."""
-        self._runs[cell.label] += 1
-        self._bad[cell.label] += cell.lost_or_failed
-
-    def worst(self) -> str:
-        """Return 'worst: template, 3 of 4 lost or failed'; '' without a loss."""
-        label = max(self._runs, key=lambda each: self._bad[each] / self._runs[each], default=None)
-        if label is None or not self._bad[label]:
-            return ""
-        return f"worst: {label}, {self._bad[label]} of {self._runs[label]} lost or failed"

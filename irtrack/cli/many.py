@@ -1,4 +1,4 @@
-"""`irtrack run` of a tracker of many targets: no box is given, and the figures are those of all targets."""
+"""`irtrack run` of a tracker of many targets, without a start box and with figures over all targets."""
 
 from __future__ import annotations
 

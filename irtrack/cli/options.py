@@ -147,7 +147,7 @@ def split_settings(
 
 
 def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
-    """Return (names of a tracker class's parameters, whether it accepts others)."""
+    """Return (names of a tracker class's parameters, True where it accepts others)."""
     try:
         given = inspect.signature(tracker).parameters.values()
     except (TypeError, ValueError):  # a class of an extension module may hide its parameters
@@ -156,5 +156,5 @@ def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
 
     named = [each.name for each in given if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     if is_plain_many(tracker) and takes_detections(tracker) and "detector" not in named:
-        named.append("detector")  # of the adapter
+        named.append("detector")  # the parameter of the adapter
     return named, any(each.kind is each.VAR_KEYWORD for each in given)

@@ -1,17 +1,18 @@
-"""Output of the commands: tables, JSON and scores on standard output."""
+"""Output of the commands: tables, JSON and scores on standard output; counts for progress lines."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from irsim.errors import counted
 
 if TYPE_CHECKING:
-    from irtrack.bench import SummaryRow
+    from irtrack.bench import RunRecord, SummaryRow
     from irtrack.bench.task_summary import TaskRow
     from irtrack.metrics import Score
     from irtrack.types import Track
@@ -136,7 +137,8 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
 
 
 def print_tasks(rows: Sequence[TaskRow]) -> None:
-    """Print a table of trackers of many, and one of detectors: means over the runs, the first with its interval."""
+    """Print a table of trackers of many targets and one of detectors: means over the runs; the first has its
+    interval."""
     from irtrack.bench.summary import MARKS, marked
     from irtrack.bench.task_summary import SHOWN
     from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY
@@ -195,3 +197,24 @@ def _runs(row: SummaryRow) -> str:
 def number(value: float | None, form: str = ".2f") -> str:
     """Return a formatted number, or a dash for None."""
     return NOTHING if value is None else format(value, form)
+
+
+class Tally:
+    """Counts of finished, lost and failed runs for the progress line."""
+
+    def __init__(self) -> None:
+        self.done = 0
+        self._runs: Counter[str] = Counter()
+        self._bad: Counter[str] = Counter()
+
+    def see(self, cell: RunRecord) -> None:
+        """Count a finished run."""
+        self._runs[cell.label] += 1
+        self._bad[cell.label] += cell.lost_or_failed
+
+    def worst(self) -> str:
+        """Return 'worst: template, 3 of 4 lost or failed'; '' without a loss."""
+        label = max(self._runs, key=lambda each: self._bad[each] / self._runs[each], default=None)
+        if label is None or not self._bad[label]:
+            return ""
+        return f"worst: {label}, {self._bad[label]} of {self._runs[label]} lost or failed"

@@ -57,4 +57,4 @@ def _print(figures: Sequence[SeverityFigures]) -> None:
             rows.append((each.family, label, *lost, point.in_words()))
     print_table(("cause", "tracker", *(f"{s:g}" for s in severities), "half lost at"), rows, left=2)
     span = f"{severities[0]:g} to {severities[-1]:g}"
-    print(f"{span}: runs lost or failed at that severity; half lost at: the severity, with its 95 % interval")
+    print(f"{span}: share of runs lost or failed; half lost at: severity at which half are lost, with 95 % interval")

@@ -68,7 +68,7 @@ def make_detector(name: str | Callable[..., Any], parameters: Mapping[str, objec
         )
     here = os.getcwd()
     if here not in sys.path:
-        sys.path.append(here)  # as with `python -m`, a module of the current folder counts
+        sys.path.append(here)  # a module may lie in the current folder, as with `python -m`
     try:
         importlib.invalidate_caches()
         with redirect_stdout(sys.stderr):
@@ -83,7 +83,7 @@ def make_detector(name: str | Callable[..., Any], parameters: Mapping[str, objec
 def parse_detector(text: str) -> Detector:
     """Return the detector of a spec such as ``tophat:threshold=6`` or ``mine:Class:reach=3``; a value is read as YAML.
 
-    A part that does not begin with ``KEY=`` belongs to the part before it.
+    A part without ``KEY=`` continues the value of the part before it.
     """
     name, *rest = text.strip().split(":")
     pairs: list[str] = []
@@ -107,7 +107,7 @@ def parse_detector(text: str) -> Detector:
 
 
 def _own(found: Any, name: str, parameters: dict[str, object]) -> Detector:
-    """Return the detector of a person's own function, class or object."""
+    """Return the detector of a user's function, class or object."""
     if isinstance(found, type) and issubclass(found, DetectorPart):
         return cast(Detector, irsim.build(found, parameters, name))
     if not (is_plain(found) or hasattr(found, "step")):
@@ -118,7 +118,7 @@ def _own(found: Any, name: str, parameters: dict[str, object]) -> Detector:
         if is_plain(found):
             plain = PlainDetector.of(found, parameters)
             with redirect_stdout(sys.stderr):
-                plain.again()  # wrong arguments of a class are an error now
+                plain.again()  # raises for wrong arguments here, not at the first frame
             return plain
         return cast(Detector, found(**parameters) if isinstance(found, type) else found)
     except (Exception, SystemExit) as error:  # a user's class may raise anything

@@ -14,16 +14,16 @@ from irtrack.detectors.base import FilterDetector, Picture, Width
 from irtrack.features.highpass import predicted_background, ring_kernel
 
 CUTOFFS = tuple(0.02 * 2 ** (k / 2) for k in range(7))
-"""Cycles/px. Cut-off frequencies tried for the largest kurtosis: .02 to .16, half the bandwidth of a point's image."""
+"""Cut-off frequencies that `Butterworth` tries, cycles/px: .02 to .16, half the bandwidth of a point's image."""
 SURE = 4.0
-"""Standard errors by which a kurtosis is larger; of n normal pixels the error is sqrt(24 / n)."""
+"""Number of standard errors by which a kurtosis must exceed another; for n normal pixels the error is sqrt(24 / n)."""
 
 
 class DoG(FilterDetector):
     """Difference of two Gaussians, the inner one matched to the point spread function.
 
-    D. Marr, E. Hildreth, "Theory of edge detection", Proc. R. Soc. B 207, 1980, appendix B: G(psf) - G(ratio psf); at
-    a ratio of 1.6 it comes nearest to the Laplacian of a Gaussian among those of low noise.
+    D. Marr, E. Hildreth, "Theory of edge detection", Proc. R. Soc. B 207, 1980, appendix B: G(psf) - G(ratio psf); the
+    ratio of 1.6 is their compromise between a Laplacian of a Gaussian and low noise.
     """
 
     source: ClassVar[str] = "Marr, Hildreth 1980"
@@ -50,7 +50,7 @@ class DoG(FilterDetector):
 class Ring(FilterDetector):
     """The frame less the mean of a ring neighbourhood.
 
-    D. Xue, J. Yuan, Y. Xie 2011, eq. 1 (see `irtrack.features.highpass`), predicted at every pixel.
+    D. Xue, J. Yuan, Y. Xie 2011, eq. 1 (see `irtrack.features.highpass`), computed at every pixel.
     """
 
     source: ClassVar[str] = "Xue, Yuan, Xie 2011, eq. 1"
@@ -60,7 +60,8 @@ class Ring(FilterDetector):
     m: int = Field(default=8, ge=3, le=64)
     """Samples on each radius; the source leaves it open."""
     inner: int = Field(default=0, ge=0, le=31)
-    """Least radius, px; 0 as in the source. Above the target's half size it is left out of its own background."""
+    """Least radius, px; 0 in the source. A radius above half the target's size keeps the target out of its
+    background."""
 
     @property
     def reach(self) -> int:
@@ -75,17 +76,17 @@ class Butterworth(FilterDetector):
     """High-pass filter in the frequency domain, H = 1 / (1 + (D0 / D)^(2 n)).
 
     R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3; named by Xue et al. 2011, section 1, as
-    the costly way. D is the frequency; D0, where it is not given, is that of `CUTOFFS` with the largest kurtosis of
-    the first frame's response, since sparse targets give long tails, and the least where noise decides. By the cosine
-    transform (DCT-II), so that the frame is mirrored at its edges. The memory is D0.
+    the costly way. D is the frequency. By default D0 is the one of `CUTOFFS` whose response to the first frame has the
+    largest kurtosis, since sparse targets give long tails; the smallest D0 where the differences are within the noise.
+    The filter uses the cosine transform (DCT-II), which mirrors the frame at its edges. The memory is D0.
     """
 
     source: ClassVar[str] = "Gonzalez, Woods 2008, eq. 4.9-3"
 
     cutoff: Annotated[float | None, Field(gt=0, le=0.7)] = None
-    """D0, cycles/px; without a value that of the largest kurtosis of the first frame."""
+    """D0, cycles/px; by default the D0 of the largest kurtosis in the first frame."""
     order: int = Field(default=2, ge=1, le=10)
-    """n."""
+    """Order n of the filter."""
 
     def respond(self, memory: float | None, picture: Picture) -> tuple[Any, Picture]:
         spectrum = fft.dctn(picture, norm="ortho")

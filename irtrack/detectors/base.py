@@ -2,7 +2,7 @@
 
     frame -> response -> z = (response - median) / robust deviation -> maxima above a threshold -> centre, size, score
 
-Edges: frames are mirrored at their edges, and a detection may lie on an edge pixel; its centre is whole on that axis.
+Frames are mirrored at their edges. The centre of a detection on an edge pixel is a whole pixel across the edge.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ Places = npt.NDArray[np.intp]
 MEAN_TO_SIGMA = 1.2533
 """Standard deviation of a normal distribution over its mean absolute deviation, sqrt(pi / 2)."""
 LEAST_DEVIATION = 0.05
-"""Counts. Least deviation of a response: a point's image smooths the rounding of whole counts, .29, to about that."""
+"""Least deviation of a response, counts: that of rounding, .29, after smoothing over a point's image."""
 THINNED = 4
-"""Step of rows and columns sampled for median and deviation: 4800 of 320x240 px give them to 2 %."""
+"""Step of the rows and columns sampled for median and deviation: 4800 of 320x240 px give both to 2 %."""
 WHOLE = 16_384
-"""Pixels up to which a frame is not thinned."""
+"""Largest number of pixels of a frame that is not thinned."""
 FEW = 400
-"""Pixels above the threshold whose squares are compared one by one, in less time than the whole frame's maxima."""
+"""Number of pixels above the threshold up to which a loop over them is faster than a maximum filter over the frame."""
 ROUNDING = 0.2887
-"""Counts. Standard deviation of rounding to whole counts."""
+"""Standard deviation of rounding to whole counts, counts."""
 FWHM = 2.3548
 """Full width at half maximum of a normal curve over its standard deviation, sqrt(8 ln 2)."""
 PARABOLA = 0.53
-"""px. Smoothing of a place by three unsmoothed pixels: the normal kernel of equal noise of the slope, (4 pi)^(-1/4)."""
+"""Smoothing by a parabola through three pixels, px: the normal kernel of equal slope noise, (4 pi)^(-1/4)."""
 INTERPOLATION = 0.05
-"""px. Error of a parabola through three pixels of a normal curve of standard deviation 1 px."""
+"""Error of the vertex of a parabola through three pixels of a normal curve of standard deviation 1 px, px."""
 
 
 def _odd(side: int) -> int:
@@ -52,7 +52,7 @@ def _odd(side: int) -> int:
 
 
 Side = Annotated[int, Field(ge=3, le=63), AfterValidator(_odd)]
-"""Side of a square of pixels with a middle one."""
+"""Side of a square with a middle pixel, px."""
 Width = Annotated[float, Field(ge=0.3, le=10)]
 """Standard deviation of a point's image, px."""
 Score = Annotated[float, Field(ge=0, le=1e6)]
@@ -79,17 +79,16 @@ class DetectorPart(Part):
 class FilterDetector(DetectorPart):
     """Detector by a filter's response; subclasses have `response`, or `respond` where they keep a memory.
 
-    The position's variance is that of the peak of a normal target of standard deviation s and amplitude SCR in white
-    noise, after smoothing by f: (slope's variance) / (peak's curvature)^2 (error propagation through the maximum;
-    S. Kay, "Estimation Theory", 1993, section 3.8),
+    The variance of a position is that of the peak of a normal curve of deviation s and amplitude SCR in unit white
+    noise, smoothed by f: slope variance over squared curvature (S. Kay, "Estimation Theory", 1993, section 3.8),
 
         var = (s^2 + f^2)^4 / (8 pi s^4 f^4 SCR^2)  px^2,    at f = s the Cramer-Rao bound 2 / (pi SCR^2) (Winick 1986)
 
-    with s from the measured size, f from the filter, and the SCR of the picture in the ring around the target.
+    with s of the measured size, f of the filter, and SCR of the picture around the target.
     """
 
     is_linear: ClassVar[bool] = True
-    """Whether the response of a cold target is the negative of a hot one's."""
+    """True: the response to a cold target is the negative of that to a hot one."""
 
     threshold: Score = 5.0
     """Least score z of a detection, robust standard deviations of the response."""
@@ -102,7 +101,7 @@ class FilterDetector(DetectorPart):
 
     @property
     def smoothing(self) -> float:
-        """Standard deviation of the filter's smoothing, px; for the position's variance."""
+        """Standard deviation of the filter's smoothing, px; it enters the variance of positions."""
         return PARABOLA
 
     @property
@@ -111,11 +110,11 @@ class FilterDetector(DetectorPart):
         return 4
 
     def response(self, picture: Picture) -> Picture:
-        """Return the response (rows, cols), high at hot targets; unused where `step` computes it with a memory."""
+        """Return the response (rows, cols), high at hot targets; unused by subclasses with their own `respond`."""
         raise NotImplementedError
 
     def scale(self, response: Picture) -> tuple[float, float]:
-        """Return the response's value without a target, and its deviation."""
+        """Return the response without a target (its median) and its standard deviation."""
         return robust_scale(response)
 
     def negative(self, picture: Picture) -> Picture:
@@ -183,7 +182,7 @@ def thinned(values: Picture) -> Picture:
 
 
 def median(values: Picture) -> float:
-    """Return the median of (n,) values, of an even number the upper one; a third of the time of numpy's."""
+    """Return the median of values (n,), the upper one of an even number, in a third of the time of `numpy.median`."""
     least = values.min()
     if 2 * np.count_nonzero(values == least) > len(values):  # numpy's selection is slow where many are equal
         return float(least)
@@ -193,8 +192,7 @@ def median(values: Picture) -> float:
 def robust_scale(response: Picture) -> tuple[float, float]:
     """Return median and robust standard deviation of a response.
 
-    The deviation is that of the median distance from the median (Hampel 1974), or of the mean distance where more
-    than half of the pixels are equal.
+    The deviation comes from the median distance from the median (Hampel 1974), or the mean distance where that is 0.
     """
     some = thinned(response)
     middle = median(some)
@@ -206,8 +204,7 @@ def robust_scale(response: Picture) -> tuple[float, float]:
 def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[Places, Places]:
     """Return rows (n,) and columns (n,) of the highest maxima above `least`, the highest first.
 
-    A maximum is the highest pixel of the square of `separation` px on all sides; of touching equal ones, as of a
-    saturated target, the middle one counts.
+    A maximum is the highest pixel within `separation` px; of touching ones, as in a saturated target, the middle one.
     """
     above = np.flatnonzero(heights > least)
     side, columns = 2 * separation + 1, heights.shape[1]
@@ -236,7 +233,7 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
 
 
 def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
-    """Return the place nearest to the middle of each group of places within a square of that side."""
+    """Join places closer than `side` px to groups; return the place nearest to the middle of each group."""
     mask = np.zeros(shape, np.uint8)
     mask.ravel()[places] = 1
     joined = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
@@ -251,7 +248,7 @@ def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
 
 
 def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
-    """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole at an edge."""
+    """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole pixels at an edge of the frame."""
     at = heights[rows, columns].astype(np.float64)
     centers = np.stack([columns, rows], axis=1).astype(np.float64)
     last = heights.shape[0] - 1, heights.shape[1] - 1
@@ -268,8 +265,8 @@ def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
 def measured(picture: Picture, rows: Places, columns: Places, reach: int) -> tuple[Floats, Floats]:
     """Return sizes (n, 2) px and SCR (n,) of hot targets at pixels of a picture.
 
-    The size is the full width at half maximum along row and column, at least 1 px, the local background being the
-    median of the edge of the square of `reach` px on all sides. SCR is the peak's height over the edge's deviation.
+    The size is the full width at half maximum along row and column, at least 1 px, above the median on the edge of the
+    square of `reach` px on all sides. SCR is the peak's height over the standard deviation on that edge.
     """
     around = squares(picture, rows, columns, reach)
     edge = np.concatenate([around[:, 0], around[:, -1], around[:, 1:-1, 0], around[:, 1:-1, -1]], axis=1)

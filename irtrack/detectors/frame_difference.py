@@ -16,7 +16,7 @@ from irtrack.errors import InputError
 from irtrack.features.background import BackgroundModel
 
 COARSE = 3
-"""Factor by which frames are reduced for registration: half the time of 2, and on ground 2 % more residual."""
+"""Factor by which frames are reduced for registration. It takes half the time of 2, for 2 % more residual on ground."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,16 +31,16 @@ class FrameDifference(FilterDetector):
 
     R. Jain, H.-H. Nagel, "On the analysis of accumulative difference pictures", IEEE PAMI 1(2), 1979; the registration
     is that of `irtrack.features.background`, at a third of the size. A target that moved appears at its new place, and
-    at the old one with the other sign; it must move by more than its size within `lag` frames. Of the first frame there
-    are no detections, of the next ones against the first. Pixels that came into view have the response 0.
+    with the other sign at its old place; it must move by more than its size within `lag` frames. The first frame has no
+    detections; frames 1 to `lag` are compared with frame 0. Pixels that came into view have the response 0.
     """
 
     source: ClassVar[str] = "Jain, Nagel 1979"
 
     lag: int = Field(default=3, ge=1, le=100)
-    """Frames between the two that are compared."""
+    """Number of frames from the earlier frame to the present one."""
     align: bool = True
-    """Registration of the earlier frame; false for a camera at rest."""
+    """True: the earlier frame is registered first; false for a camera at rest."""
     psf: float = Field(default=0.7, ge=0, le=10)
     """Standard deviation of the Gaussian that smooths the difference, px; 0: none."""
 
@@ -64,7 +64,8 @@ class FrameDifference(FilterDetector):
 
 
 def registered(earlier: Picture, picture: Picture) -> Picture:
-    """Return the earlier picture in the place and the grey scale of a later one; where it had no pixel, the later."""
+    """Return the earlier picture registered to a later one in place and grey scale; pixels it lacks are the later
+    one's."""
     model, dx, dy = displacement(earlier, picture)
     if max(abs(dx), abs(dy)) < 1e-2:
         return earlier * np.float32(model.gain) + np.float32(model.offset)

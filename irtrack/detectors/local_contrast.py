@@ -34,8 +34,8 @@ class LCM(FilterDetector):
     C. Chen, H. Li, Y. Wei, T. Xia, Y. Tang, "A local contrast method for small infrared target detection", IEEE TGRS
     52(1), 2014, eq. 4 and algorithm 2: L is the largest pixel of the middle patch, m_i the means of its eight
     neighbours. Computed at every pixel, as in the source; the centre is that of the brightest pixel of the patch,
-    since the measure is flat around it. Means below one count are taken as one. A cold target is a hot one of the
-    picture turned about the middle of its range.
+    since the measure is flat around it. Means below one count are taken as one count. Cold targets are sought in the
+    picture mirrored about the middle of its range.
     """
 
     source: ClassVar[str] = "Chen, Li, Wei, Xia, Tang 2014"
@@ -77,9 +77,10 @@ class MPCM(FilterDetector):
 
     Y. Wei, X. You, H. Li, "Multiscale patch-based contrast measure for small infrared target detection", Pattern
     Recognition 58, 2016, eq. 3 to 6: d_i = mean of the middle patch - mean of neighbour i; min over i = 1..4 of
-    d_i d_(i+4), the largest over scales. z is its square root, which keeps the order and grows with the contrast, over
-    the robust deviation of the least patch's mean from those on its left and right: most of the measure's values are 0
-    or negative and have no scale. It is 0 where a difference is negative: two negative ones have a positive product.
+    d_i d_(i+4), the largest over scales. The measure is set to 0 where a difference is negative, as two negative
+    differences have a positive product. The response is its square root, in counts. z is the response over the robust
+    deviation of the smallest patch's mean from the means on its left and right, since most values of the measure are 0
+    and have no deviation.
     """
 
     source: ClassVar[str] = "Wei, You, Li 2016"
@@ -92,7 +93,7 @@ class MPCM(FilterDetector):
 
     @property
     def smoothing(self) -> float:
-        """Standard deviation of the least patch."""
+        """Standard deviation of a uniform square as large as the smallest patch, px."""
         return min(self.sides) / 12**0.5
 
     @property
@@ -132,7 +133,7 @@ def add_patch_contrast(mean: Picture, side: int, largest: Picture) -> None:
     middle, *around = _patches(mean, side)
     differences = [middle - neighbour for neighbour in around]
     least = np.minimum.reduce([differences[i] * differences[i + 4] for i in range(4)])
-    hot = np.minimum.reduce(differences[:4]) > 0  # a product of two negative differences is positive, too
+    hot = np.minimum.reduce(differences[:4]) > 0  # the product of two negative differences is positive, too
     np.maximum(largest, np.where(hot, least, np.float32(0)), out=largest)
 
 

@@ -12,7 +12,8 @@ from irsim.types import Floats
 from irtrack.detectors.base import ROUNDING, FilterDetector, Picture, Side, Width
 
 PATCHES = 3000
-"""Patches sampled for a covariance: sixty for each of 49 pixels, which costs .1 dB of SNR (Reed et al. 1974)."""
+"""Number of patches sampled for a covariance: sixty for each of 49 pixels, at a loss of .1 dB SNR (Reed et al.
+1974)."""
 
 
 class MatchedFilter(FilterDetector):
@@ -54,9 +55,10 @@ def point_image(psf: float, side: int) -> Floats:
 def clutter_covariance(picture: Picture, side: int) -> Floats:
     """Return the covariance (side^2, side^2) of patches less their means, counts^2.
 
-    Rounding is added to the variances; the patches' level has the mean variance, so that there is an inverse.
+    The variance of rounding is added on the diagonal, and the mean variance to the level of a patch, so that the matrix
+    has an inverse.
     """
-    if min(picture.shape) < 2 * side:  # a larger frame is not mirrored: clutter has a bend there
+    if min(picture.shape) < 2 * side:  # only small frames are mirrored, as clutter has a bend at a mirrored edge
         picture = np.pad(picture, side // 2, mode="reflect" if min(picture.shape) > side // 2 else "edge")
     step = max(int(sqrt(picture.size / PATCHES)), 1)
     windows = np.lib.stride_tricks.sliding_window_view(picture, (side, side))[::step, ::step]
@@ -69,7 +71,7 @@ def clutter_covariance(picture: Picture, side: int) -> Floats:
 
 
 def whitened(covariance: Floats, signature: Floats) -> Floats:
-    """Return the filter (side, side) of unit deviation in that clutter; its sum is 0."""
+    """Return the filter (side, side) whose response to the clutter has unit deviation; its sum is 0."""
     s = (signature - signature.mean()).ravel()
     h = np.linalg.solve(covariance, s)
     return (h / sqrt(float(s @ h))).reshape(signature.shape)

@@ -15,7 +15,8 @@ DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
 """(down, right) px of the four lines through a pixel: row, column and both diagonals."""
 
 STRIP = 25_000
-"""Pixels of a strip of rows filtered at once: its medians stay in the processor's cache, a quarter of the time."""
+"""Number of pixels of a strip of rows filtered at once: it fits the processor's cache, which takes a quarter of the
+time."""
 
 
 class Threshold(FilterDetector):
@@ -106,7 +107,7 @@ class MaxMedian(FilterDetector):
         return self.radius + 1
 
     def response(self, picture: Picture) -> Picture:
-        levels = (picture - picture.min()).astype(np.uint16)  # whole counts: half the time of 32 bits
+        levels = (picture - picture.min()).astype(np.uint16)  # 16 bits hold whole counts and take half the time of 32
         reach, (rows, columns) = self.radius, picture.shape
         wide = cv2.copyMakeBorder(levels, reach, reach, reach, reach, cv2.BORDER_REFLECT_101)
         background = np.empty_like(levels)
@@ -131,8 +132,8 @@ class MaxMedian(FilterDetector):
 def _median(line: list[Counts]) -> Counts:
     """Return the median of an odd number of pictures, pixel by pixel, by forgetful selection.
 
-    A. Paeth, "Median finding on a 3x3 grid", Graphics Gems, 1990: the least and the greatest of a little more than
-    half of the values are no median; a further value takes their place.
+    A. Paeth, "Median finding on a 3x3 grid", Graphics Gems, 1990: among a little more than half of the values, the
+    least and the greatest cannot be the median, so a further value replaces them.
     """
     start = len(line) // 2 + 2
     held = _without_ends(line[:start])

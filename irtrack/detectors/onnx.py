@@ -13,7 +13,8 @@ from irsim.config.base import Several
 from irsim.types import Frame
 from irtrack.detectors.base import DetectorPart, Picture, checked_picture, maxima, measured, vertices
 from irtrack.errors import InputError, TrackerError, error_line
-from irtrack.types import Detections, fault_of_detections
+from irtrack.types import Detections
+from irtrack.validity import fault_of_detections
 
 Pixels = Annotated[int, Field(ge=1, le=16_384)]
 
@@ -23,8 +24,8 @@ class Onnx(DetectorPart):
 
     Input: float32 (1, 1, rows, cols), counts / (2^bits - 1). Frames are not resized, which would change small targets.
     Output, the network's first: `heatmap` (1, 1, rows, cols), whose maxima above the threshold are detections, or
-    `boxes` (n, 5) or (1, n, 5) of cx, cy, w, h in px and a score. The file is read once a process. A network on two
-    threads may add in another order: it runs on one.
+    `boxes` (n, 5) or (1, n, 5) of cx, cy, w, h in px and a score. Each process reads the file once. The network runs on
+    one thread, since the order of sums on several may vary.
     """
 
     source: ClassVar[str] = "ONNX, https://onnx.ai"
@@ -32,7 +33,7 @@ class Onnx(DetectorPart):
     file: str = Field(min_length=1, max_length=4096)
     """Path of the ONNX file."""
     size: Annotated[Several[Pixels] | None, Field(min_length=2, max_length=2)] = None
-    """Width and height of the network's input, px; without a value those of the file."""
+    """Width and height of the network's input, px; by default those in the file."""
     output: Literal["heatmap", "boxes"] = "heatmap"
     """Kind of the first output."""
     threshold: float = Field(default=0.5, ge=-1e6, le=1e6)

@@ -1,4 +1,4 @@
-"""Adapter of a person's own detectors: a function of an image, or a class with ``detect(image)``."""
+"""Adapter of a user's detectors: a function of an image, or a class with ``detect(image)``."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ import numpy as np
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.types import Detection, Detections, fault_of_detections
+from irtrack.types import Detection, Detections
+from irtrack.validity import fault_of_detections
 
 ALLOWED = (
     "Detections, an array (n, 4) of cx, cy, w, h in px or (n, 5) with a score, "
     "or a list of boxes, (box, score) or Detection"
 )
-"""Answers of a plain detector; a box is a `Box` or cx, cy, w, h; without a score it is 1."""
+"""Allowed answers of a plain detector; a box is a `Box` or cx, cy, w, h; the default score is 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlainDetector:
-    """Function or class of a person's own as an `irtrack.types.Detector`; every run has an object of its own.
+    """User's function or class as an `irtrack.types.Detector`; every run has an object of its own.
 
     kind        the function, or the class;  name  in messages;  parameters  keyword arguments
     again       returns the function, or a new object with `detect`
 
-    It is called with the image (rows, cols), a copy that may be written on; with the `Frame` (image, index, time, bits)
-    where its first argument is annotated so, or where its attribute `needs` is ("pose",). It returns a value of
-    `ALLOWED`.
+    The function or method is called with a writable copy of the image (rows, cols), or with the `Frame` (image, index,
+    time, bits) where its first argument is annotated so or its attribute `needs` is
+    ("pose",). It returns one of the answers in `ALLOWED`.
     """
 
     kind: Any
@@ -53,7 +54,8 @@ class PlainDetector:
         return cls(given, _name(given), values, partial(_returned, function))
 
     def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
-        """Return the object in this run, and its answer as detections; TrackerError, one line, of any other answer."""
+        """Return the object of this run, and its answer as detections; TrackerError, one line, for an invalid
+        answer."""
         detector = self.again() if state is None else state
         call = getattr(detector, "detect", detector)
         image = frame.image.copy()
@@ -82,7 +84,7 @@ def is_plain(given: object) -> bool:
 
 
 def read_detections(answer: object, shape: tuple[int, ...]) -> Detections:
-    """Return the detections of an answer to an image of a shape; ValueError or TypeError, one line, of any other."""
+    """Return the detections of an answer to an image of a shape; ValueError or TypeError, one line, for any other."""
     if isinstance(answer, np.ndarray):
         found = _of_array(answer, shape)
     elif isinstance(answer, list | tuple):

@@ -15,8 +15,9 @@ from irtrack.features.svd import largest_parts
 class SVD(FilterDetector):
     """Background suppressed by singular values: the mean over a small square of A - sum_i s_i u_i v_i'.
 
-    D. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available; number and
-    square are chosen here. The parts come from a random projection by one fixed stream, so that a frame has one answer.
+    D. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available: the defaults of
+    `components` and `side` are choices of irtrack. The parts come from a random projection with one fixed stream, so
+    that equal frames have equal responses.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
@@ -28,7 +29,7 @@ class SVD(FilterDetector):
 
     @property
     def smoothing(self) -> float:
-        """Standard deviation of the square."""
+        """Standard deviation of a uniform square of `side`, px."""
         return self.side / 12**0.5
 
     @property

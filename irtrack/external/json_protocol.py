@@ -1,4 +1,4 @@
-"""JSON protocol: a session with a program that tracks one target, and idle programs for further ones.
+"""JSON protocol: a session with a program that tracks one target; after the session the program waits for the next.
 
 A request is a line of JSON and the frame's bytes after it, row by row, two little-endian bytes a pixel
 where bits is above 8:

@@ -40,7 +40,7 @@ class Child:
 
     prefix    first bytes of every answer; other lines are output of the program, kept for error messages
     farewell  request by which the program ends itself; empty: it is killed at once
-    greets    whether the program sends a line before the first request
+    greets    True: the program sends a line before the first request
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Child:
         """Start the program; InputError where it cannot be started."""
         pipe = subprocess.PIPE
         try:
-            # In a process session of its own, Ctrl-C does not reach the program, and its children end with it.
+            # The program runs in a process session of its own: Ctrl-C does not reach it, and its children end with it.
             self._process = subprocess.Popen(
                 list(command), stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
             )
@@ -59,7 +59,7 @@ class Child:
         self._prefix, self._farewell = prefix, farewell
         self._requests: queue.SimpleQueue[Sequence[Piece] | None] = queue.SimpleQueue()
         self._answers: queue.Queue[bytes] = queue.Queue(maxsize=1)
-        # Answers due are counted: a surplus answer would be taken for the answer to the next request.
+        # Count the answers due: a surplus answer must not pass for the answer to the next request.
         self._owed = int(greets)
         self._untimely = False
         self._answered = False
@@ -120,7 +120,7 @@ class Child:
                 self._answers.get(timeout=0.01)
 
     def _ending(self) -> str:
-        """Return in words how the program ended; it has closed its output, and is ended now if still running."""
+        """Return in words how a program with closed output ended; end it where it still runs."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE_S)
         status = self._process.poll()

@@ -1,7 +1,7 @@
 """Program that runs the peers, the trackers of OpenCV and dlib, behind the JSON protocol.
 
-It runs in an environment of its own (`make peers`) and imports nothing of irtrack: most peers are only in OpenCV's
-contrib wheel, which owns the same files as irtrack's plain one. The protocol is that of
+It runs in an environment of its own (`make peers`) and imports nothing of irtrack: most peers exist only in OpenCV's
+contrib wheel, which cannot be installed beside the plain wheel of irtrack. The protocol is that of
 `irtrack.external.json_protocol`. Run as `python server.py NAME`, or without a name to list this environment's peers.
 """
 
@@ -18,7 +18,7 @@ PEERS = ("cv_mil", "cv_kcf", "cv_csrt", "cv_mosse", "dlib")
 
 Box = tuple[float, float, float, float]
 Follow = Callable[[Any], tuple[Box, bool, float | None]]
-"""Function from an image (rows, cols) uint8 to (box, whether the peer reports the target, score)."""
+"""Function from an image (rows, cols) uint8 to (box, True where the peer reports the target, score)."""
 Start = Callable[[Any, Box, int], Follow]
 """Function from the first image, the box in it and a seed to the `Follow` function for the next images."""
 

@@ -23,8 +23,8 @@ FRESH = 20
 """Default number of fresh seeds (not used in the search) that test the seed sensitivity of a failure."""
 
 FRESH_WHILE_SHRINKING = 5
-"""Fresh seeds for each simpler candidate of a structural failure, which must stay structural; also the least number
-of fresh seeds."""
+"""Number of fresh seeds that test if a simpler candidate is still structural; also the least value of the option
+`fresh`."""
 
 STRUCTURAL = 0.8
 """Share of fresh seeds from which on a failure is structural, not seed-dependent. Of 20 seeds it needs 16, which a
@@ -38,7 +38,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class SeedSensitivity:
-    """Numbers of fresh seeds, of scene and tracker, that break the same rule, and that were run."""
+    """Fresh seeds of scene and tracker: the number that break the same rule, and the number run."""
 
     broken: int
     seeds: int
@@ -60,7 +60,7 @@ class Failure:
     rule               number of the rule, `RAISES` or `ENDS`
     run                number of the run that found it, from 1; 0: the benign point, which is tried first
     found              counterexample of the search;  sensitivity  its sensitivity to fresh seeds
-    repeats            whether the counterexample has the same outcome, bit for bit, when it is run again
+    repeats            True: another run of the counterexample has the same outcome, bit for bit
     least              smallest counterexample of the same rule
     least_sensitivity  seed sensitivity of `least`; None where the search was interrupted before its test
     """
@@ -197,7 +197,7 @@ class Falsification:
         return SeedSensitivity(sum(verdict.breaks(rule) for verdict in verdicts), count)
 
     def _breaks(self, rule: int | str) -> Callable[[Sequence[Candidate]], Iterator[bool]]:
-        """Return a test whether candidates break the rule, and do so structurally where the failure is structural."""
+        """Return a function that tests if candidates break the rule, structurally where the failure is structural."""
         assert self.failure is not None
         seed_dependent = not self.failure.sensitivity.is_structural
 

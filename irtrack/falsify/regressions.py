@@ -39,7 +39,7 @@ class Kept:
     label                label of the tracker;  tracker, parameters  its name, and its parameters that differ from the
                          defaults
     input                input of the tracker
-    broken               whether the tracker broke a rule of the scene at the last update
+    broken               True: the tracker broke a rule of the scene at the last update
     how                  kind of failure at the last update: `RULE`, `RAISES` or `ENDS`; None: no failure, or a note of
                          an older version
     limit_s              limit for a frame, s: the tracker runs in a worker process; None: no limit, in this process
@@ -189,7 +189,7 @@ def keep(
     number = 2
     while path.exists() and not _holds(path, scene):
         path, number = folder / f"{stem}-{number}.yaml", number + 1
-    # Only changed parameters are noted, so that the tracker later runs with the defaults of that time.
+    # Only changed parameters are noted: a later version of the tracker runs with its own defaults.
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:

@@ -1,8 +1,8 @@
 """Rules that a scenario expects a track to keep: their margins, and explanations of the margins.
 
 Margins are the robustness of signal temporal logic (Donzé and Maler, FORMATS 2010, LNCS 6246, 92): "always" is the
-least value over time, "at some time" the greatest. A margin below 0 means that the rule is broken. It is measured in
-units of the rule's own bound, 1 far from being broken, so that rules are comparable and a search has a slope to follow.
+least value over time, "at some time" the greatest. A margin below 0 means that the rule is broken. Margins are in units
+of the rule's bound and at most 1, so that rules are comparable and a search has a slope to follow.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ IMPLICIT = {
     RAISES: ("the tracker raises an exception", "no exception"),
     ENDS: ("its process dies, or it hangs", "an answer within the time limit"),
 }
-"""Failure and requirement, in words, of the rules that every scenario has without stating them."""
+"""Failure and requirement, in words, of the rules that hold in every scenario."""
 
 FAILURES = {
     RULE: ("broke {rules}", "breaks {rules}"),
@@ -64,7 +64,7 @@ def margin(rule: irsim.Expectation, trace: Trace) -> float:
 
 
 def frames_to_break(rule: irsim.Expectation, trace: Trace) -> int:
-    """Return the number of frames of the shortest beginning of a track that breaks the rule."""
+    """Return the least number of frames, counted from the start, within which the track breaks the rule."""
     return next(n for n in range(1, len(trace.indices) + 1) if margin(rule, trace.first(n)) < 0)
 
 
@@ -92,7 +92,7 @@ def explain(rule: irsim.Expectation, trace: Trace) -> Explanation:
 
 
 def explain_all(scenario: irsim.Scenario, trace: Trace, target: str) -> list[Explanation]:
-    """Explain each stated rule of the scenario about this target, for a track of the target."""
+    """Return the explanations of a scenario's rules about this target, for a track of the target."""
     rules = rules_of(scenario) if scenario.expect else ()
     return [explain(rule, trace) for rule in rules if rule.target in (None, target)]
 
@@ -112,7 +112,7 @@ def _distance_to_off(trace: Trace) -> Floats:
 
 
 def _never_lost_margin(_: irsim.NeverLost, trace: Trace) -> float:
-    """Return the least over all runs of ten counted frames of the best distance to off in the run (see `LOSS_RULE`)."""
+    """Return min over runs of ten counted frames of max over the run of the distance to off (see `LOSS_RULE`)."""
     on = _distance_to_off(trace)[trace.counted]
     if len(on) < OFF_IN_A_ROW:
         return UNTESTED
@@ -151,9 +151,9 @@ def _error_result(rule: irsim.ErrorBelow, trace: Trace) -> str:
 
 
 def _return_margin(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
-    """Return the least, over reappearances of the target, of the best distance to off within the allowed frames.
+    """Return min over reappearances of the target of max over the allowed frames of the distance to off.
 
-    A reappearance that ends before the allowed frames counts only where the tracker was on the target.
+    A reappearance shorter than the allowed frames counts only where the tracker was on the target.
     """
     on, margins = _distance_to_off(trace), [UNTESTED]
     for each in trace.returns:
@@ -177,7 +177,7 @@ def _return_result(rule: irsim.ReacquiredWithin, trace: Trace) -> str:
 
 
 def _false_claims(trace: Trace) -> list[tuple[int, int]]:
-    """Return (position of its first frame, frames to its last "tracking") of each interval without a visible target.
+    """Return, for each interval without a visible target, (position of its first frame, frames to its last "tracking").
 
     The second number is 0 where the status is never "tracking" in the interval.
     """

@@ -2,9 +2,9 @@
 
 Each pixel has a running mean and variance (C. Wren, A. Azarbayejani, T. Darrell, A. Pentland,
 "Pfinder", IEEE TPAMI 19(7), 1997, section 3.2), in coordinates that move with the camera. A frame is registered by a
-shift, a gain and an offset: the shift by phase correlation (C. Kuglin, D. Hines, 1975), then all four by reweighted
-least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). So automatic gain, pan and shake of the camera do not
-appear as foreground; its roll and zoom do.
+shift, a gain and an offset: first the shift by phase correlation (C. Kuglin, D. Hines, 1975), then shift, gain and
+offset by reweighted least squares on the picture's slopes (B. Lucas, T. Kanade, 1981). So automatic gain control, pan
+and shake of the camera are not foreground; roll and zoom are.
 """
 
 from __future__ import annotations
@@ -23,25 +23,26 @@ Region = tuple[slice, slice]
 """Rows and columns of a rectangle of the picture, as slices."""
 
 ROUNDING = 1 / 12
-"""Counts^2. Variance of rounding to whole counts."""
+"""Variance of rounding to whole counts, counts^2."""
 START_SHIFT = 0.3
-"""px. Registration error included in the initial variance of a pixel, as it changes the grey level on slopes."""
+"""Registration error in the initial variance of a pixel, px: it changes the grey level where there are slopes."""
 SHIFT = 0.1
-"""px. Error of interpolation and registration included in every variance, as it changes the grey level on slopes."""
+"""Error of interpolation and registration in every variance, px: it changes the grey level where there are slopes."""
 MOVING_RATE = 0.03
-"""Share of the new picture that enters the model in the foreground: after 33 frames an object at rest is background."""
+"""Share of the new picture that enters the model where it is foreground: an object at rest is background in 33
+frames."""
 BETTER = 0.98
-"""Ratio of mean deviations, after to before, below which a shift or gain is accepted; otherwise noise would move the
-model under a still camera."""
+"""Ratio of the mean deviations after and before registration, below which a shift or gain is accepted; at 1, noise
+would move the model under a still camera."""
 SURE = 4.0
-"""Standard errors by which a shift of more than a pixel must lower the deviation. On an even sky noise alone reached
-3.3 in 1,392 frames; shifts of a shaking camera reach 5 and more."""
+"""Number of standard errors by which a shift of more than a pixel must lower the deviation. Noise on a uniform sky
+reached 3.3 in 1,392 frames; shifts of a shaking camera reach 5 and more."""
 SMOOTH = 1.0
-"""px. Standard deviation of the normal kernel that smooths frames before registration."""
+"""Standard deviation of the normal kernel that smooths frames before registration, px."""
 OUTLIER = 9.0
 """Largest squared residual, in variances of the pixel, that enters the variance."""
 LEAST_SIDE = 16
-"""px. Least side of a frame that is registered."""
+"""Least side of a frame that is registered, px."""
 SMOOTHINGS = 200
 """Number of passes of a 3 x 3 mean that fill a masked region from its edge."""
 
@@ -51,7 +52,7 @@ class RegisteredFrame:
     """Frame registered to the background model.
 
     picture    (rows, columns) the frame in the model's grey scale;  mean, variance  the model at the frame's pixels
-    known      (rows, columns) whether the model has observed the background at the pixel
+    known      (rows, columns) True where the model has observed the background
     shift      (dx, dy) px between the model's canvas and the frame, less than a pixel
     moved      (dx, dy) px of the scene since the last frame
     """
@@ -105,7 +106,8 @@ class BackgroundModel:
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
     def register(self, image: Image, align: bool) -> tuple[BackgroundModel, RegisteredFrame]:
-        """Return the model moved to a frame, and the frame in the model's grey scale; unchanged without `align`."""
+        """Return the model moved to a frame, and the frame in the model's grey scale; both unchanged if `align` is
+        false."""
         raw = image.astype(np.float32)
         moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
@@ -135,7 +137,8 @@ class BackgroundModel:
 
     def _aligned(self, raw: Grid) -> BackgroundModel:
         """Return the model with the shift, gain and offset that fit it best to a frame."""
-        # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
+        # Model and frame are smoothed first: otherwise half-pixel shifts, whose interpolation smooths noise, would fit
+        # best.
         still, raw = _smooth(self.mean), _smooth(raw)
         best, under = self, _shifted(still, self.shift)
         deviation = best._deviation(under, raw)
@@ -145,7 +148,7 @@ class BackgroundModel:
         moved = _shifted(still, coarse.shift)
         if abs(dx) < raw.shape[1] / 2 and abs(dy) < raw.shape[0] / 2:
             nearer = coarse._deviation(moved, raw)
-            is_jump = max(abs(dx), abs(dy)) > 1  # least squares reach up to a pixel
+            is_jump = max(abs(dx), abs(dy)) > 1  # least squares find shifts up to a pixel
             if nearer.mean() < BETTER * deviation.mean() and (not is_jump or _significant(deviation - nearer)):
                 best, under, deviation = coarse, moved, nearer
         for _ in range(2):

@@ -49,9 +49,9 @@ def peak(scores: Floats, default: tuple[float, float] | None = None) -> tuple[tu
 
 
 def best_distractor(scores: Floats, corner: tuple[int, int], window: Window) -> float:
-    """Return the score of the likeliest false match, the best window that does not overlap the one at `corner`.
+    """Return the score of the best false match: the highest of the windows that do not overlap the one at `corner`.
 
-    0 where no window fits, or none has a score above 0.
+    The score is 0 where no such window fits, or none scores above 0.
     """
     apart = np.ones(scores.shape, bool)
     x, y = corner

@@ -14,7 +14,7 @@ from irtrack.features.quantiser import MARGIN, levels_between
 BINS = 32
 """Number of grey levels of the histogram, as in Cheng et al. 2006, section 3."""
 UNEXPLAINED = 0.05
-"""Share of pixels with any grey level, assumed in both densities, so that no probability is 0 or 1."""
+"""Share of a uniform density mixed into both densities, so that no probability is 0 or 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +78,7 @@ class GreyDensities:
 
 
 def local_foreground(foreground: Grid, deviations: tuple[float, float]) -> Grid:
-    """Return the local mean of max(2 p - 1, 0) about each pixel, p its foreground probability, 0 beyond the frame.
+    """Return the local mean of max(2 p - 1, 0) about each pixel, p the foreground probability; p is 0 beyond the frame.
 
     The mean is weighted by a normal kernel with standard deviations (x, y) px.
     """

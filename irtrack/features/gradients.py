@@ -57,7 +57,7 @@ def orientations(gx: Gradient, gy: Gradient, bins: int) -> tuple[Bins, Gradient]
 class Pattern:
     """Sample positions about a target's centre, at its size in the first frame: x (C,), y (R,) px.
 
-    `kernel` (R, C): weights of grey levels; `edges` (R, C): whether the gradient at the sample counts.
+    `kernel` (R, C): weights of grey levels; `edges` (R, C): True where the gradient at the sample is used.
     """
 
     x: Floats
@@ -69,8 +69,8 @@ class Pattern:
     def of(cls, window: Window, most: int) -> Pattern:
         """Return the pattern of a window's pixels, or of an even grid of about `most` where it has more pixels.
 
-        The kernel sums to one: Epanechnikov's g(r) = 1 - r^2 within the ellipse of the window (Li, Li 2014, eq. 4 is
-        unreadable; by the text it favours places near the centre).
+        The kernel sums to one: Epanechnikov's g(r) = 1 - r^2 within the ellipse of the window (eq. 4 of Li, Li 2014 is
+        illegible; by the text the kernel favours pixels near the centre).
         """
         thinning = max(1.0, (window.rows * window.columns / most) ** 0.5)
         x, y = (_thinned(places, thinning) for places in window.offsets())
@@ -115,8 +115,8 @@ class CueImage:
     def windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cues, Floats]:
         """Return cues and visible shares (N,) of windows at `centers` (N, 2) px, `scales` (N, 2) times the first size.
 
-        Grey levels are weighted by the kernel (eq. 3), orientations by their magnitude alone, since a kernel would fade
-        the edges. Pixels outside the frame belong to no bin.
+        Grey levels are weighted by the kernel (eq. 3), orientations by their magnitude alone, since a kernel would
+        weaken the target's edges. Pixels outside the frame belong to no bin.
         """
         cues = Cues(np.zeros((len(centers), self.quantiser.bins)), np.zeros((len(centers), self.edge_bins)))
         visible = np.zeros(len(centers))
@@ -170,7 +170,7 @@ class CueImage:
     def similarity_map(self, window: Window, pattern: Pattern, model: Cues) -> tuple[Floats, Floats]:
         """Return rho of both cues, (rows, columns) each, of the window with its corner at each pixel where it fits.
 
-        It is the similarity of `windows` at scale 1, only nearly so where the pattern leaves out pixels.
+        It equals the similarity of `windows` at scale 1, approximately where the pattern leaves out pixels.
         """
         rows, columns = max(self.image.shape[0] - window.rows + 1, 0), max(self.image.shape[1] - window.columns + 1, 0)
         if 0 in (rows, columns):
@@ -202,7 +202,7 @@ def _polar(gx: Gradient, gy: Gradient) -> tuple[Gradient, Gradient]:
 
 
 def _pixels(places: Floats, edge: int) -> tuple[Bins, Bools]:
-    """Return the pixel of each position on one axis (0 where outside the frame), and whether it is inside."""
+    """Return the pixel of each position on one axis (0 where outside the frame), and True where it is inside."""
     at = np.floor(places + 0.5)
     within = (at >= 0) & (at < edge)
     return np.where(within, at, 0).astype(np.intp), within

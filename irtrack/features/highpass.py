@@ -3,10 +3,10 @@
     residual = frame - background,  background = mean of the frame over a neighbourhood
 
 Xue, Yuan, Xie 2011 (section 1.1, eq. 1) predict from a ring neighbourhood, the pixels nearest to (i + r cos theta,
-j + r sin theta) for r = 0, 1 ... L and theta = 0, 2 pi / m ..., and only on a grid; other pixels take the nearest
-prediction. Peng, Zhou 1999 (their reference 12) predict every pixel from its whole n x n neighbourhood. The paper
-leaves open L, m, the grid's step, the samples' weights (here equal, one for each (r, theta) and for the centre) and the
-mapping of residuals to grey levels (here `HighPass`). The frame is mirrored at its edge.
+j + r sin theta) for r = 0, 1 ... L and theta = 0, 2 pi / m ..., and only at the points of a grid; other pixels take the
+nearest prediction. Peng, Zhou 1999 (their reference 12) predict every pixel from its whole n x n neighbourhood. The
+paper leaves open L, m, the grid's step, the samples' weights (here equal, one for each (r, theta) and for the centre)
+and the mapping of residuals to grey levels (here `HighPass`). The frame is mirrored at its edge.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ from irtrack.features.quantiser import contiguous
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles
-"""(2L+1, 2L+1): the number of samples at each pixel of a neighbourhood. Sums of whole numbers are exact, so that a part
-of a picture computed alone equals the part of the whole."""
+"""Number of samples at each pixel of a neighbourhood, (2L+1, 2L+1). Sums of whole numbers are exact, so that a part
+computed alone equals the part of the whole picture."""
 
 Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
-"""Standard deviations of the residual between middle grey and white: a target of SCR 8 is just white. Chosen here."""
+"""Number of standard deviations of the residual from middle grey to white: a target of SCR 8 is just white. Chosen
+here."""
 
 ROUNDING = 1 / sqrt(12)
 """Standard deviation of rounding to whole counts, the least noise of any frame."""

@@ -28,7 +28,7 @@ Distance = Literal["bhattacharyya", "kullback_leibler", "variance_ratio"]
 TINY = float(np.finfo(np.float64).tiny)
 """Least divisor of a histogram, so that an empty one stays zero."""
 FLOOR = 1e-3
-"""Least share of a bin in a logarithm: delta of Collins et al. 2005, section 2.2."""
+"""Least share of a bin whose logarithm is taken: delta of Collins et al. 2005, section 2.2."""
 _UNWANTED = np.empty(0)
 
 
@@ -85,7 +85,7 @@ def similarity(
 ) -> tuple[Floats, Floats]:
     """Return rho (N,) of windows at `centers` (N, 2) px to a reference (bins,), and their visible shares (N,).
 
-    rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
+    rho is multiplied by the visible share, so that windows mostly outside the frame do not score high.
     """
     mass, windows, inside = (_masses if COMPILED else _masses_plain)(image, centers, window, kernel, quantiser)
     rho = bhattacharyya(mass, reference)
@@ -100,7 +100,8 @@ def similarity(
 def _masses(
     image: Picture, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser
 ) -> tuple[Floats, Bins, bool]:
-    """Return masses (n, bins + 1) of distinct windows, the window index of each centre (N,), whether all are inside.
+    """Return masses (n, bins + 1) of distinct windows, the window index of each centre (N,), and whether all windows
+    are inside the frame.
 
     The last bin holds the pixels outside the frame.
     """
@@ -125,7 +126,7 @@ def _masses_plain(
 ) -> tuple[Floats, Bins, bool]:
     height, width = image.shape
     corners = np.floor(np.nan_to_num(centers, nan=-np.inf) - np.array(window.corner_offset))
-    # A window wholly outside the frame is moved to just outside its edge, where it is empty too.
+    # A window wholly outside the frame is moved to just outside the edge, where it still contains no pixel.
     corners = np.clip(corners, (-window.columns, -window.rows), (width, height)).astype(np.intp)
     distinct, windows = np.unique(corners[:, ::-1], axis=0, return_inverse=True)
     y, x = distinct[:, :1] + np.arange(window.rows), distinct[:, 1:] + np.arange(window.columns)
@@ -179,7 +180,8 @@ class LocalBackground:
         return mass[:, :-1], visible
 
     def score(self, image: Picture, center: tuple[float, float], reference: Floats) -> MatchScore:
-        """Return the match of the window at `center` with a reference (bins,); rho is times the visible share."""
+        """Return the match of the window at `center` with a reference (bins,); its rho is multiplied by the visible
+        share."""
         mass, visible = (self._counted if COMPILED else self._counted_plain)(image, *self.outer.corner(center))
         score, background = bhattacharyya(mass, reference).tolist()
         return MatchScore(mass[0, :-1], score * float(visible[0]), background)

@@ -6,9 +6,9 @@
 
 D. Comaniciu, V. Ramesh, P. Meer, "Kernel-Based Object Tracking", IEEE TPAMI 25(5), 2003. The profile is
 Epanechnikov's, k(r^2) = max(0, 1 - r^2), so g is flat within the window's ellipse; the edge of g is a ramp one pixel
-wide, since pixels that enter at a sharp edge would attract the window. The paper halves a step that
-lowers the similarity; here it does not, as such steps almost never occur. Centres lie anywhere between pixels. Pixels
-outside the frame do not count.
+wide, since pixels that enter at a sharp edge would attract the window. The paper halves a step that lowers the
+similarity; this module does not, as such steps almost never occur. Centres lie anywhere between pixels. Pixels outside
+the frame do not count.
 
 The window should fit the target: a larger window contains the whole target at many positions, and stops off centre.
 """
@@ -27,7 +27,7 @@ from irtrack.features.quantiser import Bins, Quantiser, contiguous
 Bandwidth = tuple[float, float]
 """Bandwidths h on both axes (x, y), px: the semi-axes of the window's ellipse."""
 LEAST_BANDWIDTH = 1.0
-"""px. A narrower window may fall between the pixels; at this bandwidth k is at least .5 at the nearest pixel."""
+"""Least bandwidth, px: a narrower window may fall between the pixels; here k is at least .5 at the nearest pixel."""
 _PIXELS_AT_ONCE = 500_000
 """Number of pixels that the Python equivalent of the C kernel processes at once: some tens of megabytes."""
 
@@ -55,7 +55,7 @@ def kernel_histogram(
 ) -> tuple[Floats, float]:
     """Return the histogram p (bins,) about a centre (eq. 3, 4), summing to one, and the visible share of the kernel.
 
-    Wholly outside the frame: zeros and 0.
+    A window wholly outside the frame gives zeros and 0.
     """
     mass, visible = _View.of(image, np.array([center]), h, quantiser).masses(quantiser.bins)
     share = float(visible[0])

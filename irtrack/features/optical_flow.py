@@ -21,14 +21,14 @@ def forward_backward(
     """Return the positions of points (N, 2) px in the next picture, and their forward-backward errors (N,) px.
 
     Pyramidal Lucas-Kanade (J.-Y. Bouguet, "Pyramidal Implementation of the Affine Lucas Kanade Feature
-    Tracker", Intel, 2001), runs forward and back; the error is the distance between the start of a point and the end of
-    its way back (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that is
-    lost on the way, or leaves the picture, has an infinite error.
+    Tracker", Intel, 2001), runs forward and back; the error is the distance from the start of a point to the end of its
+    backward flow (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that is
+    lost, or leaves the picture, has an infinite error.
     """
     start = points.astype(np.float32).reshape(-1, 1, 2)
 
     def follow(first: Picture, second: Picture, places: Places) -> tuple[Places, npt.NDArray[np.bool_]]:
-        moved, found, _ = cv2.calcOpticalFlowPyrLK(  # type: ignore[call-overload]  # its stubs want the places to be returned
+        moved, found, _ = cv2.calcOpticalFlowPyrLK(  # type: ignore[call-overload]  # OpenCV's stubs require the output argument
             first, second, places, None, winSize=(window, window), maxLevel=levels, criteria=CONVERGED
         )
         return moved, found[:, 0] > 0

@@ -16,8 +16,8 @@ Counts = Image | npt.NDArray[np.float32]
 BinsRange = Literal["full", "first_frame"]
 
 TAILS = (1.0, 99.0)
-"""Percentiles that bound the levels of the first frame, without dead pixels (up to 0.5 %) and noise peaks; chosen
-here."""
+"""Percentiles that bound the grey levels of the first frame; beyond them lie dead pixels (up to 0.5 %) and noise peaks.
+Chosen here."""
 MARGIN = 0.1
 """Share of the range between `TAILS` added on both sides, for targets that grow warmer or colder; chosen here."""
 
@@ -41,7 +41,8 @@ class Quantiser:
 
 @lru_cache(maxsize=16)
 def _table(low: float, high: float, bins: int, itemsize: int) -> Bins:
-    """Return the bin of each level. Arguments are numbers, as the cache would hash a dataclass in 3 us."""
+    """Return the bin of each level. Its arguments are numbers, since the hash of a dataclass in the cache takes 3
+    us."""
     cells = (np.arange(256**itemsize) - low) * (bins / (high - low))
     table: Bins = np.clip(cells, 0, bins - 1).astype(np.intp)
     return table
@@ -53,7 +54,7 @@ def _short_table(low: float, high: float, bins: int, itemsize: int) -> npt.NDArr
 
 
 def contiguous(image: Image) -> Image:
-    """Return the image row after row in one block of memory."""
+    """Return the image as one C-contiguous block of memory."""
     whole: Image = np.ascontiguousarray(image)  # type: ignore[assignment]  # numpy's stubs lose the element type
     return whole
 
@@ -72,8 +73,8 @@ def levels_between(image: Counts, patch: Counts) -> tuple[float, float]:
 def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
     """Return the quantiser of the range of grey levels in a first frame and the target's patch, plus `MARGIN`.
 
-    With the full range a low-contrast target and its background would share one bin. Percentiles of the patch are taken
-    apart, since a small hot target lies beyond those of the frame.
+    With the full range a low-contrast target and its background would share one bin. The patch has percentiles of its
+    own, since a small hot target lies beyond those of the frame.
     """
     low, high = levels_between(image, patch)
     margin = max(MARGIN * (high - low), 0.5)

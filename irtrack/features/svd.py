@@ -21,7 +21,7 @@ Residual = npt.NDArray[np.float32]
 OVERSAMPLING = 5
 """Number of random directions beyond the wanted components (Halko et al. 2011, section 1.3.1: five to ten)."""
 THINNED = 4
-"""Step of rows and columns sampled for the standard deviation of a residual: 4800 of 320x240 px give it to 2 %."""
+"""Step of the rows and columns sampled for the deviation of a residual: 4800 of 320x240 px give it to 2 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

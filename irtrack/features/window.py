@@ -1,7 +1,7 @@
 """Rectangle of whole pixels that follows a target's sub-pixel centre.
 
 The window is set on the start box once. The offset of the box's centre from the window's centre (the *phase*, at most
-half a pixel on each axis) is kept, and added whenever a window becomes a centre.
+half a pixel on each axis) is kept, and added where a centre is computed from a window.
 """
 
 from __future__ import annotations

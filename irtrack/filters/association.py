@@ -17,18 +17,19 @@ from irtrack.filters.kalman import updated_covariance
 from irtrack.filters.motion import constant_velocity
 
 DETECTION = 0.9
-"""Detection probability of an object detected in the last frame, and `REAPPEARANCE`, that of an object that was not."""
+"""Detection probability of an object detected in the last frame; `REAPPEARANCE`: that of an object missed there."""
 REAPPEARANCE = 0.5
 CLUTTER = 1e-6
 """Density of false or new detections per px^2 and frame: one in thirteen frames of 320 x 240 px."""
 LEVEL_SD = 0.4
 """Standard deviation of ln(height of a detection / level of its track), the level being a running mean of heights."""
 START_SPEED = 1.0
-"""px/frame. Standard deviation of a new track's first speed on each axis."""
+"""Standard deviation of a new track's first speed on each axis, px/frame."""
 CONFIRMED = 5
-"""Number of detections from which on a track is confirmed; the first miss ends a track before."""
+"""Number of detections from which on a track is confirmed; a track with fewer ends at its first miss."""
 MEMORY, EARNED = 40, 0.25
-"""Frames that a track other than the target's survives without a detection: at most, and per detection so far."""
+"""Number of frames without a detection after which a track of another object ends: at most, and per detection so
+far."""
 NEIGHBOUR = 1.2
 """Distance within which the detections of two tracks merge, in sides of the target."""
 WHOLE = 0.95
@@ -36,7 +37,7 @@ WHOLE = 0.95
 PARTIAL = 0.8
 """Share of the track's level below which a detection does not give the target's position: the track coasts."""
 LEVEL_FALL, LEVEL_RISE = 0.02, 0.2
-"""Shares of a lower and of a higher new height that enter the level; the first is small as occlusion begins slowly."""
+"""Share of a new height that enters the level if lower, if higher; the first is small, as occlusion begins slowly."""
 FORBIDDEN = 1e6
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +23,28 @@ from irsim.types import Floats
 Pairs = npt.NDArray[np.int64]
 """(k, 2): rows of track and detection."""
 
+LEVEL_SD = 0.4
+"""Standard deviation of the logarithm of a target's score about its level. Chosen here: matched-filter scores of a
+fluctuating point source scatter by about a third."""
+MOST_AMPLITUDE = 5.0
+"""Largest absolute logarithm of the likelihood ratio of amplitudes: scores change the odds by at most 150."""
 EVENTS = 10_000
-"""Joint events of a cluster up to which `joint_probabilities` is exact."""
+"""Largest number of joint events of a cluster for which `joint_probabilities` is exact."""
 _IMPOSSIBLE = 1e9
+
+
+def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Floats:
+    """Return ln p1(score) - ln p0(score), (n, m), for a target of that level (n,) and for clutter.
+
+    p1 is log-normal about the level; p0 is exponential above the least score of the frame, with the mean score of false
+    detections (S. Blackman, R. Popoli 1999, section 6.6: amplitude as a feature).
+    """
+    least = float(scores.min())
+    apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
+    target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
+    mean = max(clutter_score - least, 0.05 * clutter_score)
+    ratios: Floats = np.clip(target + (scores - least) / mean + log(mean), -MOST_AMPLITUDE, MOST_AMPLITUDE)
+    return ratios
 
 
 def nearest_neighbours(L: Floats) -> Pairs:
@@ -42,10 +62,10 @@ def joint_probabilities(L: Floats, events: int = EVENTS) -> Floats:
 
     T. Fortmann, Y. Bar-Shalom, M. Scheffe, "Sonar tracking of multiple targets using joint probabilistic data
     association", IEEE J. Oceanic Engineering 8(3), 1983: each detection is of one track at most, each track has one
-    detection at most. Tracks that share detections form a cluster, whose events are listed one by one. A cluster of
-    more than `events` possible events has an approximation: R. Fitzgerald's weights B = G / (S_t + S_d - G + 1)
-    ("Development of practical PDA logic for multitarget tracking by microprocessor", ACC 1986, eq. 7; G the
-    likelihood ratio, S_t and S_d its sums over the track and over the detection).
+    detection at most. Tracks that share detections form a cluster, whose events are listed one by one. Clusters of more
+    than `events` events are approximated by R. Fitzgerald's weights B = G / (S_t + S_d - G + 1) ("Development of
+    practical PDA logic for multitarget tracking by microprocessor", ACC 1986, eq. 7), where G is the likelihood ratio,
+    S_t its sum over detections, S_d its sum over tracks.
     """
     ratios = np.exp(L)
     beta: Floats = ratios / (1 + ratios.sum(axis=1, keepdims=True))
@@ -60,7 +80,8 @@ def joint_probabilities(L: Floats, events: int = EVENTS) -> Floats:
 
 
 def clusters(gated: npt.NDArray[np.bool_]) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]]:
-    """Yield (rows, columns) of each group of two tracks or more that share detections, directly or by others."""
+    """Yield (rows, columns) of each group of two or more tracks that share detections, directly or through other
+    tracks."""
     left = np.asarray(gated[:, gated.sum(axis=0) > 1].any(axis=1), dtype=bool)
     while left.any():
         rows = np.zeros(len(gated), bool)
@@ -118,7 +139,7 @@ def k_best(cost: Floats, k: int, worst: float = np.inf) -> Iterator[Assignment]:
         total, _, columns, table, fixed = heapq.heappop(waiting)
         yield Assignment(total, columns)
         k -= 1
-        for row in range(fixed, len(table)):  # the rows before are as in the parent
+        for row in range(fixed, len(table)):  # earlier rows are assigned as in the parent
             other = table.copy()
             other[row, columns[row]] = _IMPOSSIBLE
             least = other[row].min() - table[row, columns[row]]

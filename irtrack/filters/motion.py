@@ -15,8 +15,7 @@ Propagation = Literal["gaussian", "disc"]
 """Distribution of particles within a radius: normal, of standard deviation radius / 3, or uniform over the disc."""
 
 _STRAIGHT = 1e-4
-"""rad/frame. Turn rate below which sin(omega) / omega and related terms are taken from their series; the omitted terms
-are below 1e-12."""
+"""Turn rate, rad/frame, below which sin(omega) / omega and related terms come from their series, to 1e-12."""
 
 
 def random_walk(positions: Floats, radius: float, propagation: Propagation, rng: np.random.Generator) -> Floats:
@@ -42,11 +41,11 @@ def random_walk_density(places: Floats, origins: Floats, radius: float, propagat
 def ar2(
     positions: Floats, previous: Floats, ancestors: Indices, damping: float, deviation: Floats, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
-    """Draw x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u, and return it with x_{t-1}, (n, 2) px each.
+    """Draw x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u; return x_t and x_{t-1}, (n, 2) px each.
 
-    positions and previous are x_{t-1}, x_{t-2} (N, 2) px, of which the ancestors (n,) move; u is normal with standard
-    deviations `deviation` (n,) px. Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With
-    damping 1 and a deviation R, x has after n frames the deviation R sqrt(n (n+1) (2n+1) / 6).
+    positions and previous are x_{t-1}, x_{t-2} (N, 2) px, of which those at the indices `ancestors` (n,) move; u is
+    normal with standard deviations `deviation` (n,) px. Second-order autoregression (Cheng et al. 2006, eq. 4, where
+    damping is 1). With damping 1 and a deviation R, x has after n frames the deviation R sqrt(n (n+1) (2n+1) / 6).
     """
     normals = rng.standard_normal((len(ancestors), 2))
     if COMPILED:

@@ -22,7 +22,7 @@ from irsim.types import Floats
 STATE = 6
 """Length of a state."""
 _UNSURE = 1e-6
-"""px^2/frame^4. Variance of an acceleration that a model sets to 0, so that no covariance is singular."""
+"""Variance of the acceleration in models without one, px^2/frame^4, so that no covariance is singular."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +34,8 @@ class Model:
 
 
 def constant_velocity_model(acceleration: float, size: int = STATE) -> Model:
-    """Return the constant-velocity model: white acceleration of deviation px/frame^2 (2001, eq. 6.3.2-4).
+    """Return the constant-velocity model; `acceleration`: deviation of white acceleration, px/frame^2 (2001, eq.
+    6.3.2-4).
 
     `size` 4 leaves out the acceleration from the state, for a bank of this model alone.
     """
@@ -50,7 +51,8 @@ def constant_velocity_model(acceleration: float, size: int = STATE) -> Model:
 
 
 def constant_acceleration_model(increment: float) -> Model:
-    """Return the constant-acceleration model: its increments have a deviation px/frame^2 (2001, eq. 6.3.3-5)."""
+    """Return the constant-acceleration model; `increment`: deviation of its increments, px/frame^2 (2001, eq.
+    6.3.3-5)."""
     F, Q = np.eye(STATE), np.zeros((STATE, STATE))
     gain = np.array([0.5, 1.0, 1.0])
     for axis in (0, 1):
@@ -117,7 +119,8 @@ class MultipleModel:
 
     @classmethod
     def of(cls, models: Sequence[Model], stay: float) -> MultipleModel:
-        """Return a bank whose models last with the probability `stay` and switch to each other alike."""
+        """Return a bank whose models persist with probability `stay` and switch to all others with equal
+        probability."""
         count = len(models)
         if count == 1:
             return cls(models, np.ones((1, 1)))
@@ -177,11 +180,11 @@ def update(states: States, centers: Floats, noise: Floats) -> States:
 
 
 def update_mixture(states: States, centers: Floats, noise: Floats, beta: Floats) -> States:
-    """Return the states after detections (m, 2) px of noise (2, 2) px^2, theirs with probabilities beta (n, m).
+    """Return the states after detections (m, 2) px of noise (2, 2) px^2; beta (n, m): probabilities of association.
 
-    None is theirs with the rest of the probability. Probabilistic data association (Y. Bar-Shalom, F. Daum, J. Huang,
-    "The probabilistic data association filter", IEEE Control Systems 29(6), 2009, eqs. 35 to 43). Each model has its
-    own probabilities of association: beta times its share of the detection's likelihood.
+    The rest of the probability is that of no detection. Probabilistic data association (Y. Bar-Shalom, F. Daum, J.
+    Huang, "The probabilistic data association filter", IEEE Control Systems 29(6), 2009, eqs. 35 to 43). Each model has
+    its own probabilities of association: beta times its share of the detection's likelihood.
     """
     nu = centers[None, None] - states.mean[:, :, None, :2]  # (n, M, m, 2)
     inverse, determinant, gain, cross = _gains(states, noise)

@@ -28,7 +28,7 @@ class Weights:
 
     lw          (..., N) log-likelihoods divided by the scale, up to a constant; -inf for a likelihood of 0
     prior       (..., N) prior weights, at least 0, of any sum; equal by default
-    degenerate  whether every particle of a set has prior or likelihood 0; then all weights are equal
+    degenerate  True: every particle of the set has prior or likelihood 0, and all weights are equal
 
     The largest lw among particles with a prior above 0 is subtracted first, so that not all likelihoods can underflow.
     """
@@ -116,7 +116,8 @@ L = TypeVar("L", bound=Likelihood)
 
 @dataclass(slots=True, eq=False)
 class Step(Generic[L]):
-    """Outcome of an SMC step: particles (N, d), weights W (N,), their likelihood, whether any is inside the frame."""
+    """Outcome of an SMC step: particles (N, d), weights W (N,), their likelihood; True where any is inside the
+    frame."""
 
     particles: Floats
     W: Floats
@@ -200,5 +201,5 @@ def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: flo
 
 
 def ess_count(count: int, size: float, wanted: float, least: int, most: int) -> int:
-    """Return the number of particles that would have had the effective sample size `wanted`, in least .. most."""
+    """Return the number of particles that would have the effective sample size `wanted`, clipped to least .. most."""
     return min(max(ceil(count * wanted / size), least), most)

@@ -123,7 +123,7 @@ def after_selection(weights: Floats, count: int, restoring: Restoring) -> Floats
     """Return weights (..., N) after the `count` in front were resampled among themselves (Li, Li 2014, Step 6).
 
     The printed formula is illegible. `own`: the particles in front share their total weight and the others keep theirs,
-    which keeps the distribution. `equal`: all get 1/N, which gives the others too much: 44 % at Np = .56 N.
+    which keeps the distribution. `equal`: all get 1/N, so that the others have too large a share: 44 % at Np = .56 N.
     """
     if restoring == "equal":
         return np.full(weights.shape, 1 / weights.shape[-1])

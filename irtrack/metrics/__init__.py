@@ -23,9 +23,7 @@ from irtrack.metrics.statistics import (
     LEAST_SCENES,
     Breaking,
     Difference,
-    Survival,
     breaking_point,
-    kaplan_meier,
     mean_interval,
     paired_difference,
     scenes_for,
@@ -42,6 +40,7 @@ from irtrack.metrics.status import (
     nees_interval,
     returns,
 )
+from irtrack.metrics.survival import Survival, kaplan_meier
 from irtrack.metrics.trace import Reference, Trace
 from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 

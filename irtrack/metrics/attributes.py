@@ -1,4 +1,4 @@
-"""Attributes that make a frame hard, by its ground truth, and metrics of tracks in frames with an attribute."""
+"""Attributes of hard frames, computed from the ground truth, and metrics of tracks in frames with an attribute."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ GROWS = 0.03
 TURN_PX = 0.5
 """Least change of the apparent velocity that counts as a manoeuvre, px per frame."""
 LOW_SCR = 3.0
-"""Signal-to-clutter ratio below which it is low: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
+"""Limit of a low signal-to-clutter ratio: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
 NEAR = 3.0
-"""Distance of another target, in diagonals of the target's box, below which it is clutter. All limits but LOW_SCR
-are chosen here: no benchmark prints one for each frame."""
+"""Distance of another target, in diagonals of the target's box, below which the other target is clutter. All limits but
+`LOW_SCR` are chosen here, since no benchmark prints limits for single frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def _change(values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Attribute:
-    """Attribute of frames: its definition in words, and as a function from the history to (n,) bool."""
+    """Attribute of frames: its definition in words, and the function from a history to (n,) bool."""
 
     rule: str
     of: Callable[[History], np.ndarray]

@@ -1,6 +1,6 @@
 """Centre error, normalised error and precision curves.
 
-A centre within the accuracy of the ground truth (limited for imported boxes) is right at any threshold.
+An error within the accuracy of the ground truth (limited for imported boxes) passes every threshold.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def precision_curve(
     """Return the share of the errors (n,) that are <= each threshold; nan without errors.
 
     Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2 (there also Babenko
-    2011). The published figure is that at 20 px. `within_accuracy` (n,) bool: whether each error is within the accuracy
-    of the truth, and so right at any threshold.
+    2011). The published figure is the value at 20 px. `within_accuracy` (n,) bool: True where the error is within the
+    accuracy of the truth, and passes every threshold.
     """
     if len(errors) == 0:
         return np.full(len(thresholds), np.nan)

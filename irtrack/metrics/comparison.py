@@ -1,11 +1,11 @@
 """Targets and tracks of many frames side by side, and their best matching frame by frame.
 
-Rule of matching, named in every result: `distance`, the similarity 1 - d / (2 r) of a centre d px off, where r is the
-larger of 5 px and the diagonal of the true box, so that 0.5 is the bound of `irtrack.metrics.lost`; or `iou`, the
-intersection over union of boxes, no side under 5 px.
+Rule of matching, named in every result: `distance`, the similarity 1 - d / (2 r) at a centre error of d px, where r is
+the larger of 5 px and the diagonal of the true box, so that 0.5 is the bound of `irtrack.metrics.lost`; or `iou`, the
+intersection over union of boxes, with sides of at least 5 px.
 
-Rule of ignored targets: one that is absent, out of the picture or less than half visible is not to be found. A track
-on it is neither right nor wrong in that frame: the pair is removed before anything is counted.
+Rule of ignored targets: a target that is absent, out of the picture or less than half visible is ignored. A track on an
+ignored target is neither right nor wrong in that frame: the pair is removed before all counts.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Flags = npt.NDArray[np.bool_]
 MATCH = 0.5
 """Least similarity of a match in CLEAR MOT and IDF1 (MOTChallenge)."""
 CUTOFF_PX = 20.0
-"""px. Pairs that are farther apart and share nothing are not listed."""
+"""Distance of centres, px, beyond which pairs without a similarity above 0 are not listed."""
 ROUNDING = float(np.finfo(np.float64).eps)
 
 
@@ -62,7 +62,7 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """Targets that are to be found, confirmed tracks, and the pairs of them that are near, over k frames.
+    """Targets that are not ignored, confirmed tracks, and near pairs of target and track, over k frames.
 
     names, ids   of the targets and tracks, by number
     """
@@ -129,7 +129,7 @@ def hits_on(hits: Pairs, marked: Flags) -> Presence:
 
 
 def near_pairs(frames: int, targets: Presence, tracks: Presence, matching: Matching) -> Pairs:
-    """Return all pairs of a frame that have a similarity above 0 or are within `CUTOFF_PX`."""
+    """Return all pairs in the same frame with a similarity above 0 or a distance within `CUTOFF_PX`."""
     target_rows, track_rows = _by_frame(frames, targets.frame), _by_frame(frames, tracks.frame)
     a, b = targets.box[target_rows][:, :, None], tracks.box[track_rows][:, None]
     reach = CUTOFF_PX
@@ -147,7 +147,7 @@ def near_pairs(frames: int, targets: Presence, tracks: Presence, matching: Match
 
 
 def _by_frame(frames: int, frame: Numbers) -> Numbers:
-    """Return the rows (k, n) of each frame, filled up with -1; n: the most of a frame."""
+    """Return the row numbers of each frame (k, n), padded with -1; n: the largest number of rows in a frame."""
     order = np.argsort(frame, kind="stable")
     counts = np.bincount(frame, minlength=frames)
     column = np.arange(len(frame)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -174,8 +174,8 @@ def similarities(a: Floats, b: Floats, matching: Matching) -> tuple[Floats, Floa
 def best(pairs: Pairs, values: Floats | None = None) -> Pairs:
     """Return the pairs that make the sum of positive values (default: similarities) largest in each frame.
 
-    Each target and each track is in one pair of a frame at most. Pairs without a rival are taken at once; the rest of
-    a frame by scipy's assignment.
+    Each target and each track is in at most one pair of a frame. Pairs without a rival are taken as they are, the
+    others by scipy's assignment.
     """
     values = pairs.similarity if values is None else values
     contested = rivalled(pairs)
@@ -197,7 +197,8 @@ def rivalled(pairs: Pairs) -> Flags:
 
 
 def assigned(rows: Numbers, columns: Numbers, values: Floats) -> Numbers:
-    """Return the places of the pairs (row, column) that make the sum of positive values largest, each used once."""
+    """Return the indices of the pairs (row, column) with the largest sum of positive values; each row and column
+    once."""
     from scipy.optimize import linear_sum_assignment  # 0.3 s to import
 
     _, i = np.unique(rows, return_inverse=True)

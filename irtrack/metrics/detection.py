@@ -1,8 +1,8 @@
 """Figures of a detector: probability of detection against false alarms.
 
 A detection is on a target where its centre is within the larger of 3 px (DNANet's rule for centroids) and half the
-diagonal of the true box. Several on one target are one hit and no false alarm. Targets that are not to be found, as in
-`irtrack.metrics.comparison`, are ignored, and so are detections on them. A target counts in each frame.
+diagonal of the true box. Several detections on one target are one hit and no false alarm. Ignored targets, by the rule
+of `irtrack.metrics.comparison`, and detections on them do not count. Each frame counts a target anew.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from irtrack.metrics.masks import CENTROID_PX
 from irtrack.tracks import DetectionSet
 
 RATES = (0.01, 0.1, 1.0, 10.0)
-"""False alarms a frame at which the probability of detection is told."""
+"""False alarms a frame at which the probability of detection is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +29,10 @@ class DetectionFigures:
     """Scores of targets and of false alarms over k frames.
 
     frames, rate_hz
-    frame, number (t,)   frame (0 .. k-1) and number of the target, of each target that is to be found in a frame
+    frame, number (t,)   frame (0 .. k-1) and number of the target, for each target in each frame
     score (t,)           largest score of a detection on it, -inf without one
-    error (t,)           px from its centre to the nearest of these, nan without one
-    false_frame, false_score (f,)   of detections on no target
+    error (t,)           distance to the centre of the nearest detection on it, px; nan without one
+    false_frame, false_score (f,)   frame and score of each false alarm
     names                ids of the targets
     """
 
@@ -100,17 +100,17 @@ class DetectionFigures:
     def pd_at(self, rate: float) -> float:
         """Return the share of targets found at a threshold that leaves `rate` false alarms a frame at most.
 
-        Where the detector's own threshold leaves fewer, it is that of its own threshold.
+        Where the detector's own threshold leaves fewer false alarms, the share is that at its own threshold.
         """
         allowed = int(rate * self.frames + 1e-9)
         if allowed >= len(self.false_score):
             return self.pd
-        threshold = np.sort(self.false_score)[::-1][allowed]  # the first false alarm too many
+        threshold = np.sort(self.false_score)[::-1][allowed]  # highest false alarm that must not pass
         return _share(self.score > threshold)
 
     @cached_property
     def first_detection(self) -> float:
-        """Mean frames from a target's first frame to its first detection; to the last frame where there is none."""
+        """Mean number of frames from a target's first frame to its first detection; to the end where it has none."""
         delays = []
         for number in range(len(self.names)):
             own = self.number == number
@@ -120,7 +120,7 @@ class DetectionFigures:
 
     @property
     def rmse(self) -> float:
-        """Root mean square distance, px, of the detections from the targets that they are on."""
+        """Root mean square distance, px, from detected targets to the nearest detection on each."""
         known = self.error[~np.isnan(self.error)]
         return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
@@ -128,7 +128,7 @@ class DetectionFigures:
 def roc(target_score: Floats, false_score: Floats, frames: int) -> tuple[Floats, Floats]:
     """Return false alarms a frame (p,), rising from 0, and the probability of detection at each (p,).
 
-    Scores as of `DetectionFigures`. The last point is the detector's own threshold.
+    The scores are those of `DetectionFigures`. The last point is at the detector's own threshold.
     """
     false, hits = np.sort(false_score)[::-1], np.sort(target_score[np.isfinite(target_score)])[::-1]
     above = np.searchsorted(-hits, -np.append(false, -np.inf), side="left")

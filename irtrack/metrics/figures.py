@@ -26,9 +26,9 @@ from irtrack.metrics.trace import Trace
 class Figure:
     """Description of a metric.
 
-    of      function of a trace, or of `ManyFigures` or `DetectionFigures`; None: one of `CentreFigures`
-    better  direction in which it is better
-    most    upper bound, where it lies between 0 and that
+    of      function of a trace, `ManyFigures` or `DetectionFigures`; None: a field of `CentreFigures`
+    better  direction of better values
+    most    upper bound of a metric with the lower bound 0
     kind    type of its values, each of which may be None
     """
 
@@ -40,12 +40,12 @@ class Figure:
 
 
 def _less(of: Callable[[Trace], float | bool | None]) -> Figure:
-    """Return the description of a share, or of a true or false, of which less is better."""
+    """Return the description of a share, or of a boolean, that is better if smaller."""
     return Figure(of, "", "less", 1.0)
 
 
 def _more(of: Callable[[Trace], float]) -> Figure:
-    """Return the description of a share of which more is better."""
+    """Return the description of a share that is better if larger."""
     return Figure(of, "", "more", 1.0)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from irsim.types import SHOWN, Floats
 
 OFF_PX = 5.0
-"""Centre error, px, up to which no frame is off, however small the target."""
+"""Centre error up to which no frame is off, even for the smallest target, px."""
 
 OFF_IN_A_ROW = 10
 """Number of successive frames off that make a loss."""
@@ -35,8 +35,8 @@ def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarra
 def loss(off: np.ndarray, shown: np.ndarray) -> int | None:
     """Return the position of the frame that the loss is dated to; None where the track is not lost.
 
-    `off` (n,) bool: whether a frame is off; `shown` (n,) bool: whether it counts, as the target is visible. See
-    `LOSS_RULE`.
+    `off` (n,) bool: True where a frame is off; `shown` (n,) bool: True where the target is visible, so that the frame
+    counts. See `LOSS_RULE`.
     """
     row = 0
     first = 0

@@ -1,4 +1,4 @@
-"""Figures of detection masks by the rules that small-target detectors are published with.
+"""Figures of detection masks by the rules of the publications on small-target detection.
 
 A prediction is a map (rows, cols) of 0..1, positive above .5; a truth is a map of bool. Targets are its 8-connected
 components. The sums of several images add up; the shares are taken at the end.
@@ -21,10 +21,9 @@ Mask = npt.NDArray[np.bool_]
 THRESHOLD = 0.5
 """Value above which a prediction is positive."""
 CENTROID_PX = 3.0
-"""px. Distance of centroids below which a component is a target's (DNANet, BasicIRSTD: metrics.py)."""
+"""Distance of centroids, px, below which a component belongs to a target (DNANet, BasicIRSTD: metrics.py)."""
 HIT_PX, FALSE_PX = 1, 4
-"""px from a pixel of the target within which a positive is a hit, and beyond which it is false (DTUM:
-ShootingRules.py)."""
+"""Distances from a target's pixels, px: a positive pixel is a hit up to the first, false beyond the second (DTUM)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +51,13 @@ class MaskSums:
 
     @property
     def pd(self) -> float:
-        """Share of targets with a component whose centroid is within 3 px, first come."""
+        """Share of targets with a component whose centroid is within 3 px; each target takes the first such
+        component."""
         return self.detected / self.targets if self.targets else np.nan
 
     @property
     def fa(self) -> float:
-        """Pixels of components without a target, of all pixels."""
+        """Share of all pixels that lie in components without a target."""
         return self.false_pixels / self.pixels if self.pixels else np.nan
 
     @property
@@ -67,7 +67,7 @@ class MaskSums:
 
     @property
     def shooting_fa(self) -> float:
-        """Positive pixels farther than 4 px from all targets, of all pixels."""
+        """Share of all pixels that are positive and farther than 4 px from all targets."""
         return self.stray_pixels / self.pixels if self.pixels else np.nan
 
     @property
@@ -77,7 +77,7 @@ class MaskSums:
 
     @property
     def niou(self) -> float:
-        """Mean over images of their intersection over union."""
+        """Mean over images of the intersection over union."""
         return self.iou_sum / self.images if self.images else np.nan
 
 

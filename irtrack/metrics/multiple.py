@@ -22,7 +22,7 @@ NOBODY = -1
 
 @dataclass(frozen=True)
 class ManyFigures:
-    """Figures of one comparison, each computed when it is asked for; nan where nothing gives one.
+    """Figures of one comparison, computed on first access; nan where undefined.
 
     rate_hz: frames a second
     """
@@ -35,7 +35,7 @@ class ManyFigures:
         """Track (k, n) that CLEAR MOT matches with each target in each frame, or `NOBODY`.
 
         K. Bernardin, R. Stiefelhagen, "CLEAR MOT metrics", EURASIP J. Image Video Process. 2008, section 2.1: a pair of
-        the frame before stays together while it is similar enough; the rest are matched for the largest similarity.
+        the previous frame is kept while it is similar enough; all others are matched for the largest similarity.
         """
         found = np.full((self.comparison.frames, len(self.comparison.names)), NOBODY)
         pairs = self._similar
@@ -60,13 +60,13 @@ class ManyFigures:
 
     @cached_property
     def _judged(self) -> Numbers:
-        """Frames with a target and a track; CLEAR MOT's continuity goes from one of them to the next."""
+        """Frames with a target and a track; other frames do not break the continuity of CLEAR MOT."""
         each = self.comparison
         return np.intersect1d(each.targets.frame, each.tracks.frame)
 
     @cached_property
     def present(self) -> npt.NDArray[np.bool_]:
-        """Frames (k, n) in which each target is to be found."""
+        """True in each frame in which a target is present and not ignored, (k, n)."""
         present = np.zeros((self.comparison.frames, len(self.comparison.names)), bool)
         present[self.comparison.targets.frame, self.comparison.targets.number] = True
         return present
@@ -86,7 +86,7 @@ class ManyFigures:
 
     @cached_property
     def switches(self) -> int:
-        """Times that a target's track is another than its last one."""
+        """Number of times that the track of a target differs from its last track."""
         changes = 0
         for column in self.matches.T:
             own = column[column != NOBODY]
@@ -95,7 +95,7 @@ class ManyFigures:
 
     @cached_property
     def fragments(self) -> int:
-        """Times that a target is matched again after it was not; frames without any target or any track are skipped."""
+        """Number of times that a target is matched again after a miss; frames without targets or tracks are skipped."""
         seen = self.matches[self._judged] != NOBODY
         begun = seen.copy()
         begun[1:] &= ~seen[:-1]
@@ -142,7 +142,7 @@ class ManyFigures:
         targets = np.bincount(each.targets.number, minlength=len(each.names)).astype(np.float64)
         tracks = np.bincount(each.tracks.number, minlength=len(each.ids)).astype(np.float64)
         lives = targets[:, None] + tracks[None]
-        # The share of a pair in a frame: its similarity against all others of its target and of its track.
+        # A pair's share in a frame: its similarity over the sum of similarities of its target and of its track.
         rivals = sum(_sums_by(pairs.frame, number, pairs.similarity) for number in (pairs.target, pairs.track))
         alike = self._summed(pairs, _shares(pairs.similarity, rivals - pairs.similarity))
         alignment = alike / np.maximum(lives - alike, ROUNDING)
@@ -155,7 +155,7 @@ class ManyFigures:
             association[k] = (counts * counts / np.maximum(lives - counts, 1)).sum() / max(total, 1.0)
             detection[k] = total / (targets.sum() + tracks.sum() - total)
         means = (np.sqrt(detection * association), detection, association)
-        return tuple(float(each.mean()) for each in means)  # type: ignore[return-value]  # three of them
+        return tuple(float(each.mean()) for each in means)  # type: ignore[return-value]  # the tuple has three elements
 
     @property
     def hota(self) -> float:
@@ -196,7 +196,7 @@ class ManyFigures:
 
     @property
     def ospa_frames(self) -> Floats:
-        """OSPA distance (k,) px of each frame; 0 of two empty sets.
+        """OSPA distance (k,) px of each frame; 0 between two empty sets.
 
         D. Schuhmacher, B.-T. Vo, B.-N. Vo, "A consistent metric for performance evaluation of multi-object filters",
         IEEE Trans. Signal Processing 56(8), 2008, eq. 3.
@@ -215,7 +215,7 @@ class ManyFigures:
 
     @cached_property
     def start_delay(self) -> float:
-        """Mean frames from a target's first frame to its first match; to the end where there is none."""
+        """Mean number of frames from a target's first frame to its first match; to the end where it has none."""
         present, seen = self.present, self.matches != NOBODY
         some = present.any(axis=0)
         first = np.where(seen.any(axis=0), seen.argmax(axis=0), len(seen)) - present.argmax(axis=0)
@@ -223,7 +223,7 @@ class ManyFigures:
 
     @property
     def found(self) -> float:
-        """Share of the targets that are ever matched."""
+        """Share of the targets that are matched in any frame."""
         some = self.present.any(axis=0)
         return _mean((self.matches != NOBODY).any(axis=0)[some].astype(np.float64))
 
@@ -241,7 +241,7 @@ class ManyFigures:
 
 
 def _sums_by(frame: Numbers, number: Numbers, values: Floats) -> Floats:
-    """Return the sum of values (p,) over the pairs of a frame that have the same number, (p,)."""
+    """Return for each pair the sum of the values of all pairs with its frame and its number, (p,)."""
     key = frame * (int(number.max(initial=0)) + 1) + number
     return np.asarray(np.bincount(key, values)[key]) if len(key) else values
 

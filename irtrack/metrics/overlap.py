@@ -24,8 +24,8 @@ def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes:
 def widened(sizes: Floats) -> Floats:
     """Return sizes (n, 2) px with sides raised to at least `LEAST_PX`; nan stays nan.
 
-    Start boxes are widened in the same way, so that a tracker which keeps the start box of a point target has the
-    right size.
+    Start boxes are widened in the same way, so that a tracker that keeps the start box of a point target has the true
+    size.
     """
     return np.asarray(np.maximum(sizes, LEAST_PX))
 

@@ -62,7 +62,7 @@ class Score:
 
     frames, counted_frames, held_frames
                             numbers of scored frames, of frames that count towards loss and off_share, of held frames
-    lost                    whether the track is lost by `irtrack.metrics.lost`; None where no frame is scored
+    lost                    True: the track is lost by `irtrack.metrics.lost`; None where no frame is scored
     lost_at                 index of the frame that the loss is dated to
     off_share               share of the frames that count in which the track is off (far from the target)
     all, held               metrics of the centre errors of all scored frames, and of the held frames
@@ -143,7 +143,7 @@ _SUFFIX = {"all": "", "held": "_held"}
 _GROUPED = {
     each.name + suffix: (group, each.name) for group, suffix in _SUFFIX.items() for each in fields(CentreFigures)
 }
-"""(Field of `Score`, field of `CentreFigures`) of each metric of centre errors, by name in `FIGURES`."""
+"""Metrics of centre errors by name in `FIGURES`: (field of `Score`, field of `CentreFigures`)."""
 
 
 def _figures() -> dict[str, Figure]:

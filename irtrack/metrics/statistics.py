@@ -1,4 +1,4 @@
-"""Shares, means and differences with their intervals: Wilson, Student, Kaplan-Meier, isotonic, cluster bootstrap."""
+"""Shares, means and differences with their intervals: Wilson, Student, isotonic, cluster bootstrap."""
 
 from __future__ import annotations
 
@@ -51,50 +51,6 @@ def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, 
     return mean, mean - reach, mean + reach
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Survival:
-    """Survival curve, a step function: share of tracks held[i] from times[i] on, with its interval low[i] .. high[i].
-
-    Before times[0] all tracks are held. at_risk[i] is the number of tracks neither lost nor ended before times[i].
-    """
-
-    times: Floats
-    held: Floats
-    low: Floats
-    high: Floats
-    at_risk: np.ndarray
-
-    @property
-    def median(self) -> float | None:
-        """Time by which half of the tracks are lost; None where fewer are lost."""
-        reached = np.flatnonzero(self.held <= 0.5)
-        return float(self.times[reached[0]]) if len(reached) else None
-
-
-def kaplan_meier(times: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray, level: float = 0.95) -> Survival:
-    """Return the Kaplan-Meier estimate of the share of tracks not yet lost, against time.
-
-    Kaplan and Meier, J. Am. Stat. Assoc. 53 (1958) 457; variance by Greenwood (1926), the interval on
-    the scale log(-log S) (Kalbfleisch and Prentice 1980), which stays within 0..1.
-
-    times   (n,) time of the loss or of the end of each track; any unit
-    lost    (n,) bool: whether the track was lost at this time; otherwise it ended without loss (censored)
-    """
-    times, lost = np.asarray(times, dtype=np.float64), np.asarray(lost, dtype=bool)
-    moments = np.unique(times[lost])
-    at_risk = np.array([(times >= moment).sum() for moment in moments], dtype=np.int64)
-    losses = np.array([(lost & (times == moment)).sum() for moment in moments], dtype=np.int64)
-    held = np.cumprod(1 - losses / at_risk)
-    left = at_risk - losses
-    with np.errstate(divide="ignore", invalid="ignore"):
-        greenwood = np.cumsum(losses / (at_risk * left))
-        reach = NormalDist().inv_cdf((1 + level) / 2) * np.sqrt(greenwood) / np.abs(np.log(held))
-        low, high = held ** np.exp(reach), held ** np.exp(-reach)
-    none_left = held == 0  # the variance is undefined where no track is held
-    low[none_left], high[none_left] = 0.0, 0.0
-    return Survival(moments, held, low, high, at_risk)
-
-
 HALF = 0.5
 """Share of lost runs at the breaking point."""
 
@@ -108,7 +64,7 @@ class Breaking:
     shares            (n,) lost/runs;  low, high  (n,) their Wilson 95 % intervals
     at                severity of 50 % lost runs; inf where the share stays below 50 % at the highest severity, -inf
                       where it is above 50 % at the lowest
-    at_low, at_high   95 % interval of `at`; -inf, inf where the severities that were run do not bound it
+    at_low, at_high   95 % interval of `at`; -inf, inf where the severities do not bound it
     """
 
     severities: Floats
@@ -122,7 +78,8 @@ class Breaking:
     at_high: float
 
     def in_words(self) -> str:
-        """Return '3.4 (3 to 4)'; '> 5' where the last severity surely holds; '< 0' where the first is surely lost."""
+        """Return '3.4 (3 to 4)'; '> 5' where the interval lies above the last severity; '< 0' where it lies below the
+        first."""
         first, last = f"{self.severities[0]:g}", f"{self.severities[-1]:g}"
         low = f"{self.at_low:g}" if math.isfinite(self.at_low) else f"< {first}"
         high = f"{self.at_high:g}" if math.isfinite(self.at_high) else f"> {last}"
@@ -135,14 +92,13 @@ class Breaking:
 def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | np.ndarray) -> Breaking | None:
     """Return the breaking point of a tracker from runs at several severities; None where there is no run.
 
-    `severities` (n,): severity of each run; `lost` (n,) bool: whether the run was lost or failed
+    `severities` (n,): severity of each run; `lost` (n,) bool: True where the run was lost or failed
 
     A higher severity is assumed to lose no fewer runs. The point is where the isotonic (least squares, rising) curve
     through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under Order
     Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the highest severity
-    up to which the Wilson intervals of all shares lie below one half, and ends at the lowest severity from which on
-    they all lie above. Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94
-    (1999) 468).
+    up to which all Wilson intervals lie below one half, and ends at the lowest severity from which on all lie above.
+    Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94 (1999) 468).
     """
     levels, which = np.unique(np.asarray(severities, dtype=np.float64), return_inverse=True)
     if len(levels) == 0:
@@ -184,7 +140,8 @@ DRAWS = 2000
 """Number of bootstrap samples: the coverage of a 95 % interval is then within half a percent."""
 
 LEAST_SCENES = 6
-"""Least number of scenes n: with fewer, chance gives all differences one sign in more than 5 % (sign test: 2 / 2^n)."""
+"""Least number of scenes n: with fewer, all differences have the same sign by chance in over 5 % (sign test: 2 /
+2^n)."""
 
 MOST_SCENES = 2**62
 """Largest number of scenes that is suggested."""
@@ -213,7 +170,7 @@ class Difference:
 
     @property
     def is_open(self) -> bool:
-        """True where there are fewer than `LEAST_SCENES`, too few for an interval."""
+        """True where there are fewer than `LEAST_SCENES` scenes, too few for an interval."""
         return self.low == -np.inf
 
 
@@ -232,16 +189,16 @@ def paired_difference(
     most     largest possible difference: 1 for shares and losses
 
     Runs of one scene are correlated, so whole scenes are drawn with replacement, not runs (cluster bootstrap: Davison
-    and Hinkley, Bootstrap Methods, 1997, section 3.8). The ends are percentiles, with Student's t in place of the
-    normal, as few scenes make percentiles too narrow (Hesterberg, Am. Stat. 69 (2015) 371, section 4.1). Of a single
-    scene its runs are drawn. Fewer than LEAST_SCENES of either are too few: the interval has no ends. The same input
-    gives the same interval.
+    and Hinkley, Bootstrap Methods, 1997, section 3.8). The ends are percentiles, widened from the normal to Student's
+    t, as percentiles are too narrow for few scenes (Hesterberg, Am. Stat. 69 (2015) 371, section 4.1). With a single
+    scene, its runs are drawn instead. With fewer than `LEAST_SCENES` scenes (or runs) the interval has no ends. The
+    same input gives the same interval.
 
-    Metrics that are always 0 or `most`, such as losses, have too few values for percentiles: where all scenes have
-    equal differences, a bootstrap has no width. Two scenes are added, with the differences `most` and -`most`, before
-    the interval of the mean by Student's t (Bonett and Price, J. Educ. Behav. Stat. 37 (2012) 479, one more of either
-    disagreement, there with the normal). For 6 to 60 scenes with any probability of loss it misses in at most 5.6 % of
-    cases, where the bootstrap misses in up to 97 %.
+    Metrics with the values 0 and `most` only, such as losses, have too few values for percentiles: where the
+    differences of all scenes are equal, the bootstrap has no width. Their interval is that of the mean by Student's t,
+    after two scenes are added with the differences `most` and -`most` (Bonett and Price, J. Educ. Behav. Stat. 37
+    (2012) 479, with the normal distribution). For 6 to 60 scenes and any probability of loss, at most 5.6 % of these
+    intervals miss the mean; of bootstrap intervals, up to 97 %.
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     known = np.isfinite(first - second)
@@ -257,7 +214,7 @@ def paired_difference(
     mean = float(differences.mean())
     if len(sums) < LEAST_SCENES:
         return Difference(mean, -np.inf, np.inf, len(differences), scene_count)
-    # Influence of each scene on the mean over all runs, to first order: scenes have different numbers of runs.
+    # Influence of each scene on the mean over all runs, to first order, as scenes differ in their number of runs.
     added = mean + (sums - mean * counts) / counts.mean()
     spread = float(added.std())
     if np.isfinite(most) and np.isin([first, second], (0.0, most)).all():
@@ -285,8 +242,8 @@ def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int
 def _half_width(found: Difference, scenes: int, level: float) -> float:
     """Return the half width of the interval for n scenes: t s / sqrt(n), where s^2 = n spread^2 / (n - 1).
 
-    With the added scenes +-u it is t s / sqrt(n + 2), where n spread^2 + 2 u^2, and as the mean is nearer to zero
-    mean^2 2 n / (n + 2) more, are (n + 1) s^2.
+    With two added scenes +-u it is t s / sqrt(n + 2), where (n + 1) s^2 = n spread^2 + 2 u^2 + mean^2 2 n / (n + 2);
+    the last term comes from the shift of the mean towards zero.
     """
     from scipy.special import stdtrit  # scipy.stats takes a second to import
 

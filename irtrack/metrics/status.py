@@ -11,7 +11,8 @@ from irtrack.metrics.statistics import share
 
 
 def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of frames with the status "tracking", of counted frames off; nan where none is off.
+    """Return the share 0..1 of frames with the status "tracking" among the counted frames that are off; nan where none
+    is off.
 
     statuses (n,) words; off, counted (n,) bool, see `irtrack.metrics.Trace`.
     """
@@ -19,12 +20,13 @@ def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -
 
 
 def false_lost(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of frames with the status "lost", of counted frames not off; nan where all are off."""
+    """Return the share 0..1 of frames with the status "lost" among the counted frames that are not off; nan where all
+    are off."""
     return share((statuses == "lost")[~off & counted])
 
 
 def hidden_tracking(statuses: np.ndarray, hidden: np.ndarray) -> float:
-    """Return the share 0..1 of frames with the status "tracking", of `hidden` frames (fully occluded target)."""
+    """Return the share 0..1 of frames with the status "tracking" among the `hidden` frames (fully occluded target)."""
     return share((statuses == "tracking")[hidden])
 
 
@@ -44,7 +46,7 @@ class Return:
     """Reappearance of a target.
 
     at       position of the first frame in which it counts again
-    watched  number of frames in which it counts from then on, until it is occluded again or the track ends
+    watched  number of frames in which it counts, from `at` until it is occluded again or the track ends
     after    frames from `at` until the tracker is on the target (0: at once); None where it is off in all these frames
     """
 
@@ -76,7 +78,7 @@ def nees(offsets: Floats, covariances: Floats) -> Floats:
     Its mean is 2, the number of dimensions, for a calibrated filter. nan where there is no covariance; inf where it
     has no inverse and the error is not 0.
     """
-    # The inverse of a 2x2 matrix is written out, so that a singular matrix gives a determinant of 0 to test for.
+    # The 2x2 inverse is written out, since the test for a singular matrix needs the determinant.
     a, b, d = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
     x, y = offsets[:, 0], offsets[:, 1]
     determinant = a * d - b * b

@@ -1,4 +1,4 @@
-"""Tasks of a run, and the figures of each.
+"""Tasks of a run, and the figures of each task.
 
 single   one target from a given box;  many   all targets, without a box, from frame 0;  detect   detections alone
 """
@@ -33,14 +33,14 @@ FIGURES_OF: Mapping[Task, Mapping[str, Figure]] = {
 """Figures of each task by name."""
 
 ALL_FIGURES: Mapping[str, Figure] = {name: each for task in FIGURES_OF.values() for name, each in task.items()}
-"""Figures of all tasks; names that tasks share mean the same."""
+"""Figures of all tasks; a name shared by tasks has one meaning."""
 
 RANKED_BY: Mapping[Task, tuple[str, ...]] = {
     "single": ("lost", "off_share", "error_held"),
     "many": ("gospa", "switches", "hota"),
     "detect": ("pd_1", "pd_01", "false_alarms"),
 }
-"""Figures that tell two trackers apart, the most important first."""
+"""Figures by which trackers of a task are ranked, the most important first."""
 
 
 def task_scores(
@@ -48,8 +48,8 @@ def task_scores(
 ) -> tuple[dict[str, float | None], dict[str, np.ndarray]]:
     """Return the figures of tracks of many targets, matched by distance of centres (`Comparison`), or of detections.
 
-    The second value has what charts need: matches, present (k, n) and names (n,) of targets, the matches as ids of
-    tracks; or target_score, false_score of `DetectionFigures`.
+    The second value holds arrays for charts: matches (k, n), the id of each target's track, present (k, n) and names
+    (n,) of the targets; or target_score and false_score, `score` and `false_score` of `DetectionFigures`.
     """
     if isinstance(found, TrackSet):
         many = ManyFigures(Comparison.of(truths, found), rate_hz)

@@ -30,8 +30,8 @@ class Reference:
     accuracy  (n,) px: accuracy of the true centre, 0 for rendered truth
     marks     (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
 
-    Rule for absent frames: a target is absent where it has no truth or its centre is out of the frame; such frames
-    enter no error, no overlap and no count towards the loss.
+    A target is absent where it has no truth or its centre is out of the frame; frames without the target enter no
+    error, no overlap and no count towards the loss.
     """
 
     indices: np.ndarray
@@ -168,7 +168,8 @@ class Trace:
 
     @cached_property
     def overlaps(self) -> Floats:
-        """Overlaps of the boxes, each at least `irtrack.types.LEAST_PX` wide and high, (n,); nan as above."""
+        """Overlaps of the boxes, each at least `irtrack.types.LEAST_PX` wide and high, (n,); nan where the target is
+        absent."""
         return overlaps(self.centers, widened(self.sizes), self.truth_centers, widened(self.truth_sizes))
 
     @cached_property
@@ -233,5 +234,5 @@ _ARRAYS = tuple(field.name for field in fields(Trace))
 
 @cache
 def _dtype_name(dtype: np.dtype[Any]) -> str:
-    """Return the name of a dtype, cached, as numpy builds it anew each time, half of the time of a digest."""
+    """Return the name of a dtype, cached, since numpy builds the name anew in half of the time of a digest."""
     return str(dtype)

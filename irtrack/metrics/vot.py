@@ -4,10 +4,11 @@ A tracker is started in several frames of a sequence (anchors) and runs from eac
 backwards, to its beginning. Kristan et al., "The eighth visual object tracking VOT2020 challenge results",
 ECCV Workshops 2020, section 3; details as in vot-toolkit 0.9 (analysis/multistart.py), which these figures follow:
 
-A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A frame
-without a target ends such a row. The progress of a run is its number of frames before the failure. It includes the
-start frame, with an overlap of 0; therefore a perfect tracker has an accuracy below 1, and below its EAO. The toolkit's
-"burn-in" of 10 frames excludes no frame in this mode: it only clips boxes to the image before they are compared.
+A run fails where ten successive frames have an overlap of 0.1 or less; the failure is the first of the ten. A frame
+without a target ends the sequence of low overlaps. The progress of a run is its number of frames before the failure.
+The progress includes the start frame, with an overlap of 0, so that the accuracy of a perfect tracker is below 1 and
+below its EAO. The toolkit's "burn-in" of 10 frames excludes no frame in this mode: it only clips boxes to the image
+before they are compared.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ GRACE = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchorRun:
-    """Run from one anchor: overlap (n,) 0..1 of each frame, and whether the target was present (n,) bool.
+    """Run from one anchor: overlap (n,) 0..1 of each frame, and True where the target was present (n,).
 
     The first frame is the start, whose overlap is not used.
     """
@@ -75,7 +76,7 @@ def vot(sequences: Sequence[Sequence[AnchorRun]], lengths: Sequence[int], low: i
     """Return the VOT metrics over sequences; `sequences`: runs of each; `lengths`: number of frames of each.
 
     low, high   bounds of the sequence length, frames, over which the expected average overlap is averaged (VOT takes
-                the interval that contains half of its sequences; state yours beside the result)
+                the interval that contains half of its sequences; publish the bounds with the result)
     """
     progress = np.array([sum(run.progress for run in runs) for runs in sequences], dtype=np.float64)
     frames = np.array([sum(len(run.overlap) for run in runs) for runs in sequences], dtype=np.float64)
@@ -91,7 +92,7 @@ def expected_overlap(runs: Sequence[AnchorRun], high: int) -> Floats:
     """Return the expected average overlap of sequences of 0 .. high - 1 frames after the start, (high,).
 
     At each length it is the mean over runs at least as long, and over failed runs, whose overlap is 0 from the failure
-    on. A run that ends without failure does not enter at greater lengths. It is 0 where no run enters.
+    on. A run that ends without failure does not enter at greater lengths. The overlap is 0 at lengths without runs.
     """
     totals, counts = np.zeros(high), np.zeros(high)
     lengths = np.arange(1, high)
@@ -123,9 +124,9 @@ def run_anchors(
     """Run a tracker from each anchor of a source to the farther end; return the runs, for `irtrack.metrics.vot`.
 
     Anchors are the frames 0, `every`, 2 `every`, ... and the last frame. An anchor in which less than half of the
-    target is visible moves to the next frame in which at least half is, or is left out without such a frame. The
-    tracker runs forwards from anchors in the first half of the source and backwards from the others; in each run its
-    frames are numbered from 0.
+    target is visible moves to the next frame with at least half visible; without a later frame of this kind it is left
+    out. The tracker runs forwards from anchors in the first half of the source and backwards from the others; in each
+    run its frames are numbered from 0.
 
     target, input, seed   as in `irtrack.run`. InputError for wrong input, TrackerError for an error of the tracker.
     """

@@ -56,11 +56,19 @@ AN = Paper(
     claims=claims(
         FALSE,
         ("The mean over all particles leads to loss.", "section 2", loses("mean wide")),
-        ("The mean over those of large weight keeps the target.", "abstract", holds("restrained wide")),
-        ("It is off in fewer frames than that mean.", "abstract", less(off_share, "restrained wide", "mean wide")),
+        ("The mean over particles of large weight keeps the target.", "abstract", holds("restrained wide")),
+        (
+            "The restrained mean is off in fewer frames than the full one.",
+            "abstract",
+            less(off_share, "restrained wide", "mean wide"),
+        ),
         ("The MAP needs many particles.", "section 2", less(error_all, "MAP wide, N = 400", "MAP wide, N = 25")),
-        ("It is nearer to the target than that mean.", "section 2", less(error_all, "restrained wide", "mean wide")),
-        ("It is nearer than the largest weight.", "section 2", less(error_all, "restrained wide", "MAP wide")),
+        (
+            "The restrained mean is nearer to the target than the full one.",
+            "section 2",
+            less(error_all, "restrained wide", "mean wide"),
+        ),
+        ("The restrained mean is nearer than the MAP.", "section 2", less(error_all, "restrained wide", "MAP wide")),
     ),
     untested=(
         Untested("Faces are tracked more accurately.", "abstract", "no frame survives; here are two warm ellipses"),
@@ -103,10 +111,12 @@ CUI = Paper(
         for words, figure in (("find the target more often", missed), ("are wrong less often", false_alarms))
         for label in ("SVD alone", "PF alone")
         for claim in claims(
-            scene, (f"Together they {words} than {label}.", "abstract", less(figure, "SVD and PF", label))
+            scene, (f"Both together {words} than {label}.", "abstract", less(figure, "SVD and PF", label))
         )
     ),
-    untested=(Untested("Real sequences show it.", "abstract", "their numbers are lost; see the real recordings"),),
+    untested=(
+        Untested("Real sequences show the same.", "abstract", "their numbers are lost; see the real recordings"),
+    ),
     sweeps=(
         Sweep(
             "Detection and false alarms against SCR",
@@ -122,9 +132,9 @@ CAMSHIFT = Paper(
     key="camshift",
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
-        "Of this source a fragment survives, on faces and colour; here grey levels, and scenes of other sources: an "
-        "aircraft that is hidden, and two like persons who cross. The comparison is with mean shift alone, without "
-        "prediction."
+        "A fragment of this source survives, on faces and colour. The scenes are those of other sources, in grey "
+        "levels: an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift "
+        "alone, without prediction."
     ),
     experiments=tuple(
         Experiment(scene, title, {"camshift_kalman": "camshift_kalman", "mean_shift": "mean_shift"})
@@ -135,9 +145,9 @@ CAMSHIFT = Paper(
         for scene, words in ((HIDDEN, "after an occlusion of the target"), (CROSSED, "where another overlaps it"))
         for claim in claims(
             scene,
-            (f"It goes on {words}.", "introduction", holds("camshift_kalman")),
+            (f"The tracker goes on {words}.", "introduction", holds("camshift_kalman")),
             (f"Prediction is decisive {words}.", "introduction", less(off_share, "camshift_kalman", "mean_shift")),
         )
     ),
-    untested=(Untested("Colour and light do not disturb it.", "introduction", "infrared has no colour"),),
+    untested=(Untested("Colour and light do not disturb the tracker.", "introduction", "infrared has no colour"),),
 )

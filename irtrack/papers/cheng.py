@@ -44,22 +44,34 @@ def on_both(scene: Scene) -> tuple[Claim, ...]:
         ("32 levels do as well as 256.", "section 3", nearly(off_share, "grey_pf", "256 bins", 0.05)),
         ("16 levels do as well as 32.", "section 3", nearly(off_share, "16 bins", "grey_pf", 0.05)),
         ("Fewer levels save time.", "section 3", less(cpu, "grey_pf", "256 bins")),
-        ("More particles make it more robust (400 for 100).", "section 3", less(off_share, "N = 400", "grey_pf")),
-        ("Fewer particles make it less robust (25 for 100).", "section 3", less(off_share, "grey_pf", "N = 25")),
+        (
+            "More particles make the filter more robust (400 for 100).",
+            "section 3",
+            less(off_share, "N = 400", "grey_pf"),
+        ),
+        (
+            "Fewer particles make the filter less robust (25 for 100).",
+            "section 3",
+            less(off_share, "grey_pf", "N = 25"),
+        ),
         ("More particles take more time.", "section 3", less(cpu, "grey_pf", "N = 400")),
         ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by KLD", "grey_pf")),
         ("Choosing N in each frame helps.", "sections 3, 4", less(off_share, "N by Neff", "grey_pf")),
         ("Small noise fails in manoeuvres.", "section 2.4", less(off_share, "fixed R = 4", "fixed R = 1")),
         ("Large noise needs more particles.", "section 2.4", less(off_share, "fixed R = 12, N = 400", "fixed R = 12")),
         ("Adaptive noise is more robust than fixed noise.", "section 2.4", less(off_share, "grey_pf", "fixed R = 4")),
-        ("Updating the reference makes it more robust.", "section 2.4", less(off_share, "grey_pf", "no update")),
+        (
+            "Updating the reference makes the filter more robust.",
+            "section 2.4",
+            less(off_share, "grey_pf", "no update"),
+        ),
         (
             "Damping the motion by .7 does as well.",
             "section 2.1",
             nearly(off_share, "damped", "grey_pf", 0.05),
         ),
         *(
-            (f"It is better than {words}.", "sections 3, 4", less(off_share, "grey_pf", label))
+            (f"The filter is better than {words}.", "sections 3, 4", less(off_share, "grey_pf", label))
             for label, words in rivals.items()
         ),
     )
@@ -110,7 +122,7 @@ CHENG = Paper(
     ),
     claims=(
         *claims(SKY, ("The filter follows the manoeuvring, deforming aircraft.", "section 3", holds("grey_pf"))),
-        *claims(GROUND, ("It follows the tank in strong clutter.", "section 3", holds("grey_pf"))),
+        *claims(GROUND, ("The filter follows the tank in strong clutter.", "section 3", holds("grey_pf"))),
         *claims(HALF_HIDDEN, ("Grey levels tolerate partial occlusion.", "section 2.2", holds("grey_pf"))),
         *claims(TURNING, ("Grey levels tolerate rotation and deformation.", "section 2.2", holds("grey_pf"))),
         *claims(
@@ -122,14 +134,18 @@ CHENG = Paper(
         *claims(
             GROUND,
             ("Template matching follows the tank.", "section 3", holds("template")),
-            ("It is slower than the particle filter there.", "section 3", less(cpu, "grey_pf", "template")),
+            ("Template matching is slower than the particle filter.", "section 3", less(cpu, "grey_pf", "template")),
             ("Optical flow cannot follow the tank in clutter.", "section 3", loses("optical_flow")),
         ),
         *(claim for of in (nearer_at_first, on_both) for scene in (SKY, GROUND) for claim in of(scene)),
     ),
     untested=(
         Untested("Learned motion models adapt poorly.", "section 2.1", "no tracker here learns a motion model"),
-        Untested("Other sampling would improve it.", "section 4", "none is named; those of grey_pf are switches below"),
+        Untested(
+            "Other sampling would improve the filter.",
+            "section 4",
+            "the paper names none; the switches below show those of grey_pf",
+        ),
     ),
     switches=switches(SKY, *MECHANISMS) + switches(GROUND, *MECHANISMS),
 )

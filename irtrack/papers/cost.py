@@ -6,7 +6,7 @@ from irtrack.papers.experiment import BETTER, Paper, Scene, Sweep, claims
 from irtrack.papers.rules import cpu, less
 
 SEEDS = 5
-"""Number of seeds: few suffice, since times vary little."""
+"""Number of seeds; few are enough, since times vary little."""
 FRAMES = 40
 METRES_A_PX = 2050 * 0.5e-3
 """Metres per pixel at the target of cheng-sky: its distance, m, times the angle of a pixel, rad."""
@@ -37,7 +37,8 @@ def scene(window: tuple[int, int], size: tuple[int, int]) -> Scene:
 
 
 def with_particles(n: int) -> dict[str, str]:
-    """Return the specs of the filters at N particles in all, two thirds of them in the cascade's first layer."""
+    """Return the specs of the filters at N particles in total; the first layer of the cascade has two thirds of
+    them."""
     n2 = n // 3
     return {name: f"{name}:particles={n}" for name in ONE_LAYER} | {"cascade_pf": f"cascade_pf:n1={n - n2}:n2={n2}"}
 

@@ -28,7 +28,7 @@ OURS = {name: name for name in TRACKERS} | {
 
 CONTEXT = 3
 THEIRS = {name: name for name in PEERS} | {f"{name} {CONTEXT}x": f"{name}:context={CONTEXT}" for name in PEERS}
-"""External trackers, with the tight start box and with a box of CONTEXT times its sides: some fail with a tight box."""
+"""External trackers, each with the tight start box and with sides CONTEXT times as long: some fail with a tight box."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Claim:
-    """Claim of a paper, where the paper makes it, the scene, and the rule that tests the claim with each seed."""
+    """Claim of a paper, its place in the paper, the scene, and the rule that tests the claim with each seed."""
 
     text: str
     place: str
@@ -178,7 +178,7 @@ class Switch:
 
 
 def switches(scene: Scene, *stated: tuple[str, str, str | Choice]) -> tuple[Switch, ...]:
-    """Return the ablations on one scene from (mechanism, with it, without it)."""
+    """Return the ablations on one scene from (mechanism, spec with it, spec without it)."""
     return tuple(Switch(mechanism, scene, with_it, without) for mechanism, with_it, without in stated)
 
 

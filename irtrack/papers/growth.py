@@ -2,9 +2,8 @@
 
     x_k = x_{k-1} / 2 + 25 x_{k-1} / (1 + x_{k-1}^2) + 8 cos(1.2 k) + w_k,   y_k = x_k^2 / 20 + v_k
 
-(Gordon, Salmond, Smith, IEE Proceedings F 140, 1993, section 4.1, there with k - 1 in the cosine.) The paper prints
-only the variances of w, 10, and of v, 1. Here k counts from 1, and x_0 is normal with variance 2 for truth and
-particles.
+(Gordon, Salmond, Smith, IEE Proceedings F 140, 1993, section 4.1, with k - 1 in the cosine.) The paper prints only the
+variances of w, 10, and of v, 1. Here k counts from 1, and x_0 is normal with variance 2 for truth and particles.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ class GrowthFilter:
     """Particle filter with systematic resampling; by default the bootstrap filter.
 
     particles  N
-    share      Np / N: share of the particles, those of largest weight, that is averaged and resampled (Li, Li 2014,
+    share      Np / N: share of the particles that are averaged and resampled, those of largest weight (Li, Li 2014,
                section 2: .56); 1: all particles
     threshold  Nth / N: particles are resampled where Neff is below Nth (section 4.3: 2/3); 1: at every step
     restoring  weights after resampling, see `irtrack.filters.resampling.after_selection`

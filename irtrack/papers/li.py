@@ -84,23 +84,27 @@ LI = Paper(
         *claims(
             AIRCRAFT,
             ("The fusion keeps the aircraft through its occlusion.", "section 5.2", holds(FUSION)),
-            ("It is back at once.", "section 5.2 (from frame 28 on)", back_in_time(FUSION)),
-            ("It passes the flicker of frame 74.", "section 5.2", on_target(FUSION, 74, 80)),
-            ("The standard particle filter loses it.", "figure 4 (a)", loses(STANDARD)),
-            ("Particle filter and mean shift lose it.", "figure 4 (b)", loses(SHIFT)),
+            ("The fusion is back at once after the occlusion.", "section 5.2 (from frame 28 on)", back_in_time(FUSION)),
+            ("The fusion passes the flicker of frame 74.", "section 5.2", on_target(FUSION, 74, 80)),
+            ("The standard particle filter loses the aircraft.", "figure 4 (a)", loses(STANDARD)),
+            ("Particle filter and mean shift lose the aircraft.", "figure 4 (b)", loses(SHIFT)),
             (
-                "Its coefficient falls below .2 when hidden.",
+                "The coefficient of a hidden target is below .2.",
                 "figure 6",
                 at_most(score_between(20, 30), FUSION, 0.2),
             ),
-            ("It takes 48.12 s, the standard filter 9.67 s.", "section 5.2", times(cpu, FUSION, SLOWER, STANDARD)),
-            ("It tracks in real time.", "section 6", at_most(cpu, FUSION, FRAME_MS, " ms (50 Hz)")),
+            (
+                "The fusion takes 48.12 s, the standard filter 9.67 s.",
+                "section 5.2",
+                times(cpu, FUSION, SLOWER, STANDARD),
+            ),
+            ("The fusion tracks in real time.", "section 6", at_most(cpu, FUSION, FRAME_MS, " ms (50 Hz)")),
         ),
         *claims(
             PEDESTRIAN,
             ("The fusion follows the pedestrian.", "section 5.2", holds(FUSION)),
             ("The standard particle filter cannot.", "section 5.2", loses(STANDARD)),
-            ("Its error is below that of the standard PF.", "section 5.2", less(error_all, FUSION, STANDARD)),
+            ("The fusion's error is below that of the standard PF.", "section 5.2", less(error_all, FUSION, STANDARD)),
         ),
         *(
             claim
@@ -110,7 +114,7 @@ LI = Paper(
                 ("The gradient cue helps before clutter.", "section 3.3", less(off_share, FUSION, "grey alone")),
                 ("Shares by confidence help.", "sections 4.1, 6", less(off_share, FUSION, "equal shares")),
                 ("Weight selection helps.", "section 6", less(off_share, FUSION, "all weights")),
-                ("Updating only at high likeness helps.", "section 4.2", less(off_share, FUSION, "always updated")),
+                ("Updates only at high similarity help.", "section 4.2", less(off_share, FUSION, "always updated")),
             )
         ),
     ),

@@ -44,8 +44,8 @@ from irtrack.papers.tables import (
 )
 from irtrack.papers.verdicts import RULE, Effect, GoalResult, Verdict, compare_peers, effect, judge_goal, verdict
 from irtrack.papers.xue import XUE
+from irtrack.report.line_styles import LineStyle, styles
 from irtrack.report.page import render
-from irtrack.report.plots import LineStyle, styles
 
 PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
 PARTS = (*(paper.key for paper in PAPERS), "growth", "hard")
@@ -55,7 +55,7 @@ PAGE = "sources.html"
 
 @dataclass(frozen=True)
 class ExperimentPart:
-    """Table and charts of an experiment, with the figures that the scenario's head states."""
+    """Table and charts of an experiment, with the figures stated at the head of the scenario."""
 
     experiment: Experiment
     head: tuple[str, ...]

@@ -23,7 +23,8 @@ def _variance(words: str, name: str) -> Figure:
 
 
 def _tracking(words: str, hit: Callable[[np.ndarray], np.ndarray], missing: bool = False) -> Figure:
-    """Return the share of scored frames with status `tracking` and a centre error that fulfils `hit`, or 1 - it."""
+    """Return the share of scored frames with status `tracking` and a centre error that passes `hit`; `missing`: 1 -
+    share."""
 
     def of(run: Run) -> float | None:
         trace = run.trace
@@ -54,7 +55,7 @@ off_share = _score("share of frames off", "off_share")
 cpu = _score("CPU time", "cpu_ms_median")
 """Median CPU time of a step, ms. Other programs on the machine do not lengthen it."""
 wall = _score("wall time", "ms_median")
-"""Median wall time of a step, ms. An external tracker takes no CPU time of this process."""
+"""Median wall time of a step, ms, for external trackers, which take no CPU time of this process."""
 detected = _tracking("detections", lambda errors: errors <= OFF_PX)
 missed = _tracking("missed detections", lambda errors: errors <= OFF_PX, missing=True)
 false_alarms = _tracking("false alarms", lambda errors: errors > OFF_PX)

@@ -14,7 +14,8 @@ from irtrack.papers.experiment import Experiment, Figure, Paper, Printed, Run, S
 from irtrack.papers.growth import PARTICLES, FilterRuns, GrowthResult
 from irtrack.papers.rules import cpu, off_share, wall
 from irtrack.papers.runs import SceneRuns
-from irtrack.report.plots import Axis, Line, LineStyle, error_chart, line_chart, styles
+from irtrack.report.line_styles import LineStyle, styles
+from irtrack.report.plots import Axis, Line, error_chart, line_chart
 
 SMALL = (450, 280)
 UNPRINTED = Printed()

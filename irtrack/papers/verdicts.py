@@ -41,7 +41,8 @@ class Judgement(NamedTuple):
 
 
 def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
-    """Judge whether a claim holds in more than the share `wanted` of all seeds; an answer None does not decide."""
+    """Judge if a claim holds in more than the share `wanted` of all seeds; seeds with the answer None are not
+    counted."""
     decided = [answer for answer in answers if answer is not None]
     yes, count = sum(decided), len(decided)
     low, high = wilson(yes, count, LEVEL)
@@ -68,7 +69,7 @@ def _needed(seeds: int | None) -> str:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict: a claim, where the paper makes it, the name of the scene, the rule in words, and the judgement."""
+    """Verdict: a claim, its place in the paper, the name of the scene, the rule in words, and the judgement."""
 
     text: str
     place: str

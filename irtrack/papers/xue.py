@@ -81,7 +81,7 @@ def paper_claims(scene: Scene) -> tuple[Claim, ...]:
     product = "The cascade takes as long as the product of both likelihoods at N = N1 + N2."
     printed = [
         (
-            f"Its {figure.words} is the printed one.",
+            f"The cascade's {figure.words} is as printed.",
             at_most(unless_lost(figure), "cascade_pf", limit, " (runs not lost)"),
         )
         for figure, limit in limits
@@ -89,16 +89,20 @@ def paper_claims(scene: Scene) -> tuple[Claim, ...]:
     return claims(
         scene,
         ("The cascade follows the target stably.", "section 4", holds("cascade_pf")),
-        ("Mean shift with a particle filter loses it.", "section 4", loses("mean_shift_pf")),
+        ("Mean shift with a particle filter loses the target.", "section 4", loses("mean_shift_pf")),
         *((text, table, rule) for text, rule in printed),
-        ("Its error is below that of mean shift with PF.", table, less(error_all, "cascade_pf", "mean_shift_pf")),
-        ("In most frames its error is the smaller one.", chart, mostly_nearer("cascade_pf", "mean_shift_pf")),
-        ("It is faster than mean shift with PF.", table, less(cpu, "cascade_pf", "mean_shift_pf")),
+        (
+            "The cascade's error is below that of mean shift with PF.",
+            table,
+            less(error_all, "cascade_pf", "mean_shift_pf"),
+        ),
+        ("In most frames the cascade's error is the smaller.", chart, mostly_nearer("cascade_pf", "mean_shift_pf")),
+        ("The cascade is faster than mean shift with PF.", table, less(cpu, "cascade_pf", "mean_shift_pf")),
         ("The ring makes the high-pass fast.", "section 1.1", less(cpu, "cascade_pf", "full high-pass")),
         ("The high-pass reduces noise and clouds.", "section 1", less(off_share, "cascade_pf", "no high-pass")),
         ("The velocity cue helps.", "sections 0, 5", less(off_share, "cascade_pf", "no velocity")),
         (product, "section 3.2", nearly(cpu, "cascade_pf", "product_pf", 0.1, relative=True)),
-        ("It is more robust than that product.", "section 3.2", less(error_all, "cascade_pf", "product_pf")),
+        ("The cascade is more robust than the product.", "section 3.2", less(error_all, "cascade_pf", "product_pf")),
     )
 
 
@@ -106,7 +110,7 @@ AT_FRAMES = claims(
     GROUND,
     ("Mean shift with PF fails at the neighbour of frame 83.", "section 4.2", loses_about("mean_shift_pf", 83, 10)),
     ("The cascade passes that neighbour.", "section 4.2", on_target("cascade_pf", 84, 128)),
-    ("It passes the crossing of frame 129.", "section 4.2", on_target("cascade_pf", 135, 199)),
+    ("The cascade passes the crossing of frame 129.", "section 4.2", on_target("cascade_pf", 135, 199)),
 )
 
 
@@ -135,7 +139,7 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("grey cue", cascade, f"{cascade}:cues=velocity"),
         ("speed by the eigenvalue against its root", cascade, f"{cascade}:velocity=sqrt_lambda"),
         ("velocity by PCA against least squares", cascade, f"{cascade}:velocity=least_squares"),
-        ("normal spread against an even disc", cascade, f"{cascade}:propagation=disc"),
+        ("normal spread against a uniform disc", cascade, f"{cascade}:propagation=disc"),
         ("model update", cascade, f"{cascade}:update=never"),
         ("cascade against product, equal N and, see the claim above, equal time", cascade, product),
         ("mean shift", shift, f"{cascade}:high_pass=none:cues=grey"),
@@ -153,8 +157,8 @@ XUE = Paper(
         "time at N = N1 + N2, for the high-pass takes most of it: equal N is equal time as well."
     ),
     experiments=(
-        experiment(SKY, "First experiment: an aircraft among clouds of like grey"),
-        experiment(GROUND, "Second experiment: a vehicle, a neighbour of like grey, a crossing"),
+        experiment(SKY, "First experiment: an aircraft among clouds of similar grey"),
+        experiment(GROUND, "Second experiment: a vehicle, a neighbour of similar grey, a crossing"),
     ),
     claims=paper_claims(SKY) + paper_claims(GROUND) + AT_FRAMES,
     untested=(

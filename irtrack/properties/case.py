@@ -14,7 +14,8 @@ import irsim
 from irsim import strategies
 from irsim.rng import stream
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.types import Estimate, Estimates, Tracker, fault
+from irtrack.types import Estimate, Estimates, Tracker
+from irtrack.validity import fault
 
 SIZE, FRAMES = (128, 96), 30
 BACKGROUND_GREY, TARGET_GREY = 51, 176

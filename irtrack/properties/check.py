@@ -66,7 +66,7 @@ def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
     """Test a property and return its outcome, which is the same at each call."""
     found, silent = _Found(), set[str]()
 
-    @seed(crc32(prop.name.encode()))  # derandomize would depend on the source text of this function
+    @seed(crc32(prop.name.encode()))  # Hypothesis' `derandomize` would seed by the source text of this function
     @settings(
         max_examples=max(prop.examples * (NIGHTLY if profile == "nightly" else 1), 1),
         database=None,

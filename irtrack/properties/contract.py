@@ -173,7 +173,7 @@ def memory_layout(case: Case) -> None:
 def time_invariant(case: Case) -> None:
     """The same pictures an hour later, with other frame numbers, give the same estimates."""
     clip = case.clip()
-    later = replace(clip, times=clip.times + 4096.0, first=100_000)  # exact: a power of two
+    later = replace(clip, times=clip.times + 4096.0, first=100_000)  # a power of two, so that the sums are exact
     _expect_rounding(walk(case.tracker, later), walk(case.tracker, clip), "an hour later")
 
 

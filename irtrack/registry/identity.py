@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import hashlib
 import importlib
@@ -12,17 +11,15 @@ import math
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from functools import cache
-from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
 
-import irsim._native
 from irsim.config.base import Part
 from irtrack.errors import InputError, IrtrackError
+from irtrack.registry.imports import counted_file, with_imports
 from irtrack.tracks import MultiTracker
 from irtrack.types import Detector, Tracker
 
@@ -34,8 +31,6 @@ _AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 
 _LOCATION = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
 """Attributes of a class that hold its position in a file, or its documentation, and do not enter the hash."""
-_KERNELS = "irtrack._native"
-"""Package of the C kernels, whose source files enter the hash, compiled or not."""
 
 
 def tracker_name(tracker: Runnable) -> str:
@@ -49,9 +44,9 @@ def tracker_name(tracker: Runnable) -> str:
 def tracker_config(tracker: Runnable) -> dict[str, Any]:
     """Return {"tracker": name, "parameters": {...}} as JSON holds it, and "needs" where it needs more than pictures.
 
-    Parameters are a Part's or a dataclass' fields, else the object's attributes. An array is its dtype, shape and a
-    digest of its bytes, an infinity as in YAML, any other object its repr. InputError where a repr does not identify
-    the value.
+    Parameters are the fields of a Part or dataclass, else the object's attributes. An array is written as dtype, shape
+    and a digest of its bytes, an infinity as in YAML, any other object as its repr. InputError where a repr does not
+    identify the value.
     """
     name, parameters, needs = tracker_name(tracker), _fields(tracker), tracker_needs(tracker)
     plain = {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}
@@ -147,11 +142,10 @@ def _plain(value: Any, place: str) -> Any:
 
 
 def weights_digest(tracker: Any) -> str:
-    """Return a hex digest of what decides a run besides parameters and code; '' where there is nothing.
+    """Return a hex digest of all files that decide a run besides parameters and code; '' where there are none.
 
-    This is the content of the files that a tracker or detector declares (`weights`, an attribute or property: a path
-    or several), and for a tracker on a detector (`detector_used`) that detector's code and files. InputError where a
-    file is missing.
+    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several); for
+    a tracker on a detector (`detector_used`) also that detector's code and files. InputError where a file is missing.
     """
     parts: list[str] = []
     used = getattr(tracker, "detector_used", None)
@@ -181,7 +175,7 @@ def code_hash(tracker: Runnable) -> str:
         for part in sorted(set(_compiled(kind, kind.__module__, {}))):
             digest.update(part.encode() + b"\0")
         return digest.hexdigest()
-    return _files_hash(_with_imports(file, kind.__module__))
+    return _files_hash(with_imports(file, kind.__module__))
 
 
 def module_code_hash(module: str) -> str:
@@ -189,7 +183,7 @@ def module_code_hash(module: str) -> str:
     spec = importlib.util.find_spec(module)
     assert spec is not None
     assert spec.origin is not None
-    return _files_hash(_with_imports(Path(spec.origin), module))
+    return _files_hash(with_imports(Path(spec.origin), module))
 
 
 def _files_hash(paths: set[Path]) -> str:
@@ -236,9 +230,9 @@ def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[s
 
 def _imported_module(module: str) -> Iterator[str]:
     """Yield the hash of a module and its imports, as a text for the hash of a tracker typed at a prompt."""
-    file = _counted_file(module, "")
+    file = counted_file(module, "")
     if file is not None:
-        yield f"{module} {_files_hash(_with_imports(file, module))}"
+        yield f"{module} {_files_hash(with_imports(file, module))}"
 
 
 def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
@@ -264,70 +258,3 @@ def _names(code: CodeType) -> Iterator[str]:
     for each in code.co_consts:
         if isinstance(each, CodeType):
             yield from _names(each)
-
-
-def _with_imports(path: Path, module: str) -> set[Path]:
-    """Return the files that make up the hash of a tracker: its own, and those that it imports, directly or not."""
-    found = {path}
-    waiting = [(path, module)]
-    while waiting:
-        path, module = waiting.pop()
-        if path.suffix != ".py":
-            continue
-        package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-        for name in _imports(path.read_bytes(), package):
-            file = _counted_file(name, module)
-            if file is not None and file not in found:
-                found.add(file)
-                waiting.append((file, name))
-                if name == _KERNELS:
-                    found.update(file.parent.glob("*.[ch]"))
-                    found.update(Path(irsim._native.__file__).parent.glob("*.h"))
-    return found
-
-
-@cache
-def _imports(source: bytes, package: str) -> tuple[str, ...]:
-    """Return the names imported by a source text, to find the modules that enter the hash of a tracker."""
-    found: list[str] = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = ".".join(package.split(".")[: 1 - node.level or None]) if node.level else ""
-            origin = ".".join(part for part in (base, node.module) if part)
-            found += [origin, *(f"{origin}.{alias.name}" for alias in node.names)]
-    return tuple(found)
-
-
-def _counted_file(name: str, importer: str) -> Path | None:
-    """Return the file of a module if it enters the hash of a tracker in module `importer`; None otherwise."""
-    top = name.partition(".")[0]
-    if top in sys.stdlib_module_names or top == "irsim":
-        return None
-    package = _spec(top)
-    if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
-        return None  # its submodules are not searched, which would import it
-    if name.startswith(f"{_KERNELS}."):
-        return None  # its source file enters the hash, compiled here or not
-    spec = package if name == top else _spec(name)
-    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
-        return None
-    return Path(spec.origin)
-
-
-def _spec(name: str) -> ModuleSpec | None:
-    """Return the import spec of a module, importing its parent packages; None where no such module exists."""
-    parent = name.rpartition(".")[0]
-    try:
-        if parent and not hasattr(importlib.import_module(parent), "__path__"):
-            return None  # `name` is a name in a module, not a module
-        return importlib.util.find_spec(name)
-    except Exception:  # an imported module need not exist, and may raise anything
-        return None
-
-
-def _is_installed(package: ModuleSpec) -> bool:
-    """Return whether a package lies in a folder of pip (site-packages) or Debian (dist-packages)."""
-    places = [*(package.submodule_search_locations or ()), package.origin or ""]
-    return any(folder in Path(place).parts for place in places for folder in ("site-packages", "dist-packages"))

@@ -31,12 +31,13 @@ from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
 from irtrack.trackers.change_kalman import ChangeKalman
 from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
+from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
 from irtrack.trackers.mht import MHT
-from irtrack.trackers.multi_target import GNN, JPDA
 from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
@@ -105,7 +106,9 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     try:
         with redirect_stdout(sys.stderr):
             adapted = _adapted(cls, given)
-            made = cls(**given) if adapted is None else adapted.again()  # wrong arguments are an error now
+            made = (
+                cls(**given) if adapted is None else adapted.again()
+            )  # raises for wrong arguments here, not at the first frame
     except (Exception, SystemExit) as error:  # a user's class may raise anything
         plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
@@ -124,7 +127,7 @@ def of(tracker: object) -> Tracker:
 
 
 def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Plain | PlainMany | None:
-    """Return the adapter of a plain class; None of any other."""
+    """Return the adapter of a plain class; None for any other class."""
     if is_plain_many(kind):
         return PlainMany.made(kind, parameters)
     return Plain.made(kind, parameters) if is_plain(kind) else None
@@ -167,7 +170,7 @@ def _command(name: str) -> dict[str, object]:
 
 
 def describe(peers: Sequence[str] = ()) -> list[Row]:
-    """Return a row for every tracker that can be named, for `irtrack list`; of the peers, for those given."""
+    """Return the rows of `irtrack list`: one for every named tracker, of the peers only those given."""
     present = [
         *TRACKERS,
         *MULTI_TRACKERS,

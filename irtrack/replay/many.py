@@ -17,12 +17,13 @@ from irtrack.errors import InputError, TrackerError, whole_number
 from irtrack.registry.identity import tracker_config, tracker_name
 from irtrack.replay.replay import Clock, Posed, named, replay
 from irtrack.replay.start import Start
-from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, fault_of_tracks, stacked
-from irtrack.types import LEAST_PX, Detections, Detector, fault_of_detections
+from irtrack.tracks import DetectionSet, MultiTracker, TrackFrame, TrackSet, stacked
+from irtrack.types import LEAST_PX, Detections, Detector
+from irtrack.validity import fault_of_detections, fault_of_tracks
 
 
 class ManyPlayer:
-    """One tracker of many on a source, from frame 0 on, in which it reports nothing."""
+    """Replay of a source into one tracker of many targets. Frame 0 starts the tracker and gives no tracks."""
 
     def __init__(self, tracker: MultiTracker, seed: int = 0, label: str | None = None) -> None:
         self.tracker, self.seed = tracker, seed
@@ -69,7 +70,7 @@ class ManyPlayer:
 
 
 class DetectorPlayer:
-    """One detector on a source, from frame 0 on."""
+    """Replay of a source into one detector, from frame 0 on."""
 
     def __init__(self, detector: Detector, seed: int = 0, label: str | None = None) -> None:
         self.detector, self.seed = detector, seed
@@ -124,9 +125,9 @@ def run_many(
     label: str | None = None,
     frames: int | None = None,
 ) -> TrackSet:
-    """Run one tracker of many targets over one source, from frame 0 on; nobody gives it a box.
+    """Run one tracker of many targets over one source, from frame 0 on and without a start box.
 
-    tracker, source, parameters, input, seed   as of `irtrack.run`;  frames  at most so many
+    tracker, source, parameters, input, seed   as in `irtrack.run`;  frames  largest number of frames
 
     TrackerError for an error of the tracker, InputError for wrong input or a tracker of one target.
     """
@@ -171,8 +172,9 @@ AUTO_FRAMES = 100
 def auto_start(source: Source, input: Input, detector: str = "lcm") -> Start:
     """Return the first confirmed track of `gnn` on a detector, as the start of a tracker of one target.
 
-    Its target is the one of the ground truth that the track matches there (`irtrack.metrics.comparison`); None where
-    it matches none: a false start. InputError where no track is confirmed in the first `AUTO_FRAMES` frames.
+    Its `target` is the id in the ground truth that the track matches in this frame (`irtrack.metrics.comparison`), or
+    None for a false start, which matches no target. InputError where no track is confirmed in the first `AUTO_FRAMES`
+    frames.
     """
     player = ManyPlayer(cast(Any, named("gnn", {"detector": detector})))
     for frame, truth in source.pairs(0, min(AUTO_FRAMES, len(source)), input=input):
@@ -189,7 +191,7 @@ def auto_start(source: Source, input: Input, detector: str = "lcm") -> Start:
 
 
 def _target_at(truth: Truth, box: Box) -> str | None:
-    """Return the id of the nearest target whose centre is within the bound of "off" from a box; None without one."""
+    """Return the id of the target nearest to a box, if the centre error does not count as "off"; else None."""
     near = {
         each.id: apart
         for each in truth.targets

@@ -19,7 +19,8 @@ from irsim.types import Box, Frame, Input, Pose, Source, Truth
 from irtrack.errors import InputError, IrtrackError, TrackerError, error_line, whole_number
 from irtrack.registry.identity import Runnable, tracker_config, tracker_name, tracker_needs
 from irtrack.replay.start import Start, find_start
-from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
+from irtrack.types import Estimate, GivenTracker, Track, Tracker
+from irtrack.validity import fault
 
 Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""
@@ -29,11 +30,11 @@ Pair = tuple[Frame, Truth | None]
 
 BLOCK_FRAMES = 64
 BLOCK_BYTES = 16 * 2**20
-"""Frames shown to one tracker in a row: enough that its first step, with cold caches, counts little."""
+"""Number of frames passed to one tracker at a time: so many that its first step, with cold caches, counts little."""
 
 
 class Clock:
-    """Frames that one viewer saw, and the wall and CPU time of each of its steps."""
+    """Frames passed to one viewer (tracker or detector), and the wall and CPU time of each of its steps."""
 
     def __init__(self) -> None:
         self.indices: list[int] = []
@@ -42,7 +43,8 @@ class Clock:
         self.cpu_ms: list[float] = []
 
     def call(self, place: str, frame: Frame, work: Callable[[], Any]) -> Any:
-        """Return the answer of a step on a frame; TrackerError of its exceptions. Its output goes to standard error."""
+        """Return the answer of a step on a frame; TrackerError for its exceptions. Its output goes to standard
+        error."""
         try:
             with redirect_stdout(sys.stderr):
                 begin, begin_cpu = time.perf_counter(), time.process_time()
@@ -52,7 +54,7 @@ class Clock:
             raise
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-                raise  # Ctrl-C; where that is ignored, the tracker raised it
+                raise  # Ctrl-C of the user; workers ignore Ctrl-C, so that there the tracker raised it
             raise TrackerError(f"{place}: {error_line(error)}") from error
         self.indices.append(frame.index)
         self.times.append(frame.time)

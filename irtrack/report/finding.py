@@ -15,8 +15,8 @@ from irtrack.falsify.falsification import Failure, Falsification, SeedSensitivit
 from irtrack.falsify.outputs import JOURNAL, MINIMAL, REPLAY, REPORT
 from irtrack.falsify.rules import IMPLICIT, explain
 from irtrack.report.figure_data import failures, measured, source_figures
+from irtrack.report.line_styles import styles
 from irtrack.report.page import render, versions
-from irtrack.report.plots import styles
 from irtrack.report.repeat import run_command
 from irtrack.report.sections import Budget, section
 from irtrack.runner.pool import InProcess

@@ -95,10 +95,9 @@ def _finite(value: Any) -> Any:
 
 
 def as_csv(figures: Figures) -> str:
-    """Return a table with one value per line: part of the report, source, tracker, at (x within the part), metric,
-    value.
+    """Return a table with one value per line; `pandas.pivot` turns a part of the report into columns.
 
-    pandas.pivot extracts a part with its own columns.
+    Columns: part of the report, source, tracker, at (abscissa within the part), metric, value.
     """
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -208,7 +207,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Return text for Markdown: one line, without markup or the end of a cell."""
+    """Return text in one line of a Markdown cell: markup and cell separators are escaped."""
     flat = " ".join(text.split())
     for mark in "\\`*_[]<>|#":
         flat = flat.replace(mark, f"\\{mark}")

@@ -14,7 +14,7 @@ from irsim import IrsimError
 from irsim.types import SHOWN, Box, Image, Source
 from irtrack.bench import Results, RunRecord, SourceRow
 from irtrack.metrics import Trace
-from irtrack.report.plots import LineStyle
+from irtrack.report.line_styles import LineStyle
 from irtrack.report.repeat import reopen, run_command
 
 FRAMES = 6
@@ -24,10 +24,10 @@ CROP_SIZES, CROP_LEAST = 5.0, 40
 """Side of the crop in units of the target's larger side, and least side of the crop, px."""
 
 CROP_MARGIN = 1.2
-"""Least side of the crop in units of the extent of all its boxes."""
+"""Least side of the crop, in sides of the square around all its boxes."""
 
 THUMB_WIDTH = 320
-"""Largest width of the whole frame, px."""
+"""Largest width of the picture of the whole frame, px."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
 def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
     """Draw the pictures of one frame; `image`: the display picture, (rows, cols) uint8.
 
-    both   whether the crop contains the trackers' boxes as well as the target's
+    both   True: the crop contains the trackers' boxes, too, not only the target's
     """
     followers = tuple(followers)
     truth = next((box for follower in followers if (box := follower.truth(index))), None)
@@ -197,7 +197,7 @@ MOST = 48
 """Largest number of losses shown, taken from each tracker in turn."""
 
 AFTER = 3
-"""Number of frames from the loss to its picture, by which track and target are apart."""
+"""Number of frames from the loss to its picture, so that track and target are apart."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
 from irtrack.report.formats import lead
 from irtrack.report.frames import gallery
-from irtrack.report.plots import styles
+from irtrack.report.line_styles import styles
 from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Budget, chapters
 from irtrack.report.task_sections import task_sections

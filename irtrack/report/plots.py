@@ -1,10 +1,10 @@
-"""Line styles of the trackers, and charts as inline SVG."""
+"""Charts as inline SVG."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -16,35 +16,7 @@ from irtrack.metrics import Survival, Trace, mean_interval
 from irtrack.metrics.centre_error import PRECISION_PX, precision_curve
 from irtrack.metrics.lost import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, success_curve
-
-# The six hues of Okabe and Ito's palette for all kinds of colour vision (Color Universal Design,
-# 2008) that stand out on white and on black; its yellow and its black do not.
-HUES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-
-# Dash patterns (on and off lengths, px): further trackers repeat the hues with the next pattern.
-DASHES: tuple[tuple[float, ...], ...] = ((), (6, 3), (2, 2), (8, 2, 2, 2))
-
-
-@dataclass(frozen=True)
-class LineStyle:
-    """Colour '#rrggbb' and dash pattern, on and off lengths in px, empty for a solid line."""
-
-    color: str
-    dash: tuple[float, ...]
-
-    @property
-    def svg_dash(self) -> str:
-        """Dash pattern as SVG's stroke-dasharray."""
-        return " ".join(f"{length:g}" for length in self.dash) or "none"
-
-
-def styles(labels: Iterable[str]) -> dict[str, LineStyle]:
-    """Return a style for each label, in the given order."""
-    return {
-        label: LineStyle(HUES[index % len(HUES)], DASHES[index // len(HUES) % len(DASHES)])
-        for index, label in enumerate(labels)
-    }
-
+from irtrack.report.line_styles import LineStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -150,7 +150,8 @@ def _number(value: float, digits: int) -> float | None:
 
 
 class _Repeat:
-    """Run repeated to obtain its particles. It stops where the tracker has none, or differs from the measured run."""
+    """Run repeated to obtain its particles. It stops where the tracker has no particles, or an estimate differs from
+    the measured run."""
 
     def __init__(self, cell: RunRecord, trace: Trace, player: Player) -> None:
         self.label = cell.label

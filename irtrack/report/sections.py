@@ -15,7 +15,8 @@ from irsim.types import Source
 from irtrack.metrics.statistics import HALF
 from irtrack.report.figure_data import Measured, SeverityFigures, SourceFigures, source_figures
 from irtrack.report.frames import Follower, Still, moments, still
-from irtrack.report.plots import Axis, Line, LineStyle, Plots, line_chart, plots
+from irtrack.report.line_styles import LineStyle
+from irtrack.report.plots import Axis, Line, Plots, line_chart, plots
 from irtrack.report.repeat import render_command, reopen, run_command
 from irtrack.report.replays import Replay, replayed
 

@@ -13,7 +13,8 @@ from irtrack.bench.task_summary import SHOWN, TaskRow, task_summary
 from irtrack.metrics.detection import roc
 from irtrack.metrics.multiple import NOBODY
 from irtrack.metrics.tasks import ALL_FIGURES, Task
-from irtrack.report.plots import HUES, Axis, Line, LineStyle, line_chart
+from irtrack.report.line_styles import HUES, LineStyle
+from irtrack.report.plots import Axis, Line, line_chart
 from irtrack.report.repeat import run_command
 
 NOTHING = "–"
@@ -113,7 +114,7 @@ def _texts(row: TaskRow, shown: Sequence[str]) -> tuple[str, ...]:
 
 
 def _identities(results: Results, rows: Sequence[TaskRow], cells: Sequence[RunRecord]) -> list[Identities]:
-    """Return the identities of the first run of each tracker in the scene seed that they share."""
+    """Return the identities in one run of each tracker, the first on the scene seed that all trackers share."""
     sources = results.sources()
     found = []
     for row in rows:
@@ -129,7 +130,7 @@ def _identities(results: Results, rows: Sequence[TaskRow], cells: Sequence[RunRe
 def identity_lanes(
     matches: np.ndarray, present: np.ndarray, names: Sequence[str], frames: np.ndarray
 ) -> tuple[Lane, ...]:
-    """Return a lane for each target from the tracks (k, n) that it has, `NOBODY` where none; present (k, n)."""
+    """Return a lane for each of n targets over k frames; `matches` (k, n): id of the target's track, or `NOBODY`."""
     count = max(len(matches), 1)
     order = list(dict.fromkeys(matches[matches != NOBODY].tolist()))
     colors = {track: HUES[place % len(HUES)] for place, track in enumerate(order)}
@@ -180,5 +181,6 @@ def _roc_chart(
 
 
 def _at_rates(rates: Floats, found: Floats) -> Floats:
-    """Return the probability of detection at `RATES`: that of the largest rate that is not above."""
+    """Return the probability of detection at `RATES`, as a step function: at the largest measured rate not above
+    each."""
     return np.asarray(found[np.maximum(np.searchsorted(rates, RATES, side="right") - 1, 0)])

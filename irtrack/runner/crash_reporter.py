@@ -1,8 +1,8 @@
 """Crash reporter: another process reports the frame at which a tracker ended the process of `irtrack run`.
 
-A tracker may do so by `os._exit`, from native code, or by SIGKILL. The reporter is a copy of the process, made before
-threads and libraries, that sleeps until the first process ends; so the tracker stays in the process that debuggers and
-profilers see. It exists only on Linux: on other systems copying the process is not safe.
+A tracker may end it by `os._exit`, from native code, or by SIGKILL. The reporter is a copy of the process, forked
+before threads start and libraries load. It sleeps until the first process ends. The tracker stays in the first process,
+to which debuggers and profilers attach. It exists only on Linux: on other systems copying the process is not safe.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from irsim.types import Frame
 
 PROGRESS = struct.Struct("<?q")
-"""Progress in shared memory: whether the tracker is at work; index of its frame, or of the last one, -1 before the
-first."""
+"""Progress in shared memory: True while the tracker works on a frame; index of this frame or of the last one, or -1."""
 
 FRESH_LINE = b"\r\x1b[K\x1b[?25h"
 """Control sequence that clears the line and shows the cursor after a progress bar (ECMA-48; xterm's DECTCEM)."""

@@ -49,9 +49,8 @@ class InProcess:
 class Pool(ThreadPoolExecutor):
     """Runner in a fixed number of worker processes; a worker that hangs or dies is replaced.
 
-    As an executor it runs functions in as many threads of this process, each of which may `call` or `run` in a worker.
-    The calling script needs the guard ``if __name__ == "__main__"``. When the pool ends, also by Ctrl-C, its processes
-    end.
+    As an executor it runs functions in threads of this process, one for each worker; a thread may `call` or `run`. The
+    calling script needs the guard ``if __name__ == "__main__"``. The processes end with the pool, also after Ctrl-C.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -68,8 +67,8 @@ class Pool(ThreadPoolExecutor):
         """Return function(heartbeat, *arguments) from the next free worker, or raise its exception.
 
         A worker that dies by chance is replaced and the call repeated. TrackerLostError where the tracker at work hangs
-        or kills the processes; InputError where the work cannot be sent to another process; WorkerError, which begins
-        with `name`, where workers die while no tracker is at work.
+        or kills the processes; InputError where the arguments cannot be sent to another process; WorkerError, with a
+        text that begins with `name`, where workers die while no tracker is at work.
         """
         (answer,) = self.run(_call, [arguments], function, limit=limit, name=name)
         if isinstance(answer, Blame):
@@ -87,10 +86,10 @@ class Pool(ThreadPoolExecutor):
     ) -> list[Result | Blame]:
         """Return function(heartbeat, members, *arguments) from a worker, a list with a result for each member.
 
-        Members, such as trackers that share frames, run in one process; ``heartbeat.frame(index, number)`` tells which
-        one is at work. The result of a member that hangs or kills its processes is a `Blame`, and the others run again.
+        Members, such as trackers that share frames, run in one process; ``heartbeat.frame(index, number)`` records the
+        member at work. The result of a member that hangs or kills its processes is a `Blame`, and the others run again.
         Where a process dies while no member is at work, members run one at a time, since one may have damaged the
-        process. Before a member is blamed for this, `function` runs without members. Errors as in `call`.
+        process. Before a member is blamed for such a crash, `function` runs once without members. Errors as in `call`.
         """
         found: dict[int, Result | Blame] = {}
         crashes, together = CrashCount(name), True
@@ -144,7 +143,7 @@ class Pool(ThreadPoolExecutor):
 
 @contextmanager
 def start_runner(jobs: int, apart: bool) -> Iterator[Runner]:
-    """Yield a pool of `jobs` workers, or the runner in this process for one job that need not run `apart` from it."""
+    """Yield a pool of `jobs` workers, or, for one job without `apart`, the runner in this process."""
     if jobs == 1 and not apart:
         yield InProcess()
         return

@@ -1,4 +1,4 @@
-"""Watchdog of trackers in worker processes: a hang is noticed here, and a crash is blamed on a tracker.
+"""Watchdog of trackers in worker processes: detection of hangs, and attribution of crashes to a tracker.
 
 A worker writes the frame at work and its deadline into a `Heartbeat`, memory shared with the process that waits for
 it. The waiting process (`worker.Worker`) checks `Heartbeat.is_overdue`, and ends an overdue worker. `CrashCount`
@@ -18,7 +18,7 @@ from typing import Any, Literal
 from irtrack.errors import TrackerError, WorkerError
 
 MAX_CRASHES = 2
-"""Number of crashes after which a tracker is blamed; a single crash may be chance (memory, an operator)."""
+"""Number of crashes after which a tracker is blamed; a single crash may have another cause (memory, an operator)."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Heartbeat:
     def __init__(self, limit: Limit = NO_LIMIT, numbers: Any = None) -> None:
         self.limit = limit
         self.overdue = False
-        """Whether the last frame took longer than its limit."""
+        """True: the last frame took longer than its limit."""
         self._numbers = list(self.IDLE) if numbers is None else numbers
         self._spent_s: defaultdict[int, float] = defaultdict(float)
 
@@ -86,10 +86,10 @@ class WorkerDiedError(Exception):
     """A worker process ended, or was ended, before it answered.
 
     at        numbers of its `Heartbeat` when it ended
-    overdue   whether it was ended because its frame was past the deadline
-    moved     whether its heartbeat changed while it was being ended: it may have reached the next frame just in time
+    overdue   True: it was ended because its frame was past the deadline
+    moved     True: its heartbeat changed while it was being ended, so that the frame may have met its deadline
     how       how it ended, in words, such as 'SIGKILL'
-    went_on   whether it closed its pipe but did not end: its heartbeat does not tell which tracker closed the pipe
+    went_on   True: it closed its pipe but did not end; the tracker that closed the pipe is unknown
     """
 
     def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str, went_on: bool = False) -> None:
@@ -108,7 +108,7 @@ class WorkerDiedError(Exception):
 
     @property
     def hung(self) -> bool:
-        """Whether the worker was ended in the very frame that took too long."""
+        """True: the worker was ended in the frame that exceeded its limit."""
         return self.overdue and not self.moved
 
 
@@ -119,7 +119,7 @@ class Blame:
     frame    frame that it was working on, or had worked on last
     what     what the tracker did, in words
     at_work  False: no tracker was at work when the process ended, but this one was the only one in it; the source of
-             the frames may have ended it instead
+             the frames may be the cause
     """
 
     frame: int
@@ -128,7 +128,7 @@ class Blame:
 
 
 class TrackerLostError(TrackerError):
-    """A tracker killed the processes in which it ran, or hung; `limit` is the time limit that it had."""
+    """A tracker killed the processes in which it ran, or hung; `limit`: its time limit."""
 
     def __init__(self, blame: Blame, limit: Limit) -> None:
         super().__init__(f"frame {blame.frame}: {blame.what}")

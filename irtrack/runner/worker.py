@@ -34,8 +34,7 @@ SENDABLE = "a class at the top level of a module's file, which makes what cannot
 """Description, for messages, of trackers that can be sent to another process."""
 
 _reaping = threading.Lock()
-"""Lock by which one thread at a time reads exit statuses: each can be read once, and multiprocessing reads all when it
-starts a process."""
+"""Lock for reading exit statuses, which can be read only once; `multiprocessing` reads all when it starts a process."""
 
 
 class NotSentError(Exception):
@@ -57,8 +56,8 @@ def one_thread() -> Iterator[None]:
 
 
 class Worker:
-    """Worker: a process that runs one function after the other, started at the first call and replaced after it
-    died."""
+    """Worker: a process that runs functions one at a time; it is started by the first call and replaced when it
+    dies."""
 
     def __init__(self) -> None:
         self._process: _Process | None = None
@@ -74,7 +73,7 @@ class Worker:
             process = self._ready()
             process.send(work)
             answer = process.answer()
-        except BaseException:  # also Ctrl-C: the answer would be taken for that of the next call
+        except BaseException:  # also after Ctrl-C: the next call must not read this answer
             self._end()
             raise
         if isinstance(answer, BaseException):
@@ -139,7 +138,9 @@ class _Process:
         self.kill()
         if self._closed:  # by another thread
             return WorkerDiedError(at, overdue=False, moved=False, how="closed")
-        if code and code > 0 and not self._answered and at == Heartbeat.IDLE:  # no chance: the next one ends, too
+        if (
+            code and code > 0 and not self._answered and at == Heartbeat.IDLE
+        ):  # the cause is not chance: the next process would end, too
             raise IrtrackError(
                 f"a worker process ended as it began ({exit_status_text(code)}): a module that it imports ends it; a "
                 'script that starts workers is imported, too, and needs the guard if __name__ == "__main__":'
@@ -191,9 +192,9 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
     """Run each function from the pipe, and answer with its result or exception, until the pipe ends."""
     ignore_interrupts()  # the parent handles Ctrl-C
     cv2.setNumThreads(1)
-    np.random.seed()  # noqa: NPY002 - for trackers that use it: all copies of the fork server have one seed
+    np.random.seed()  # noqa: NPY002 - for trackers with global random numbers: copies of the fork server share one seed
     end_with_parent()
-    os.environ.update(environment)  # includes changes since the fork server started
+    os.environ.update(environment)  # the fork server has the environment of its own start
     while True:
         answer: Any
         try:
@@ -219,7 +220,7 @@ def _answered(answer: object) -> bytes:
     try:
         sent = bytes(ForkingPickler.dumps(answer))
         if isinstance(answer, Exception):
-            pickle.loads(sent)  # fails where the class takes other arguments than those of Exception
+            pickle.loads(sent)  # fails for exception classes with arguments of their own
     except Exception as error:  # pickle raises all sorts
         sent = bytes(ForkingPickler.dumps(IrtrackError(error_line(answer if isinstance(answer, Exception) else error))))
     return sent

@@ -25,7 +25,7 @@ def is_plain(kind: type) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlainState:
-    """State of a plain tracker: the tracker itself. It keeps its state inside, so no step can be repeated."""
+    """State of a plain tracker: the tracker object, which changes in each step, so that no step can be repeated."""
 
     tracker: Any
     last: Estimate
@@ -36,7 +36,7 @@ class Plain:
     """Adapter of a plain tracker to `irtrack.Tracker`; every run gets a new object of the plain class.
 
     kind        plain class;  parameters  arguments of the class, or attributes of an object
-    again       function that returns a new object, not yet started
+    again       function that returns a new object before its start
 
     `start` gets a writable copy of the image (rows, cols) and the start `Box`, and a random generator where it has a
     parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`. A class with ``needs = ("pose",)`` gets a

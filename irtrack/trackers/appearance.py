@@ -34,12 +34,12 @@ from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Ratio, V
 from irtrack.types import Status
 
 LEAST_L = 5
-"""px. Least radius L of the high-pass ring: for targets of up to 6 px it is well beyond the target, at little cost."""
+"""Least radius L of the high-pass ring, px: for targets of up to 6 px it is well beyond the target, at little cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appearance:
-    """Settings by the first frame: frame size and type; size, window, kernel (rows, columns), grey range of the
+    """Settings taken from the first frame: frame size and type; size, window, kernel (rows, columns), grey range of the
     target."""
 
     footage: Footage
@@ -84,22 +84,21 @@ class GreyTracker(MonitoredTracker):
     bins: int = Field(default=32, ge=2, le=256)
     """Grey levels of the histogram (Cheng et al. 2006: 32 or 16; Xue et al. 2011, Wei et al. 2008: 32)."""
     bins_range: BinsRange = "first_frame"
-    """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth. A high-passed
-    picture always has its full range."""
+    """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth."""
     kernel: Literal["gaussian", "epanechnikov"] = "gaussian"
     """k of the histogram: exp(-r^2 / 2), h = sqrt(hx^2 + hy^2) (Cheng et al. 2006, eq. 6), or max(0, 1 - r^2)
     with half the sizes on each axis (Xue et al. 2011, eq. 2)."""
     kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.5
     """gaussian: factor of h; 1: hx, hy are the full sides of the target, 0.5: half the sides."""
     high_pass: Literal["none", "ring", "full"] = "none"
-    """Image of the histograms: the frame, or its difference from a background predicted from a ring
-    neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
+    """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
+    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
     ring_l: int | None = Field(default=None, ge=1, le=100)
-    """L of eq. 1, the largest radius, px; without a value three quarters of the box's longer side, at least 5."""
+    """L of eq. 1, the largest radius, px; by default three quarters of the box's longer side, at least 5."""
     ring_m: int = Field(default=8, ge=3, le=64)
     """m of eq. 1, number of samples on each radius."""
     ring_inner: int = Field(default=0, ge=0, le=100)
-    """Least radius, px, at most L; 0 as in eq. 1. Above half the target's size the target does not enter its own
+    """Least radius, px, at most L; 0 as in eq. 1. A radius above half the target's size keeps the target out of its own
     background."""
     grid: int = Field(default=1, ge=1, le=16)
     """Step of the grid on which the background is predicted (section 1.1, Fig. 2); here it saves no time."""
@@ -174,8 +173,8 @@ class RandomWalkParticles(GreyTracker):
     """Mixin of particle filters with random-walk motion and the likelihood exp(-(1 - rho) / (2 sigma^2))."""
 
     kernel: Literal["gaussian", "epanechnikov"] = "epanechnikov"
-    """k of the histogram (Xue et al. 2011, section 4: Epanechnikov, eq. 2, with half the sizes on each axis);
-    gaussian: as Cheng et al. 2006, eq. 6."""
+    """k of the histogram: exp(-r^2 / 2), h = sqrt(hx^2 + hy^2) (Cheng et al. 2006, eq. 6), or max(0, 1 - r^2) with half
+    the sizes on each axis (Xue et al. 2011, eq. 2)."""
     sigma_grey: Ratio = 0.15
     """sigma of Xue et al. 2011, eq. 5; no value is printed."""
     radius: Deviation = 10.0
@@ -185,7 +184,8 @@ class RandomWalkParticles(GreyTracker):
     resampling: Resampling = "multinomial"
     """Resampling scheme (the sources give none)."""
     update: Literal["always", "seen", "never"] = "always"
-    """When the reference is updated (Xue et al. 2011, Algorithm 2, step 6: always)."""
+    """Frames in which the reference is updated: all, those with a visible target, or none (Xue et al. 2011, Algorithm
+    2, step 6: always)."""
     lam: Fraction = 0.9
     """lambda of Algorithm 2, step 6, the share of the reference that is kept at an update (0.9)."""
 

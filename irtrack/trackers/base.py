@@ -83,7 +83,7 @@ class MonitoredTracker(TrackerPart):
 
 LEVEL_RATE = 0.1
 """Share of a new score in the running mean of a `VisibilityMonitor`. Chosen here: a memory of ten frames, so that an
-occlusion that begins slowly does not lower the level."""
+occlusion with a slow beginning does not lower the level."""
 
 DISTINCT = 1e-5
 """Scores closer than this are equal. OpenCV's correlation sums in 32 bits (rounding 6e-8 of each of some hundred

@@ -23,13 +23,14 @@ from irtrack.types import Estimate
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
 """Termination: at most 20 iterations, or a step below 0.5 px; OpenCV's window moves by whole pixels."""
 SIZES = (0.5, 2.0)
-"""Least and largest size, in start sizes. Chosen here: on a background of the target's levels the ellipse floods."""
+"""Least and largest size, in start sizes. Chosen here, since the ellipse grows without end on a background with the
+target's grey levels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings by the first frame. `likely` (bins,): weight of each grey level, 0 .. 1; `histogram` (bins,): reference
-    of matches; `ellipse`: full axes (w, h) of the target, px."""
+    """Settings taken from the first frame. `likely` (bins,): weight of each grey level, 0 .. 1; `histogram` (bins,):
+    reference of matches; `ellipse`: full axes (w, h) of the target, px."""
 
     footage: Footage
     size: tuple[float, float]
@@ -52,17 +53,17 @@ class CamShiftState:
 
 
 class CamShiftKalman(GatedKalman, MonitoredTracker):
-    """CamShift in a window predicted by a Kalman filter, which alone gives the place during occlusion.
+    """CamShift in a window predicted by a Kalman filter, whose prediction is the position during occlusion.
 
-    One of the systems named in the digest beside L. An et al. 2007: CamShift measures a centroid and an
-    ellipse, a Kalman filter predicts the next window, and the place while targets overlap. CamShift is that
-    of G. Bradski, "Computer Vision Face Tracking for Use in a Perceptual User Interface", Intel Technology
-    Journal Q2, 1998: mean shift on the back projection of the target's levels, then its moments there.
+    The digest beside An et al. 2007 names this system: CamShift measures a centroid and an ellipse; a Kalman filter
+    predicts the next window, and the position while targets overlap. CamShift is that of G. Bradski, "Computer Vision
+    Face Tracking for Use in a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back
+    projection of the target's levels, then the moments of the back projection in the window.
 
-    Chosen here: grey levels for his hue; levels weighted by the target's share against a ring's, since by
-    the target's alone its rim draws the window into a similar background; smoothed sizes, by the ellipse's
-    second moments against the first frame's; constant velocity with white-noise acceleration; occlusion by
-    the match at the place found (see `irtrack.trackers.base.VisibilityMonitor`) and by the gate.
+    Chosen here: grey levels in place of hue; a level's weight is its share in the target relative to its share in a
+    ring, since the target's share alone draws the window into a similar background; smoothed sizes, from the ellipse's
+    second moments relative to the first frame's; constant velocity with white-noise acceleration; occlusion by the
+    match at the position found (see `irtrack.trackers.base.VisibilityMonitor`) and by the gate.
     """
 
     source: ClassVar[str] = "Bradski 1998; Kalman 1960"
@@ -70,7 +71,7 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
     bins: int = Field(default=32, ge=2, le=256)
     """Grey levels of the histogram."""
     bins_range: BinsRange = "first_frame"
-    """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
+    """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth."""
     weights: Literal["ratio", "share"] = "ratio"
     """Weight of a grey level: its share in the target over its shares in target and ring, or its share in the target
     alone (Bradski)."""

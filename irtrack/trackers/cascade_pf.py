@@ -45,31 +45,32 @@ class TrajectoryPFState:
 class TrajectoryPF(RandomWalkParticles):
     """Base of particle filters on grey levels and velocity (Xue, Yuan, Xie 2011).
 
-    The paper leaves open, and here is chosen: sigma of eq. 5 and 7; the distribution of the random walk ("radius 10":
-    normal with a standard deviation of a third of it, or a disc); the first particles (all on the start box's centre);
-    the resampling; the high-pass (see `irtrack.features.highpass`). The model's velocity, v_t of eq. 7, is that of the
-    last k estimates; a particle's is that of the last k - 1 and itself.
+    Choices made here, as the paper leaves them open: sigma of eq. 5 and 7; the distribution of the random walk ("radius
+    10": normal with a standard deviation of a third of it, or a disc); the first particles (all on the start box's
+    centre); the resampling; the high-pass (see `irtrack.features.highpass`). The model's velocity, v_t of eq. 7, comes
+    from the last k estimates; that of a particle, from the last k - 1 estimates and its own position.
     """
 
     high_pass: Literal["none", "ring", "full"] = "ring"
-    """Picture of the histograms: the frame, or its difference from a background predicted from a ring
-    neighbourhood (eq. 1) or from a full one (its reference 12, Peng, Zhou 1999)."""
+    """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
+    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
     cues: Literal["both", "grey", "velocity"] = "both"
     """Likelihoods used: both, or one alone."""
     k: int = Field(default=5, ge=3, le=100)
-    """Number of frames of the trajectory (section 3.1: 5, of 4 to 10); before, only grey levels are used."""
+    """Number of frames of the trajectory (section 3.1: 5, of 4 to 10); in earlier frames only grey levels are used."""
     velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "lambda"
-    """The speed by the largest eigenvalue (Algorithm 1) or its root (section 2); or no eq. 6 at all, but the
-    distance from the next place on the least-squares line of the trajectory, by `place_sd`."""
+    """Velocity cue: eq. 6 with the speed from the largest eigenvalue (Algorithm 1) or from its root (section 2); or the
+    distance from the position that the trajectory's least-squares line predicts, by `place_sd`."""
     sigma_velocity: Ratio = 0.5
     """sigma of eq. 7. For slow targets the direction of a trajectory is mostly noise, so it must be wide."""
     place_sd: Deviation = 2.0
     """least_squares: standard deviation of the place from the line, px."""
     coast: bool = False
-    """Whether an occluded target is predicted along the trajectory's line: the estimate lies on it, the particles
-    within place_sd times the misses in a row, and grey levels do not count. The paper has no occlusion."""
+    """True: an occluded target is predicted along the trajectory's line. The estimate lies on the line, particles
+    spread about it by `place_sd` times the number of successive misses, and grey levels are ignored. The paper has no
+    occlusion."""
     carried: bool = False
-    """Whether particles first move by the velocity of the trajectory's line; the paper's do not."""
+    """True: particles first move by the velocity of the trajectory's line; false in the paper."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TrajectoryPFState:
         """Return the initial state: the reference histogram, and a single particle at the box's centre, of weight 1."""
@@ -126,7 +127,7 @@ class TrajectoryPF(RandomWalkParticles):
     def _weighed_by_velocity(
         self, positions: Floats, W: Floats, cue: VelocityCue, rng: np.random.Generator
     ) -> tuple[Floats, Floats]:
-        """Return positions (n, 2) and weights (n,) by both cues, of positions with weights `W` by grey levels."""
+        """Return positions (n, 2) and their weights (n,) by both cues; `W`: weights of `positions` by grey levels."""
 
     def _velocity_cue(self, state: TrajectoryPFState, ahead: Floats) -> VelocityCue:
         if self.velocity == "least_squares":
@@ -144,8 +145,8 @@ class CascadePF(TrajectoryPF):
     """Two layers of particles on the high-passed frame: drawn by grey levels, then weighed by velocity.
 
     M. Xue, G. Yuan, K. Xie, "Integrating gray and velocity cue for infrared small target tracking",
-    J. Image and Graphics 16(5), 2011, Algorithm 2; its open points are listed at `TrajectoryPF`.
-    Section 4 takes 30 and 15 particles before the sky, 40 and 20 before the ground.
+    J. Image and Graphics 16(5), 2011, Algorithm 2; `TrajectoryPF` lists the choices that it leaves open. Section 4
+    takes 30 and 15 particles before the sky, 40 and 20 before the ground.
     """
 
     source: ClassVar[str] = "Xue, Yuan, Xie 2011"
@@ -169,9 +170,9 @@ class CascadePF(TrajectoryPF):
 class ProductPF(TrajectoryPF):
     """One layer of particles on the high-passed frame, weighed by grey levels times velocity.
 
-    The "basic particle filter" that M. Xue, G. Yuan, K. Xie 2011, section 3.2, compare their cascade
-    with: of the same cost at N = N1 + N2, and, they say, less robust. Both sample the same distribution;
-    they differ in the variance of the estimate.
+    The "basic particle filter" to which M. Xue, G. Yuan, K. Xie 2011, section 3.2, compare their cascade: equally
+    costly at N = N1 + N2 and, by their account, less robust. Both sample the same distribution; they differ in the
+    variance of the estimate.
     """
 
     source: ClassVar[str] = "Xue, Yuan, Xie 2011 (section 3.2)"
@@ -192,12 +193,11 @@ class ProductPF(TrajectoryPF):
 class CoastingPF(ProductPF):
     """`product_pf` with a straight line in place of principal axes, along which an occluded target is predicted.
 
-    A variant of M. Xue, G. Yuan, K. Xie 2011 made here, not of a paper: a preset of `product_pf`. Velocity by
-    least squares over ten frames (`velocity`, `k`); particles carried along it, with a narrower spread
-    (`carried`, `radius`); an occluded target predicted along its line, without updates (`coast`, `update`);
-    eight bins, which 25 pixels can fill; and the frame itself, since the high-pass removes the difference
-    between a small target and bright cloud (`high_pass`). The values were found on scenes made for it and
-    on seeds from 1000 on of the rebuilt scenes of that paper.
+    A variant of M. Xue, G. Yuan, K. Xie 2011 made here, in no paper: a preset of `product_pf`. Velocity by least
+    squares over ten frames (`velocity`, `k`); particles moved by this velocity, with a narrower spread (`carried`,
+    `radius`); an occluded target predicted along the line, without updates (`coast`, `update`); eight bins, few enough
+    for 25 pixels; and no high-pass (`high_pass`), since it removes the difference between a small target and bright
+    cloud. The values were found on scenes made for it and on seeds from 1000 on of the rebuilt scenes of that paper.
     """
 
     source: ClassVar[str] = "after Xue, Yuan, Xie 2011"

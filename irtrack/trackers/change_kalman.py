@@ -22,14 +22,14 @@ MARGIN = 1.0
 KERNEL = 0.25
 """Standard deviation of the kernel that averages the foreground, in sides of the box."""
 LEAST_KERNEL = 0.8
-"""px. Least standard deviation of this kernel, since individual pixels are noise."""
+"""Least standard deviation of this kernel, px, since individual pixels are noise."""
 PARTIAL = 3.0
-"""Standard deviation of a detection, in mean sides of the box, times the hidden share of the target: the visible part
-lies up to half a side off its centre, and stays so for many frames."""
+"""Standard deviation of a detection's position per hidden share of the target, in mean sides of the box: the visible
+part lies up to half a side off the target's centre, for many frames."""
 NEIGHBOUR = 1.2
 """Distance, in mean sides of the box, within which another object disturbs the measurement."""
 GREY_RATE = 0.05
-"""Share of a new grey histogram that enters the target's, where the whole target is visible."""
+"""Share of a new grey histogram that enters the target's histogram, where the whole target is visible."""
 FAINT = 0.3
 """Share of the target's level below which a peak is no detection."""
 LEAST = 0.05
@@ -53,16 +53,15 @@ class ChangeState:
 class ChangeKalman(GatedKalman, MonitoredTracker):
     """Constant-velocity Kalman filters on the foreground before a learned background, one for each moving thing.
 
-    A variant of `kalman`, the baseline of J. Cheng et al. 2006, made here, not of a paper, for occluded targets
-    among clutter and similar targets. Measurement: a background model is learned and registered to each
-    frame (`irtrack.features.background`), which removes clutter at rest; a pixel is foreground if it differs
-    from the model and has the target's grey levels, by Cheng's histogram. Association: other moving things
-    have filters of their own, and detections are assigned among all (`irtrack.filters.association`).
-    Occlusion: the visible part of a partly hidden target lies off its centre, so its track coasts until the
-    target is whole again.
+    A variant of `kalman`, the baseline of J. Cheng et al. 2006, for occluded targets among clutter and similar targets;
+    made here, in no paper. Measurement: a background model is learned and registered to each frame
+    (`irtrack.features.background`), which removes clutter at rest; a pixel is foreground if it differs from the model
+    and has the target's grey levels, by Cheng's histogram. Association: other moving objects have filters of their own,
+    and each detection is assigned to one filter (`irtrack.filters.association`). Occlusion: the visible part of a
+    partly hidden target lies off its centre, so its track coasts until the target is whole again.
 
-    It needs a background of constant form, a camera that does not roll or zoom, and a target that moves
-    against the background: one at rest is distinguished by its grey levels alone.
+    It needs a background of constant form, a camera that does not roll or zoom, and a target that moves against the
+    background: grey levels alone distinguish a target at rest.
     """
 
     source: ClassVar[str] = "after Cheng, Zhou, Cai, Yang 2006 (baseline); Wren et al. 1997; Blackman, Popoli 1999"
@@ -76,9 +75,9 @@ class ChangeKalman(GatedKalman, MonitoredTracker):
     learn: Fraction = 0.1
     """Share of a new frame that enters the background model, where the background is visible."""
     register_frames: bool = True
-    """Whether frames are registered to the background by shift, gain and offset."""
+    """True: frames are registered to the background by shift, gain and offset."""
     company: bool = True
-    """Whether other moving objects are tracked, too; otherwise every detection may be the target."""
+    """True: other moving objects are tracked, too. False: every detection may be the target."""
     seen: Fraction = 0.5
     """Least foreground of a visible target, as a share of its usual foreground."""
 

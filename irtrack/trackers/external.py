@@ -32,7 +32,7 @@ class ExternalTracker(TrackerPart):
     name: ClassVar[str]
 
     context: Annotated[float, Field(ge=0.2, le=20)] = 1.0
-    """Side of the box passed to the program, in sides of the target: usual for correlation filters: 3."""
+    """Side of the box passed to the program, in sides of the target; 3 is usual for correlation filters."""
     timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
     """Longest time of a step, s, after which the program counts as hanging."""
 
@@ -111,7 +111,7 @@ class Peer(ExternalTracker):
 
 
 class Mil(Peer):
-    """Multiple instance learning, of OpenCV, which draws by the clock: no two runs are the same."""
+    """Multiple instance learning, of OpenCV. Its random numbers are seeded by the clock: no two runs are the same."""
 
     name: ClassVar[str] = "cv_mil"
     source: ClassVar[str] = "Babenko, Yang, Belongie 2009"
@@ -132,7 +132,7 @@ class Csrt(Peer):
 
 
 class Mosse(Peer):
-    """Correlation filter of minimum output sum of squared error, of OpenCV."""
+    """Correlation filter with minimum output sum of squared error (MOSSE), of OpenCV."""
 
     name: ClassVar[str] = "cv_mosse"
     source: ClassVar[str] = "Bolme, Beveridge, Draper, Lui 2010"

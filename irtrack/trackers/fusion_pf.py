@@ -22,18 +22,16 @@ from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, V
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
-"""Largest number of pixels of a window that are counted; larger windows are sampled on an even grid. Chosen here: the
-cost of a step stays flat, and the noise of a histogram of 8 bins, (B - 1) / (8 n), is .002."""
+"""Largest number of pixels counted in a window; of larger windows a grid is sampled. The noise of 8 bins is .002."""
 SIZES = (0.5, 2.0)
-"""Least and largest size of a particle, in start sizes. Chosen here: histograms cannot distinguish windows within a
-uniform target, so that sizes would wander."""
+"""Least and largest size of a particle, in start sizes: within a uniform target, histograms do not hold the size."""
 RING_PX = 10
 """Width of the ring of local background, px (Li, Li 2014, section 4.1: ten pixels outside the window)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings by the first frame. `distractor`: the best fused rho away from the target in this frame."""
+    """Settings taken from the first frame. `distractor`: the best fused rho away from the target in this frame."""
 
     footage: Footage
     size: tuple[float, float]
@@ -87,10 +85,7 @@ class FusionState:
         return self.match(self.cue_image(image), np.concatenate([modes.centers[0], at[2:]]))
 
     def best_of_frame(self, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the whole frame, of the first size and with velocity `speed` (2,).
-
-        None where no window fits into the frame.
-        """
+        """Return the best match in the frame, of start size and velocity `speed` (2,); None where no window fits."""
         start, field = self.start, self.cue_image(image)
         fused = np.tensordot(self.confidence, field.similarity_map(start.window, start.pattern, self.model), 1)
         if fused.size == 0:
@@ -113,18 +108,16 @@ class FusionWSPF(MonitoredTracker):
     choose the Np largest weights and estimate from them, resample those, update the model by eq. 13;
     while the target is hidden, mean shift with a wider bandwidth (section 4.2), then detection anew.
 
-    Chosen here, since the source leaves it open or the print has lost it: the noises of the state; the
-    kernel of eq. 4 (Epanechnikov's); orientations weighted by magnitude, over the whole circle; sigma of
-    eq. 12; the confidence of eq. 9 (three forms); eq. 13 (the fused coefficient, or that of the cue of
-    greater confidence, passes rho_T); the update's rate; the weights of particles set aside after
-    resampling (see `irtrack.filters.resampling`); Neff of all N particles, since over the Np kept it is
-    always below Nth. Mean shift starts from the estimate, on grey levels; where the target is visible at
-    its mode, the particles move there. Detection slides the model over the whole frame; the best place is
-    taken where its coefficient passes `accept`, else the search is repeated in the next frame.
+    Chosen here, where the source is silent or illegible: the noises of the state; the kernel of eq. 4 (Epanechnikov's);
+    orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
+    the condition of eq. 13 (the fused coefficient, or that of the leading cue, passes rho_T); the update's rate; the
+    weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
+    that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; the particles move to
+    a mode where the target is visible. Detection compares the model with every position of the frame; the best one is
+    taken where it passes `accept`.
 
-    A frame is a miss where eq. 13 does not hold. rho_T is the same for all scenes, and a target similar to
-    its surroundings always passes, so the place must also pass the threshold of this scene (see
-    `irtrack.trackers.base.VisibilityMonitor`).
+    A hit passes rho_T and the threshold of its scene (`irtrack.trackers.base.VisibilityMonitor`), since a target
+    similar to its surroundings always passes rho_T.
     """
 
     source: ClassVar[str] = "Li, Li 2014"
@@ -134,7 +127,7 @@ class FusionWSPF(MonitoredTracker):
     share: Annotated[float, Field(ge=0.01, le=1)] = 0.56
     """Np / N, the share of particles that are chosen (section 2: 0.56); 1: all, the standard filter."""
     threshold: Fraction = 2 / 3
-    """Nth / N, resampled where Neff is not above (section 4.3: 2/3)."""
+    """Nth / N; particles are resampled where Neff is at most Nth (section 4.3: 2/3)."""
     restoring: Restoring = "own"
     """Weights of particles set aside after resampling (Step 6): their own, or 1/N for all."""
     resampling: Resampling = "systematic"
@@ -144,11 +137,11 @@ class FusionWSPF(MonitoredTracker):
     gradient_bins: int = Field(default=8, ge=2, le=256)
     """Gradient orientations (section 5.2: 8)."""
     bins_range: BinsRange = "first_frame"
-    """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
+    """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth."""
     cues: Literal["both", "grey", "gradient"] = "both"
-    """Cues used; one alone has the confidence 1."""
+    """Cues used; a single cue has the confidence 1."""
     confidence: Distance | Literal["equal"] = "bhattacharyya"
-    """Distance of the model from the ring around it by each cue (eq. 9), or one half for both."""
+    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues."""
     sigma: Annotated[float, Field(ge=0.01, le=100)] = 0.15
     """sigma of the observation model (eq. 12), in units of the Bhattacharyya distance."""
     position_sd: Spread = 1.0
@@ -161,7 +154,7 @@ class FusionWSPF(MonitoredTracker):
     """Standard deviation of the speed of the first particles, and of those at a detected target, px/frame."""
     rho_t: Fraction | None = 0.86
     """rho_T of eq. 13 (section 4.2: 0.86): least Bhattacharyya coefficient of a visible target with the model, fused
-    or of the leading cue, besides the threshold by `seen`; without a value that threshold alone."""
+    or of the leading cue, in addition to the threshold by `seen`; without a value only that threshold is used."""
     update: Fraction = 0.05
     """Share of the estimate's cues that enters the model when eq. 13 holds; 0: the model stays."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
@@ -171,10 +164,9 @@ class FusionWSPF(MonitoredTracker):
     lost_after: int = Field(default=4, ge=1, le=1_000_000)
     """Number of successive misses from which on the target is lost and detected anew (section 4.2: 4)."""
     redetect: bool = True
-    """Whether a lost target is searched in the whole frame."""
+    """True: a lost target is searched in the whole frame."""
     accept: Fraction | None = None
-    """Fused coefficient that a detection must pass; without a value, the share `seen` of the way from the best false
-    match in the first frame to the target's usual one."""
+    """Least fused coefficient of a detection; by default the share `seen` of the way from distractor to target."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> FusionState:
         """Return the model, and particles of equal weights at the box's centre."""
@@ -266,20 +258,19 @@ class FusionWSPF(MonitoredTracker):
         return moved
 
     def _particles_at(self, at: Floats, rng: np.random.Generator) -> Floats:
-        """Draw particles (N, 6) about the state `at`, whose position and size are known, not its velocity."""
+        """Draw particles (N, 6) about the state `at`, with known position and size and an uncertain velocity."""
         deviations = np.repeat([self.position_sd, self.start_speed_sd, 0.0], 2)
         return at + deviations * rng.standard_normal((self.particles, 6))
 
     def _monitor(self, state: FusionState, match: Match) -> VisibilityMonitor:
-        """Require that the fused coefficient, or that of the leading cue, passes rho_T (eq. 13), and the scene's
-        own threshold."""
+        """Return the monitor after a match; a hit passes rho_T (eq. 13) and the threshold of the scene."""
         leading = match.rho[state.confidence.argmax()]
         if self.rho_t is not None and max(match.score, leading) < self.rho_t:
             return state.monitor.miss()
         return state.monitor.after(match.score, match.background_score, self.seen)
 
     def _confidence(self, model: Cues, ring: Cues) -> Floats:
-        """Return (L_y, L_d) of eq. 9, 10, summing to one; one half each where both distances are 0."""
+        """Return (L_y, L_d) of eq. 9 and 10, summing to one; (1/2, 1/2) where both distances are 0."""
         if self.cues != "both":
             return np.array([1.0, 0.0] if self.cues == "grey" else [0.0, 1.0])
         if self.confidence == "equal":
@@ -298,7 +289,7 @@ class FusionWSPF(MonitoredTracker):
         return np.concatenate([particles[picked], particles[count:]]), after_selection(W, count, self.restoring)
 
     def _detected(self, state: FusionState, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the whole frame if it passes `accept` and its local background; else None."""
+        """Return the best match in the frame if it passes `accept` and its local background; else None."""
         match = state.best_of_frame(image, speed)
         if match is None:
             return None

@@ -48,14 +48,14 @@ class GreyPF(GreyTracker):
     J. Infrared Millim. Waves 25(2), 2006. A step is the paper's section 2.3: resample, move by
     eq. 4, weigh by eq. 10, estimate by eq. 3; then the reference is updated by eq. 13.
 
-    The paper leaves open, and here is chosen, not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
-    particles (normal in place and speed); the scale of the kernel (eq. 6 says "size of the target's area",
-    section 3 calls (14, 10) the sizes; here half sizes); the grey range (fitted to the first frame). On the
-    shipped sky and ground kernel_scale 0.25 and alpha 0.02 gave smaller errors: with half sizes the kernel
-    is still .61 at the window's corner, with quarters .14. w_T is a value of rho of eq. 8; without a value
-    the update follows the status (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance,
-    but U = R U0 with U0 standard normal makes it a standard deviation, px. A histogram is taken at the
-    nearest whole pixel. The size stays that of the start box.
+    Chosen here, as the paper leaves them open, and not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
+    particles (normal in place and speed); the scale of the kernel (half sizes; eq. 6 says "size of the target's area",
+    section 3 gives sizes of (14, 10)); the grey range (fitted to the first frame). On the shipped sky and ground
+    kernel_scale 0.25 and alpha 0.02 gave smaller errors: at the window's corner the kernel is .61 with half sizes, .14
+    with quarter sizes. `w_t` is a threshold on rho of eq. 8; without a value the reference is updated while the status
+    is tracking (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance, but U = R U0 with U0
+    standard normal makes it a standard deviation, px. A histogram is taken at the nearest whole pixel. The size stays
+    that of the start box.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006"
@@ -71,24 +71,24 @@ class GreyPF(GreyTracker):
     r_min: Spread = 0.5
     """Rmin of eq. 12, px."""
     r_max: Deviation | None = None
-    """Rmax of eq. 12, px; without a value half the mean side of the start box, sqrt(w h) / 2."""
+    """Rmax of eq. 12, px; by default half the mean side of the start box, sqrt(w h) / 2."""
     damping: Fraction = 1.0
     """Factor of the last displacement in eq. 4; 1 in the paper."""
     resampling: Resampling = "multinomial"
     """Resampling scheme (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
-    """Whether the reference is updated (eq. 13)."""
+    """True: the reference is updated (eq. 13)."""
     alpha: Fraction = 0.05
     """alpha of eq. 13; the paper says only: small."""
     w_t: Fraction | None = None
-    """w_T, the rho at the estimate from which on the reference is updated; see above."""
+    """w_T, least rho at the estimate for an update of the reference; by default the status decides."""
     start_sd: Spread = 1.0
     """Standard deviation of the first particles on each axis, px."""
     start_speed_sd: Spread = 2.0
-    """Standard deviation of the first particles' speed on each axis, px per frame."""
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
     adapt: Literal["none", "kld", "neff"] = "none"
-    """Number of particles in a frame, N at most: N; by KLD-sampling; or so that the effective sample size
-    stays at `neff_wanted`. The paper calls for it (sections 3, 4) and gives none."""
+    """Number of particles in a frame: always N; by KLD-sampling; or so that the effective sample size stays at
+    `neff_wanted`; N at most. The paper calls for an adaptive number (sections 3, 4) and gives no method."""
     n_min: int = Field(default=20, ge=2, le=1_000_000)
     """kld, neff: least number of particles."""
     kld_cell: Ratio = 2.0
@@ -130,7 +130,7 @@ class GreyPF(GreyTracker):
             nonlocal previous
             assert ancestors is not None
             if self.adapt == "kld":
-                ancestors = rng.permutation(ancestors)  # so that the first n are a random sample, too
+                ancestors = rng.permutation(ancestors)  # random order, so that the first n are a random sample
             deviation = self.deviation(state.distances.take(ancestors), appearance.size)
             positions, previous = ar2(state.positions, state.previous, ancestors, self.damping, deviation, rng)
             if self.adapt == "kld":
@@ -163,11 +163,11 @@ class GreyPF(GreyTracker):
         return after, particle_estimate(step.particles, W, center, velocity, appearance.size, status, match.score)
 
     def truncated_weights(self, W: Floats) -> Floats:
-        """Return the weights (N,) for estimation and resampling; here those of all particles."""
+        """Return the weights (N,) for estimation and resampling, in this class those of all particles."""
         return W
 
     def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
-        """Return the weights (N,) of particle positions in the estimate; here those of all particles (eq. 3)."""
+        """Return the weights (N,) of positions in the estimate, in this class those of all particles (eq. 3)."""
         return W
 
     def deviation(self, distances: Floats, size: tuple[float, float]) -> Floats:
@@ -188,23 +188,24 @@ class BackgroundRestrainedPF(GreyPF):
     """`grey_pf` with estimate and resampling restricted to its particles of largest weight.
 
     G. An, J. Gao, X. Chen, Z. Wu, "Particle filter face tracking algorithm with background
-    restraint", J. Southeast University 37(5), 2007, of which a fragment is left. It shows that the mean
-    over all particles (its eq. 10b, MMSE) is drawn towards a false target of similar appearance: with
-    particles about both of mass W and 1 - W, by W_false (X_false - X_true). The heaviest particle (eq.
-    10a, MAP) is good where there are many particles and little noise. Its remedy is the mean over "a
-    suitable number" of the heaviest, which are also the ones resampled. The share kept, and the
-    filter around it, are open: here that of Cheng et al. 2006. With keep = 1 it is that filter. Two
-    equally good modes both stay among the heaviest.
+    restraint", J. Southeast University 37(5), 2007, of which a fragment is available. The paper shows that the mean
+    over all particles (eq. 10b, MMSE) is biased towards a false target of similar appearance, by W_false (X_false -
+    X_true), where W_false is the total weight of the particles about the false target. The particle of largest weight
+    (eq. 10a, MAP) is good with many particles and little noise. The remedy is to estimate from, and to resample, "a
+    suitable number" of the particles of largest weight. The share kept and the filter are open: here the filter is that
+    of Cheng et al. 2006, to which `keep` = 1 is equal. Two equally good modes are both kept.
     """
 
     source: ClassVar[str] = "An, Gao, Chen, Wu 2007"
 
     keep: Fraction = 0.3
-    """Share of the particles that is kept, the heaviest first; one at least. Not printed."""
+    """Share of the particles that is kept, those of largest weight first; at least one particle. The paper prints no
+    value."""
     keep_by: Literal["count", "mass"] = "count"
-    """Whether the share is of their number (the source's) or of their weight."""
+    """Meaning of `keep`: a share of the number of particles (as in the source) or of their total weight."""
     estimate: Literal["restrained", "mean", "map"] = "restrained"
-    """The mean over the particles kept; over all (eq. 10b); or the heaviest (eq. 10a)."""
+    """Estimate: the mean over the particles kept; the mean over all (eq. 10b); or the particle of largest weight (eq.
+    10a)."""
 
     def truncated_weights(self, W: Floats) -> Floats:
         """Return the weights (N,) of the particles kept, summing to one; 0 for the others."""

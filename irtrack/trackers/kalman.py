@@ -35,7 +35,7 @@ from irtrack.types import Estimate, Status
 BINS = 32
 """Number of grey levels of the mean-shift histogram, as in Cheng et al. 2006, section 3."""
 FASTEST_TURN = pi / 2
-"""rad/frame. Largest turn rate; faster ones are noise."""
+"""Largest turn rate, rad/frame; larger values are noise."""
 
 
 class GatedKalman(TrackerPart):
@@ -55,12 +55,13 @@ class GatedKalman(TrackerPart):
     """Largest squared Mahalanobis distance of a measurement; chi-square, 2 degrees: 99.9 %."""
 
     def start(self, box: Box) -> tuple[Floats, Floats]:
-        """Return mean (4,) and covariance (4, 4) in the first frame: at the box's centre, at rest."""
+        """Return mean (4,) and covariance (4, 4) in the first frame: at the box's centre, with velocity 0."""
         variances = [self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2
         return np.array([box.cx, box.cy, 0.0, 0.0]), np.diag(variances)
 
     def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-        """Return mean and covariance a frame ahead, by velocity and white-noise acceleration (section 6.3.2 there)."""
+        """Return mean and covariance a frame ahead, by velocity and white-noise acceleration (Bar-Shalom et al. 2001,
+        section 6.3.2)."""
         return kalman.predict(mean, covariance, *constant_velocity(self.acceleration))
 
     def within_gate(self, mean: Floats, covariance: Floats, place: Floats) -> bool:
@@ -88,7 +89,7 @@ def kalman_estimate(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyReference:
-    """Grey histograms of the target: by the kernel of mean shift, and of the window with its local background."""
+    """Grey histograms of the target: one by the kernel of mean shift, one of the window with its local background."""
 
     levels: Quantiser
     reference: Floats
@@ -101,7 +102,7 @@ class GreyReference:
 class Target:
     """Description of the target in the first frame, with a field for each kind of measurement.
 
-    contrast  counts, for centroid;  patch  for ncc, with the window of both;  grey  for mean_shift
+    contrast  counts, for centroid;  patch  for ncc, and its window also for centroid;  grey  for mean_shift
     """
 
     footage: Footage
@@ -149,7 +150,8 @@ Measured = tuple[tuple[float, float] | None, float | None, VisibilityMonitor]
 
 
 class PositionFilter(GatedKalman, MonitoredTracker):
-    """Base of Gaussian filters with one of three measurements; without one in the gate the prediction is kept."""
+    """Base of Gaussian filters with one of three measurements; where no measurement is in the gate, the prediction is
+    kept."""
 
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first
@@ -158,7 +160,7 @@ class PositionFilter(GatedKalman, MonitoredTracker):
     """centroid: share of the target's first contrast that a pixel must pass."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
-        """Return the state at the box's centre, at rest within `start_speed_sd`."""
+        """Return the state at the box's centre, with velocity 0 of standard deviation `start_speed_sd`."""
         return KalmanState(Target.of(frame, box), *self.start(box), VisibilityMonitor())
 
     def step(self, state: KalmanState, frame: Frame, rng: np.random.Generator) -> tuple[KalmanState, Estimate]:
@@ -209,9 +211,9 @@ class PositionFilter(GatedKalman, MonitoredTracker):
 class Kalman(PositionFilter):
     """Constant-velocity Kalman filter, measured by a centroid in a gate, by correlation, or by mean shift.
 
-    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), who only name it. Here:
-    white-noise acceleration (Bar-Shalom et al. 2001, section 6.3.2), and three measurements to choose
-    from, since the measurement decides the filter's accuracy.
+    The baseline of J. Cheng et al. 2006, section 3 (their references 3, 4), who only name it. Chosen here: white-noise
+    acceleration (Bar-Shalom et al. 2001, section 6.3.2) and a choice of three measurements, since the measurement
+    decides the filter's accuracy.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
@@ -220,8 +222,8 @@ class Kalman(PositionFilter):
 class EKF(PositionFilter):
     """Extended Kalman filter of a target at constant speed with a wandering turn rate.
 
-    A baseline of J. Cheng et al. 2006, section 3, that they only name. Here: the nearly coordinated turn
-    of Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; measured as `kalman`.
+    A baseline of J. Cheng et al. 2006, section 3, who only name it. Chosen here: the nearly coordinated turn of
+    Bar-Shalom, Li, Kirubarajan 2001, section 11.7, linearised once a frame; the measurements are those of `kalman`.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"

@@ -1,4 +1,4 @@
-"""Adapter of a person's own tracker of many targets.
+"""Adapter of a user's plain tracker of many targets.
 
 Allowed are a class with ``start(frame)`` and ``step(frame)``, or one with ``step(detections)`` alone, which is run on
 a detector. Both answer with a list of (id, box, score), the box as `irsim.Box` or (cx, cy, w, h), or with a
@@ -40,24 +40,24 @@ def takes_detections(kind: type) -> bool:
 
 
 def _parameters(function: Any) -> list[inspect.Parameter]:
-    """Return the parameters of a method that a call must give, `self` and a generator `rng` left out."""
+    """Return the required parameters of a method, without `self` and a generator `rng`."""
     given = list(inspect.signature(function).parameters.values())[1:]
     return [each for each in given if each.default is each.empty and each.name != "rng"]
 
 
 def takes_frame(function: Any) -> bool:
-    """Return whether the first argument of a method is annotated as `irsim.types.Frame`: then it gets one, with time,
-    index and bits, else the image alone."""
+    """Return whether the first argument of a method is annotated as `irsim.types.Frame`; a method without this
+    annotation gets the image alone."""
     parameters = list(inspect.signature(function).parameters.values())[1:]
     try:
         hints = get_type_hints(function)
-    except Exception:  # annotations may be any text
+    except Exception:  # an annotation may be any text
         return False
     return bool(parameters) and hints.get(parameters[0].name) is Frame
 
 
 def shown(frame: Frame, whole: bool) -> Any:
-    """Return a copy of an image that a plain tracker may write on; of the `whole` frame, also where it has a pose."""
+    """Return a writable copy of the frame (where `whole`, or where it has a pose), or of its image, for a plain tracker."""
     image = frame.image.copy()
     return replace(frame, image=image) if whole or frame.pose is not None else image
 
@@ -76,7 +76,7 @@ class PlainMany:
 
     kind        the class;  parameters  the class' arguments, or an object's attributes
     again       returns a new object, not yet started
-    detector    of a tracker that takes detections
+    detector    detector of a tracker that takes detections
     """
 
     kind: type
@@ -88,7 +88,8 @@ class PlainMany:
 
     @classmethod
     def made(cls, kind: type, parameters: Mapping[str, Any]) -> PlainMany:
-        """Return the adapter of a class and its arguments; `detector` is the adapter's unless the class has it."""
+        """Return the adapter of a class and its arguments; the adapter takes `detector` unless the class has that
+        argument."""
         own = dict(parameters)
         chosen = {}
         if "detector" in own and "detector" not in inspect.signature(kind).parameters:
@@ -129,7 +130,7 @@ class PlainMany:
 
 
 def _tracks(answer: Any) -> TrackFrame | None:
-    """Return the tracks of a plain tracker's answer; None of any other value."""
+    """Return the tracks of a plain tracker's answer; None for any other answer."""
     if isinstance(answer, TrackFrame):
         return answer
     if answer is None or (isinstance(answer, str | bytes | np.ndarray) and np.ndim(answer) != 2):

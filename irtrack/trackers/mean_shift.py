@@ -30,18 +30,19 @@ class MeanShiftState:
 
 
 class MeanShift(MeanShiftSearch):
-    """Mean shift on the kernel-weighted grey histogram, from the last place in each frame.
+    """Mean shift on the kernel-weighted grey histogram, started in each frame from the last position.
 
     The baseline of J. Cheng et al. 2006 (their reference 5: J. Cheng, J. Yang, J. Infrared Millim.
-    Waves 24(3), 2005), after D. Comaniciu, V. Ramesh, P. Meer, IEEE TPAMI 25(5), 2003. Cheng and Yang
-    work in a "cascade grey space", of which the sources here give only the name: plain grey
-    levels, or the high-passed frame. There is no motion model: a target must overlap its last window.
+    Waves 24(3), 2005), after D. Comaniciu, V. Ramesh, P. Meer, IEEE TPAMI 25(5), 2003. Cheng and Yang work in a
+    "cascade grey space", of which the available sources give only the name; here the histograms are those of grey
+    levels or of the high-passed frame. Without a motion model, a target must overlap its last window.
     """
 
     source: ClassVar[str] = "Cheng, Yang 2005; Comaniciu, Ramesh, Meer 2003"
 
     alpha: Fraction = 0.0
-    """Share of the estimate's histogram that enters the reference where the target is visible; 0: Comaniciu's."""
+    """Share of the histogram at the mode that enters the reference where the target is visible (Comaniciu et al. 2003:
+    0)."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftState:
         """Return the initial state: the reference histogram, and the box's centre."""
@@ -84,19 +85,20 @@ class MeanShiftKalman(MeanShiftSearch, GatedKalman):
 
     R. Xu, L. Yang, "Small target tracking approach combined the merits of two tracking frameworks
     under infrared complex background", J. Infrared Millim. Waves 27(5), 2008, as cited by Xue et al. 2011
-    (reference 5): a kernel-weighted grey histogram, measured by mean shift, filtered over time by
-    Kalman. The rest is open. Here: white-noise acceleration (Bar-Shalom et al. 2001, eq. 6.3.2-4);
-    a place that does not match the target, or lies beyond the gate (section 2.3.2 there), is no
-    measurement, and the prediction is kept, so that an occluded target is predicted along its course.
+    (reference 5): a kernel-weighted grey histogram, mean shift as measurement, a Kalman filter over time. The rest is
+    open. Chosen here: white-noise acceleration (Bar-Shalom et al. 2001, eq. 6.3.2-4); a position that does not match
+    the target, or lies beyond the gate (section 2.3.2 there), is no measurement, so that an occluded target is
+    predicted.
     """
 
     source: ClassVar[str] = "Xu, Yang 2008"
 
     alpha: Fraction = 0.0
-    """Share of the measured place's histogram that enters the reference where the target is visible."""
+    """Share of the histogram at the mode that enters the reference where the target is visible (Comaniciu et al. 2003:
+    0)."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftKalmanState:
-        """Return the state at the box's centre, at rest within `start_speed_sd`."""
+        """Return the state at the box's centre, with velocity 0 of standard deviation `start_speed_sd`."""
         appearance, reference = self.appearance(frame, box)
         return MeanShiftKalmanState(appearance, reference, *self.start(box), VisibilityMonitor())
 
@@ -137,13 +139,13 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
 
     K. Wei, Y. Zhao, Q. Pan, et al., "IR target tracking based on mean shift and particle filter",
     J. Optoelectronics Laser 19(2), 2008, as described and measured by Xue et al. 2011 (reference 8;
-    section 4: 45 or 60 particles, 32 bins, Epanechnikov kernel, radius 10). The rest is open; the values
-    that Xue et al. print for their own filter are taken (sigma, update). The original works on the frame
-    itself, and Xue's comparison with it is confounded by the high-pass: switch it on here as well.
+    section 4: 45 or 60 particles, 32 bins, Epanechnikov kernel, radius 10). The rest is open; sigma and update are
+    those that Xue et al. print for their own filter. The original has no high-pass, and Xue's filter has one; set
+    `high_pass` here as well to compare the two.
 
-    A shifted particle is no draw from the motion model, and weights by similarity alone favour places that
-    mean shift reaches. `corrected`: shifted particles are scattered by `jitter`, and weighed by likelihood
-    times the motion model's density over that of the shifted particles, both as mixtures over all.
+    A shifted particle is no draw from the motion model, so that weights by likelihood alone favour the modes of mean
+    shift. With `corrected`, shifted particles are scattered by `jitter` and weighed by likelihood times motion-model
+    density over proposal density; both densities are mixtures over all particles.
     """
 
     source: ClassVar[str] = "Wei, Zhao, Pan, Zhang 2008"
@@ -151,7 +153,7 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
     particles: int = Field(default=45, ge=2, le=1000)
     """N (section 4 of Xue et al.: 45 or 60)."""
     corrected: bool = False
-    """Whether weights are corrected for the mean shift."""
+    """True: weights are corrected for the mean shift."""
     jitter: Deviation = 1.0
     """corrected: standard deviation of the scatter after a mean shift, px."""
 

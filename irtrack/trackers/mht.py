@@ -1,7 +1,7 @@
 """`mht`: multiple hypothesis tracking, which decides on doubtful detections some frames later.
 
-A global hypothesis says of every detection so far which target gave it, if any. It has one leaf of a tree for each of
-its targets: a track with a filter of its own. The k best assignments of a frame's detections to a hypothesis' leaves
+A global hypothesis assigns every detection so far to a target or to false alarms. For each of its targets it has one
+leaf of a tree: a track with a filter of its own. The k best assignments of a frame's detections to a hypothesis' leaves
 give the next hypotheses (I. Cox, S. Hingorani, "An efficient implementation of Reid's multiple hypothesis tracking
 algorithm", IEEE TPAMI 18(2), 1996), which share their leaves. N frames back, all leaves must agree with the best
 hypothesis; the others are pruned (N-scan: T. Kurien, in "Multitarget-Multisensor Tracking", ed. Y. Bar-Shalom, 1990,
@@ -33,17 +33,17 @@ from irtrack.types import Detections
 Rows = npt.NDArray[np.int64]
 
 MISSED, UNBORN = -1, -2
-"""Entries of a leaf's history: no detection; before its first one."""
+"""Entries of a leaf's history: a frame without detection; a frame before its first detection."""
 MARGIN = 12.0
 """Hypotheses less likely than the best by a factor of exp(12), 160,000, are dropped."""
 CANDIDATE_DROP = 5.0
-"""Fall of a candidate's score below that of a new one that deletes it: three misses in a row at P_D = 0.9."""
+"""A candidate whose score is this far below that of a new one is deleted: three successive misses at P_D = 0.9."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leaves:
-    """n leaves: their tracks, whose id is that of the tree; scores (n,); and histories (n, N+1), the detection that
-    each took in the last N+1 frames, the newest last."""
+    """n leaves: their tracks, whose id is that of the tree; scores (n,); and histories (n, N+1), the detection of each
+    in the last N+1 frames, the newest last."""
 
     tracks: TrackTable
     score: Floats
@@ -64,7 +64,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HypothesisState:
-    """State: leaves; hypotheses, the best first; the tracks of the best; and the rest as in `ManyState`."""
+    """State: leaves; hypotheses, the best first; tracks of the best hypothesis; other fields as in `ManyState`."""
 
     leaves: Leaves
     hypotheses: tuple[Hypothesis, ...]
@@ -85,22 +85,22 @@ class MHT(MultiTargetTracker):
     """Multiple hypotheses with N-scan pruning: doubtful detections are decided `scans` frames later.
 
     Trees of tracks under global hypotheses, by the k best assignments (Reid 1979; Cox, Hingorani 1996; Blackman,
-    Popoli 1999, section 16.3). A step answers with the best hypothesis so far. Targets are confirmed by their score,
-    in place of `confirm_hits` of `confirm_frames`.
+    Popoli 1999, section 16.3). A step returns the tracks of the best hypothesis so far. Tracks are confirmed by their
+    score, not by `confirm_hits` of `confirm_frames`.
     """
 
     source: ClassVar[str] = "Reid 1979; Cox, Hingorani 1996"
 
     most_detections: Annotated[int, Field(ge=1, le=10_000)] = 60
-    """Largest number of detections of a frame that are used, those of the highest scores."""
+    """Largest number of detections used in a frame; those of the highest scores are used."""
     scans: Annotated[int, Field(ge=1, le=20)] = 3
-    """Frames after which a decision is final: N of N-scan."""
+    """Number of frames after which a decision is final: N of N-scan."""
     hypotheses: Annotated[int, Field(ge=1, le=1000)] = 20
     """Largest number of global hypotheses."""
     new_target: Annotated[float, Field(gt=0, lt=1)] = 0.02
-    """New targets for each false detection."""
+    """Density of new targets over that of false detections."""
     confirm_score: Annotated[float, Field(gt=0, le=100)] = 9.2
-    """Score that confirms a target: false by one in ten thousand."""
+    """Score from which on a track is confirmed; 9.2: odds of 10,000 to 1."""
 
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> HypothesisState:
         """Return the state after the first detections: each starts a tree."""
@@ -138,7 +138,7 @@ class MHT(MultiTargetTracker):
     ) -> list[tuple[float, Rows, Rows]]:
         """Return the best next hypotheses: log probability, rows of leaves, and the detection of each (or MISSED).
 
-        seen (n, m), missed (n,): scores of the leaves after a detection, and after none.
+        seen (n, m), missed (n,): scores of the leaves after a detection, and after a miss.
         """
         count = seen.shape[1]
         fresh = log1p(self.new_target)  # a detection that starts a tree
@@ -223,8 +223,8 @@ class MHT(MultiTargetTracker):
 def _agrees(leaves: Leaves, best: Hypothesis) -> npt.NDArray[np.bool_]:
     """Return which leaves agree with the best hypothesis about the detections of the oldest frame kept (N-scan).
 
-    A leaf of a tree of the best hypothesis must have its detection there; of any other tree, none that the best
-    hypothesis gave to a target.
+    A leaf whose tree is in the best hypothesis must have the same detection; a leaf of another tree must have none that
+    the best hypothesis assigns to a target.
     """
     decided = leaves.history[:, 0]
     chosen = dict(zip(leaves.tracks.id[best.rows].tolist(), decided[best.rows].tolist(), strict=True))
@@ -241,9 +241,9 @@ def _agrees(leaves: Leaves, best: Hypothesis) -> npt.NDArray[np.bool_]:
 def _pruned(
     leaves: Leaves, hypotheses: Sequence[Hypothesis], kept: npt.NDArray[np.bool_]
 ) -> tuple[Leaves, tuple[Hypothesis, ...]]:
-    """Return the kept leaves that a hypothesis has, and the hypotheses on them: dead leaves leave their hypotheses.
+    """Return the kept leaves that a hypothesis uses, and the hypotheses without the other leaves.
 
-    Hypotheses that become equal are one, of their joint probability. Weights are counted from the best.
+    Hypotheses that become equal are joined, with the sum of their probabilities. Weights are relative to the best.
     """
     joint: dict[bytes, tuple[Rows, float]] = {}
     for each in hypotheses:

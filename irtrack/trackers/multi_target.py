@@ -1,8 +1,8 @@
-"""Trackers of many targets on detections: `gnn` and `jpda`.
+"""Base of trackers of many targets on detections.
 
-Each frame: predict (one Kalman filter or an interacting multiple model a track), gate, associate, update or coast,
-start, confirm, delete (S. Blackman, R. Popoli, "Design and Analysis of Modern Tracking Systems", 1999, chapter 6).
-The methods differ in how they associate; everything else is `MultiTargetTracker`.
+Each frame: predict (each track by a Kalman filter or an interacting multiple model), gate, associate, update or coast,
+start, confirm, delete (S. Blackman, R. Popoli, "Design and Analysis of Modern Tracking Systems", 1999, chapter 6). The
+methods differ in how they associate; everything else is `MultiTargetTracker`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pydantic import Field
 
 from irsim.types import Floats, Frame
 from irtrack.detectors import parse_detector
-from irtrack.filters.data_association import joint_probabilities, nearest_neighbours
+from irtrack.filters.data_association import amplitude_ratios
 from irtrack.filters.multiple_model import (
     MultipleModel,
     States,
@@ -28,8 +28,6 @@ from irtrack.filters.multiple_model import (
     coordinated_turn_model,
     densities,
     moved,
-    update,
-    update_mixture,
 )
 from irtrack.trackers.base import Deviation, Spread, TrackerPart
 from irtrack.trackers.ego_motion import EgoMotion, View, ego_view, scene_motion
@@ -38,11 +36,6 @@ from irtrack.types import Detections, Detector
 
 Probability = Annotated[float, Field(gt=0, lt=1)]
 
-LEVEL_SD = 0.4
-"""Standard deviation of the logarithm of a target's score about its level. Chosen here: scores of a matched filter on
-a fluctuating point scatter by about a third."""
-MOST_AMPLITUDE = 5.0
-"""Largest logarithm of the amplitude's likelihood ratio, either way: scores alone outweigh places by 150 at most."""
 LEVEL_RATE = 0.1
 """Share of a new score or size that enters a track's running value."""
 SIZE_RATE = 0.2
@@ -50,12 +43,12 @@ SIZE_RATE = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackTable:
-    """n tracks: filters, and what their management needs, each (n,) but for `size` (n, 2) px.
+    """n tracks: filters, and the values of track management, (n,) each; `size` (n, 2) px.
 
     id         number;  level: running mean of its detections' scores
     hits       bits of the last frames, the newest lowest: 1 where it had a detection
     age        frames since its first detection;  misses: frames in a row without one
-    confirmed  whether it counts as a target
+    confirmed  True: the track counts as a target
     """
 
     states: States
@@ -122,9 +115,9 @@ class MultiTargetTracker(TrackerPart):
     """Base of trackers of many: predict, gate, associate, update or coast, start, confirm, delete.
 
     A new track starts at each detection that no track has. It is confirmed by `confirm_hits` detections in its last
-    `confirm_frames` frames, and deleted as soon as it can no longer get there. A confirmed track coasts without
-    detections; it is deleted after `delete_misses` of them, or when its centre is out of the picture, or known only
-    to `delete_px`.
+    `confirm_frames` frames, and deleted as soon as that is impossible. A confirmed track without a detection coasts; it
+    is deleted after `delete_misses` successive misses, when its centre leaves the picture, or when the standard
+    deviation of its centre passes `delete_px`.
     """
 
     task: ClassVar[str] = "many"
@@ -138,7 +131,7 @@ class MultiTargetTracker(TrackerPart):
     turn_rate: Annotated[float, Field(gt=0, le=1)] = 0.15
     """Turn rate of the two turns of `imm`, rad/frame."""
     stay: Probability = 0.95
-    """Probability that a model of `imm` lasts another frame."""
+    """Probability that the motion model of `imm` stays the same in the next frame."""
     measurement_sd: Deviation = 1.0
     """Standard deviation of a detection's centre on each axis, px."""
     start_speed: Deviation = 2.0
@@ -148,13 +141,14 @@ class MultiTargetTracker(TrackerPart):
     clutter: Annotated[float, Field(gt=0, le=1)] = 3e-5
     """False and new detections per px^2 and frame: 2.3 in a frame of 320 x 240 px."""
     gate: Annotated[float, Field(gt=0, le=1000)] = 13.8
-    """Squared Mahalanobis distance within which a detection may be a track's: chi-square of 99.9 %."""
+    """Largest squared Mahalanobis distance of a detection from a track that may have it; chi-square, 2 degrees: 99.9
+    %."""
     most_detections: Annotated[int, Field(ge=1, le=10_000)] = 200
-    """Largest number of detections of a frame that are used, those of the highest scores."""
+    """Largest number of detections used in a frame; those of the highest scores are used."""
     merge_px: Annotated[float, Field(ge=0, le=1000)] = 4.0
-    """Detections within so many px of a stronger one are taken for the same thing and left out."""
+    """Distance from a stronger detection within which a detection is left out as part of the same object, px."""
     amplitude: bool = True
-    """Whether scores count in the association: those of a target are near its level."""
+    """True: scores enter the association, since the scores of a target are near its level."""
     confirm_hits: Annotated[int, Field(ge=1, le=60)] = 4
     confirm_frames: Annotated[int, Field(ge=1, le=60)] = 6
     delete_misses: Annotated[int, Field(ge=1, le=10_000)] = 20
@@ -237,7 +231,7 @@ class MultiTargetTracker(TrackerPart):
         return np.where(distance <= self.gate, ratios, -np.inf)
 
     def _in_reach(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
-        """Return which tracks have a detection, or coast inside the picture for not too long and not too vaguely."""
+        """Return a mask: tracks with a detection, or inside the picture and within `delete_misses` and `delete_px`."""
         mean, covariance = tracks.states.moments()
         unsure = np.sqrt(np.maximum(covariance[:, 0, 0], covariance[:, 1, 1])) > self.delete_px
         inside = ((mean[:, :2] > -0.5) & (mean[:, :2] < np.array(size) - 0.5)).all(axis=1)
@@ -281,13 +275,14 @@ class OneHypothesisTracker(MultiTargetTracker):
         """Return the tracks after their detections, and the detections that start new ones."""
 
     def _alive(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
-        """Return which tracks stay: candidates while they can still be confirmed, others within reach."""
+        """Return a mask of the tracks to keep: candidates that can still be confirmed, and confirmed tracks within
+        reach."""
         recent = tracks.hits & ((1 << np.minimum(tracks.age + 1, self.confirm_frames)) - 1)
         possible = _bits(recent) + np.maximum(self.confirm_frames - 1 - tracks.age, 0) >= self.confirm_hits
         return np.asarray(self._in_reach(tracks, size) & (tracks.confirmed | possible))
 
     def _grown(self, state: ManyState, tracks: TrackTable, found: Detections, free: npt.NDArray[np.int64]) -> ManyState:
-        """Return the state with new tracks at the free detections, and tracks confirmed that have earned it."""
+        """Return the state with new tracks at the free detections, and with tracks confirmed that have enough hits."""
         everyone = tracks.joined(self._started(found, free, state.next_id)) if len(free) else tracks
         earned = _bits(everyone.hits & ((1 << self.confirm_frames) - 1)) >= self.confirm_hits
         scores = found.scores[free]
@@ -299,24 +294,10 @@ class OneHypothesisTracker(MultiTargetTracker):
         return replace(state, tracks=confirmed, next_id=state.next_id + len(free), clutter_score=score)
 
 
-def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Floats:
-    """Return ln p1(score) - ln p0(score), (n, m): of a target of that level (n,), and of clutter.
-
-    p1 is log-normal about the level; p0 is exponential above the least score of the frame, of the mean of false
-    detections (S. Blackman, R. Popoli 1999, section 6.6: amplitude as a feature).
-    """
-    least = float(scores.min())
-    apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
-    target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
-    mean = max(clutter_score - least, 0.05 * clutter_score)
-    ratios: Floats = np.clip(target + (scores - least) / mean + log(mean), -MOST_AMPLITUDE, MOST_AMPLITUDE)
-    return ratios
-
-
 def updated_table(
     tracks: TrackTable, states: States, hit: npt.NDArray[np.bool_], level: Floats, size: Floats
 ) -> TrackTable:
-    """Return the tracks with new states; those that hit take a share of the new level (n,) and size (n, 2)."""
+    """Return the tracks with new states; tracks with a hit take a share of the new level (n,) and size (n, 2)."""
     rate = np.where(hit, np.maximum(LEVEL_RATE, 1 / (tracks.age + 1.0)), 0.0)
     return replace(
         tracks,
@@ -329,56 +310,8 @@ def updated_table(
 
 
 _HISTORY = (1 << 60) - 1
-"""Bits kept of the hits."""
+"""Mask of the bits of hits that are kept."""
 
 
 def _bits(values: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return np.bitwise_count(values).astype(np.int64)
-
-
-class GNN(OneHypothesisTracker):
-    """Global nearest neighbours: each detection to one track, so that the likelihood of all is greatest.
-
-    S. Blackman, R. Popoli 1999, section 6.4; assignment by scipy's `linear_sum_assignment`.
-    """
-
-    source: ClassVar[str] = "Blackman, Popoli 1999"
-
-    def associate(
-        self, tracks: TrackTable, found: Detections, ratios: Floats
-    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
-        pairs = nearest_neighbours(ratios)
-        rows, columns = pairs[:, 0], pairs[:, 1]
-        after = update(tracks.states.take(rows), found.centers[columns], self.noise)
-        mean, covariance, probability = (
-            np.array(getattr(tracks.states, name)) for name in ("mean", "covariance", "probability")
-        )
-        mean[rows], covariance[rows], probability[rows] = after.mean, after.covariance, after.probability
-        hit = np.zeros(len(tracks), bool)
-        hit[rows] = True
-        level, size = tracks.level.copy(), tracks.size.copy()
-        level[rows], size[rows] = found.scores[columns], found.sizes[columns]
-        free = np.ones(len(found), bool)
-        free[columns] = False
-        table = updated_table(tracks, States(mean, covariance, probability), hit, level, size)
-        return table, np.flatnonzero(free)
-
-
-class JPDA(OneHypothesisTracker):
-    """Joint probabilistic data association: each track updated by all detections in its gate, by their probability.
-
-    T. Fortmann, Y. Bar-Shalom, M. Scheffe 1983; exact in clusters of up to 10,000 joint events, above that R.
-    Fitzgerald's weights (1986). A track has hit where detections are its own with more than half of the probability.
-    """
-
-    source: ClassVar[str] = "Fortmann, Bar-Shalom, Scheffe 1983"
-
-    def associate(
-        self, tracks: TrackTable, found: Detections, ratios: Floats
-    ) -> tuple[TrackTable, npt.NDArray[np.int64]]:
-        beta = joint_probabilities(ratios)
-        own = beta.sum(axis=1)
-        states = update_mixture(tracks.states, found.centers, self.noise, beta)
-        share = beta / np.maximum(own, 1e-300)[:, None]
-        table = updated_table(tracks, states, own > 0.5, share @ found.scores, share @ found.sizes)
-        return table, np.flatnonzero(beta.sum(axis=0) < 0.5)

@@ -34,15 +34,14 @@ class OpticalFlowState:
 
 
 class OpticalFlow(MonitoredTracker):
-    """Median motion of a grid of points in the target's box, of those that return to their start.
+    """Median motion of those points of a grid in the target's box whose backward flow returns to their start.
 
-    The optical flow of J. Cheng et al. 2006, section 3, a baseline that they only name. Here: pyramidal
-    Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the medians of place
-    and scale as in Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error: Automatic Detection of
-    Tracking Failures", ICPR 2010 ("median flow"). Points are set anew in each frame. The target is visible
-    where enough points return and the place matches the first patch (normalised cross-correlation). While
-    occluded, the box keeps its last velocity, and flow starts from there. Pictures are quantised to 256
-    levels of the first frame's range.
+    The optical flow of J. Cheng et al. 2006, section 3, a baseline that they only name. Chosen here: pyramidal
+    Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the medians of place and scale as in
+    Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error: Automatic Detection of Tracking Failures", ICPR 2010
+    ("median flow"). Points are set anew in each frame. The target is visible where enough points return and the patch
+    at the estimate matches the first patch (normalised cross-correlation). While occluded, the box keeps its last
+    velocity, and flow starts from there. Pictures are quantised to 256 levels of the first frame's range.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bouguet 2001; Kalal, Mikolajczyk, Matas 2010"
@@ -50,7 +49,8 @@ class OpticalFlow(MonitoredTracker):
     points: int = Field(default=10, ge=2, le=100)
     """Number of points on each side of the grid (Kalal et al. 2010, section 3: 10)."""
     error: Ratio = 1.0
-    """Largest forward-backward error of a point that counts, px; nor may it exceed the median error (section 3)."""
+    """Largest forward-backward error of a point that is used, px; its error must not exceed the median error either
+    (section 3)."""
     lk_window: int = Field(default=9, ge=3, le=101)
     """Side of the window about a point, px."""
     lk_levels: int = Field(default=2, ge=0, le=10)
@@ -58,7 +58,7 @@ class OpticalFlow(MonitoredTracker):
     agree: Fraction = 0.3
     """Share of the points that must return within `error`."""
     scale: bool = False
-    """Whether the box is scaled by the points' distances."""
+    """True: the box is scaled by the ratio of the points' distances."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> OpticalFlowState:
         """Return the initial state at the box's centre, with velocity 0."""

@@ -32,15 +32,15 @@ MOST_COMPONENTS = 10
 LARGEST_PX = 31
 """Largest side over which a residual is averaged, px, as the method is for small targets."""
 POINT = (3, 3)
-"""Size (w, h) of the image of a point target, px; averaged over its larger box it would disappear."""
+"""Size (w, h) of the image of a point target, px; an average over its larger box would hide the target."""
 SHARPEST = 4.0
 """pf: largest expected z of a target, so that one bright pixel does not attract all particles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Settings by the first frame: size (w, h) px of the box; odd sides (w, h) px over which z is averaged; sign, 1
-    hot, -1 cold; number of components removed."""
+    """Settings taken from the first frame: size (w, h) px of the box; odd sides (w, h) px over which z is averaged;
+    sign, 1 hot, -1 cold; number of components removed."""
 
     footage: Footage
     size: tuple[float, float]
@@ -69,29 +69,28 @@ class Observed(Likelihood):
 
 
 class SVDPF(MonitoredTracker):
-    """Background suppressed by singular values, candidates in the residual, a particle filter's search window.
+    """Candidates in the residual of singular-value suppression, in a particle filter's search window.
 
     L. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available:
-    SVD filtering gives candidates in each frame, a particle filter predicts a search window, and the two
-    are joined, so that a missed detection is predicted, and candidates correct a wrong prediction.
+    SVD filtering gives candidates in each frame, and a particle filter predicts a search window, so that a missed
+    target is predicted, and candidates correct a wrong prediction.
 
     The rest is chosen here. Candidates are maxima of z, the mean over the target's box (or over 3x3 px, if
-    z is larger) in standard deviations, above `threshold`. The highest in the window, `gate` deviations of
-    the predicted particles and half the box, is the target. Without one, the particles are weighed by z at
-    their places, as with the filter alone; after `wrong_after` such frames, they start anew at the highest
-    in the frame.
+    z is larger) in standard deviations, above `threshold`. The highest candidate in the search window is the target. In
+    a frame without one, particles are weighed by z at their positions, as in the mode `pf`; after `wrong_after` such
+    frames, they start anew at the highest candidate of the frame.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
 
     use: Literal["joint", "svd", "pf"] = "joint"
-    """Both joined; the highest candidate of each frame alone; or the particle filter alone, which weighs
-    by z itself (likelihood ratio of a known amplitude in normal noise, exp(A z - A^2 / 2))."""
+    """Method: both, SVD and particle filter; the highest candidate of each frame alone; or the particle filter alone,
+    weighed by z (likelihood ratio of a known amplitude A in normal noise, exp(A z - A^2 / 2))."""
     components: Annotated[int | None, Field(ge=0, le=50)] = None
-    """Number of largest singular values removed; without a value, the one with the target's largest z in the first
-    frame, since a target that is large for its frame is among them."""
+    """Number of largest singular values removed; by default the number with the target's largest z in the first frame,
+    since the largest components may contain a large target."""
     threshold: Ratio = 4.0
-    """z of a candidate; of unit normal noise one of some 30,000 places passes 4."""
+    """Least z of a candidate; in normal noise one position in 30,000 passes 4."""
     particles: int = Field(default=100, ge=2, le=1_000_000)
     """N, number of particles."""
     position_sd: Spread = 0.5
@@ -99,7 +98,7 @@ class SVDPF(MonitoredTracker):
     speed_sd: Spread = 0.3
     """Standard deviation of the velocity noise on each axis, px/frame."""
     start_speed_sd: Spread = 2.0
-    """Standard deviation of the first particles' speed on each axis, px/frame."""
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
     measurement_sd: Deviation = 1.0
     """Standard deviation of a candidate's place on each axis, px."""
     gate: Ratio = 3.0

@@ -31,15 +31,15 @@ class Template(MonitoredTracker):
 
     The template matching of J. Cheng et al. 2006, section 3 (their reference 1), over the whole frame; the
     coefficient is Lewis's (Vision Interface 1995, eq. 2). The source leaves open the measure, sub-pixel
-    peaks and the update of the template. The estimate is always the best match; where all scores are equal,
-    as with a saturated target that fills its box, it is the last place. The template must lie in the frame,
-    so a target that leaves is followed up to the edge.
+    peaks and the update of the template. The estimate is always the best match; where all scores are equal, as for a
+    saturated target that fills its box, the last position is kept. The template must lie in the frame, so that a target
+    that leaves is followed up to the edge.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
 
     window: int | None = Field(default=None, ge=1, le=10_000)
-    """Largest displacement from the last estimate in the search, px; without a value the whole frame is searched."""
+    """Largest displacement from the last estimate in the search, px; by default the whole frame is searched."""
     update: Fraction = 0.0
     """Share of the new patch that enters the template where the target is visible."""
 

@@ -10,7 +10,9 @@ import numpy as np
 
 from irsim.types import Box, TargetTruth, Truth
 from irtrack.metrics.tasks import task_scores
-from irtrack.trackers.multi_target import GNN, JPDA, MultiTargetTracker
+from irtrack.trackers.gnn import GNN
+from irtrack.trackers.jpda import JPDA
+from irtrack.trackers.multi_target import MultiTargetTracker
 from irtrack.tracks import STATUSES, TrackFrame, TrackSet, stacked
 from irtrack.types import Detections
 

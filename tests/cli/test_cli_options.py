@@ -1,4 +1,4 @@
-"""What the words of the command line mean."""
+"""Arguments of the command line: their meaning."""
 
 from __future__ import annotations
 

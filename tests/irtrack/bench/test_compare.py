@@ -87,7 +87,7 @@ def test_gate_with_too_few_seeds() -> None:
     (doubt,) = gate.doubts([found])
     most = found.difference.high
     assert doubt.startswith(f"t on s: lost: a worsening of up to {most:.2g} is not excluded by these 6 seeds; about ")
-    assert doubt.endswith(" would tell 0.05")
+    assert doubt.endswith(" would resolve 0.05")
     assert Gate.parse(f"lost:{most}").doubts([found]) == []
     assert Gate.parse("lost:0").doubts([found])[0].endswith("by these 6 seeds")  # no number of seeds tells 0
     suite = ElementTree.fromstring(junit([found], [gate]).encode())
@@ -97,7 +97,7 @@ def test_gate_with_too_few_seeds() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "figures", "words"),
     [
-        ([cell(0)], [cell(1)], ["lost"], "no run of one is in the other; allowed: "),
+        ([cell(0)], [cell(1)], ["lost"], "the two have no run in common; allowed: "),
         ([cell(0)], [cell(0)], ["lots"], "figure 'lots': allowed: .*did you mean 'lost'"),
         ([cell(0)], [cell(0)], ["neff"], "figure 'neff': allowed: "),
     ],

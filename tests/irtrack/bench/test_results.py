@@ -17,7 +17,7 @@ from bench_fakes import Strip, Walker
 
 from irtrack.bench import Entry, Key, Results, RunRecord, run_bench
 from irtrack.bench.records import pack
-from irtrack.bench.results import SCHEMA_VERSION
+from irtrack.bench.schema import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score
 

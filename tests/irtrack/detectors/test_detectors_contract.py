@@ -1,4 +1,4 @@
-"""What every kind of detector promises."""
+"""Contract of every kind of detector."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from irsim.types import Frame
 from irtrack.detectors import DETECTORS, FilterDetector, make_detector
 from irtrack.detectors.matched_filter import point_image
 from irtrack.errors import InputError
-from irtrack.types import fault_of_detections
+from irtrack.validity import fault_of_detections
 
 FILTERS = [name for name, kind in DETECTORS.items() if issubclass(kind, FilterDetector)]
 LINEAR = [name for name in FILTERS if DETECTORS[name].is_linear]  # type: ignore[attr-defined]  # all filters have it
@@ -63,7 +63,7 @@ def test_repeats_and_leaves_its_input(detector: Any) -> None:
 
 
 @pytest.mark.parametrize("level", [0, 255, 65535])
-def test_constant_frames_give_none(detector: Any, level: int) -> None:
+def test_constant_frames_give_no_detections(detector: Any, level: int) -> None:
     frame = Frame(np.full((40, 50), level, np.uint16), 0, 0.0, 16)
     assert len(last(detector, frame, frame)) == 0
 

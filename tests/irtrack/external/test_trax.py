@@ -113,7 +113,7 @@ def test_images_and_regions_pass_vot_trax(region: str, pictures: str, input: irs
     [(), ("trax.version=2", "trax.region=rectangle;polygon", "trax.channels=ir"), MODERN],
     ids=["bare", "2", "4"],
 )
-def test_each_version_is_spoken(hello: tuple[str, ...]) -> None:
+def test_every_version_of_the_protocol(hello: tuple[str, ...]) -> None:
     """The fake takes a picture and a region in one message before version 4, in two from then on."""
     track = irtrack.run(fake(hello=hello), scene())
     assert np.abs(track.centers - dot(scene())).max() < 4

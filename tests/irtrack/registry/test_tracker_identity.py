@@ -50,7 +50,7 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
         ("try:\n    import nowhere, code_broken.b\nexcept ImportError:\n    pass", "code_mine.py"),
     ],
 )
-def test_own_modules_count(imports: str, changed: str, write: Write) -> None:
+def test_code_hash_covers_own_modules(imports: str, changed: str, write: Write) -> None:
     """Those that a user's tracker imports, directly or not; imports may fail."""
     write("code_helper.py", "OFF = 0")
     write("code_native.so", "not really")
@@ -66,7 +66,7 @@ def test_own_modules_count(imports: str, changed: str, write: Write) -> None:
     assert code_hash(make("code_mine:T")) != before
 
 
-def test_installed_packages_do_not_count(write: Write) -> None:
+def test_code_hash_leaves_out_installed_packages(write: Write) -> None:
     write("site-packages/code_installed/__init__.py", "raise RuntimeError('imported')")
     write("site-packages/code_installed/below.py", "OFF = 0")
     sys.path.insert(0, next(folder for folder in sys.path if Path(folder, "site-packages").is_dir()) + "/site-packages")

@@ -18,7 +18,8 @@ from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.cli.track_files import track_as_dict, track_to_csv
 from irtrack.errors import InputError, TrackerError
-from irtrack.types import Estimate, fault
+from irtrack.types import Estimate
+from irtrack.validity import fault
 
 
 def test_a_run_over_truth() -> None:

@@ -12,7 +12,8 @@ from irtrack.bench import SummaryRow
 from irtrack.metrics import Trace
 from irtrack.report.formats import lead
 from irtrack.report.frames import CROP_LEAST, Follower, moments, still
-from irtrack.report.plots import Axis, Line, hidden_spans, line_chart, styles
+from irtrack.report.line_styles import styles
+from irtrack.report.plots import Axis, Line, hidden_spans, line_chart
 
 
 def trace(visible: list[float], distance: float = 0.0) -> Trace:

@@ -15,10 +15,11 @@ from irtrack.errors import InputError
 from irtrack.metrics import Comparison, ManyFigures
 from irtrack.registry.table import MULTI_TRACKERS, make
 from irtrack.replay.many import run_many
+from irtrack.trackers.gnn import GNN
 from irtrack.trackers.mht import MHT
-from irtrack.trackers.multi_target import GNN, MultiTargetTracker
-from irtrack.tracks import fault_of_tracks
+from irtrack.trackers.multi_target import MultiTargetTracker
 from irtrack.types import Detections
+from irtrack.validity import fault_of_tracks
 
 KINDS = [f"{name}-{motion}" for name in MULTI_TRACKERS for motion in ("cv", "imm")]
 STRAIGHT = np.stack([[(20 + 2 * k, 40.0 + 30 * i) for i in range(5)] for k in range(40)])

@@ -65,12 +65,12 @@ def test_each_run_has_its_own_object() -> None:
     assert not hasattr(mine, "box")
 
 
-def test_its_generator_is_that_of_the_seed() -> None:
+def test_generator_of_a_plain_tracker_follows_the_seed() -> None:
     ends = [irtrack.run(Jitters, Strip(), seed=seed).centers[-1, 0] for seed in (0, 0, 1)]
     assert ends[0] == ends[1] != ends[2]
 
 
-def test_none_is_lost_at_the_last_place() -> None:
+def test_answer_none_is_lost_at_the_last_position() -> None:
     class Blinks(Walks):
         def answer(self) -> Any:
             return None if self.box.cx > 14 else self.box
@@ -82,7 +82,7 @@ def test_none_is_lost_at_the_last_place() -> None:
 
 
 @pytest.mark.parametrize("answer", [3, (1, 2, 3), "1234", ("a", 1, 2, 3)])
-def test_another_answer_is_one_line(answer: Any) -> None:
+def test_invalid_answers_are_one_line(answer: Any) -> None:
     class Mute(Walks):
         def answer(self) -> Any:
             return answer
@@ -92,7 +92,7 @@ def test_another_answer_is_one_line(answer: Any) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_class_is_resumable_only_by_its_word() -> None:
+def test_only_a_declared_class_is_resumable() -> None:
     class Stays:
         def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
             return box

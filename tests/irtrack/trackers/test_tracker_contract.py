@@ -18,7 +18,8 @@ from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.highpass import HighPass
 from irtrack.registry.table import TRACKERS, make
-from irtrack.types import Estimate, Tracker, fault, resumable
+from irtrack.types import Estimate, Tracker, resumable
+from irtrack.validity import fault
 
 VARIANTS: list[tuple[str, dict[str, Any]]] = [
     *((name, {}) for name in TRACKERS),
