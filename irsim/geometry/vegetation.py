@@ -27,10 +27,10 @@ COARSE = 32
 """Samples along a crown's shorter side at which the smooth boughs are computed; values between are interpolated."""
 
 RAGGED = 0.3
-"""Displacement of the outline by clumps of leaves, about its standard deviation, in units of `Crown.depth`."""
+"""Approximate standard deviation of the outline's displacement by clumps of leaves, in units of `Crown.depth`."""
 
 MOST = 1.7
-"""Largest displacement in units of RAGGED."""
+"""Largest displacement of the outline, in units of RAGGED."""
 
 LARGEST = 1024
 """Side of the random field of leaf clumps, px; no crown may be larger."""

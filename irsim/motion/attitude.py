@@ -98,12 +98,13 @@ def _weighted_sum(positions: Floats, weights: Floats) -> Floats:
 
 
 LEAST_LIFT = 0.25
-"""Least lift of the rotors as a share of the weight, a choice: it keeps up and down defined on a path in free fall."""
+"""Least lift of the rotors as a share of the weight. It is a choice, with which the body's up axis is defined in free
+fall too."""
 TURNING_M_S = 0.5
 """Speed above which heading and pitch follow the velocity at the full turn rate, m/s. Below it the turn rate falls with
 the square of the speed, so a hovering body keeps its heading."""
 STANDING_M_S = 0.01
-"""Speed, m/s, below which a body in frame 0 is level and faces right of the camera."""
+"""Speed, m/s, below which a body in frame 0 is level and heads to the camera's right."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ class Pitched(Upright):
     steepest_deg: float
     """Largest pitch up or down, degrees."""
     levels: bool = False
-    """True if the pitch decreases again for paths steeper than `steepest_deg`, to level for a vertical path."""
+    """True if the pitch falls again on paths steeper than `steepest_deg`, down to level on a vertical path."""
     bank_deg: float = 0.0
     """Largest bank, degrees. The bank follows from coordinated flight: tan(bank) = lateral acceleration / g."""
 
@@ -249,7 +250,7 @@ _STANDING_M = 1e-6
 
 @dataclass(frozen=True)
 class Arrow(Posture):
-    """Body whose nose lies along the velocity, with level wings. At rest it faces right of the camera.
+    """Body whose nose lies along the velocity, with level wings. At rest it heads to the camera's right.
 
     With `banks` it banks as in coordinated flight: tan(bank) = v omega / g, the lateral acceleration over g. Level
     wings are undefined in vertical flight, so the roll may jump there.

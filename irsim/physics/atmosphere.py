@@ -67,7 +67,8 @@ _TOP_KM = 40.0
 HIGHEST_M = 20_000
 """Greatest height of the camera above the sea, m."""
 GAS_TOLERANCE = 0.1
-"""Relative difference between the gas on a path and on the fitted path above which `beyond_fit` reports it."""
+"""Largest relative difference between the gas on a path and that on the fitted path. Above, `beyond_fit` reports the
+path."""
 _STEPS = 40
 _SKY_STEPS = 120
 """Steps of a path from each of its ends. Apparent temperatures of black bodies are within 0.05 K of those with 4000
@@ -90,8 +91,8 @@ class Atmosphere(Part):
     """Visibility in haze, km. The model is fitted at 5 and 23 km; elsewhere the extinction of haze is proportional to
     the inverse of the visibility."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
-    """Height of the camera above the sea, m. The height above the background's ground replaces a lower value; above a
-    `sea` it replaces any value."""
+    """Height of the camera above the sea, m. The height that the background gives replaces it: that above the ground
+    where it is larger, that above a `sea` always."""
     temperature_k: AirKelvin | None = None
     """Air temperature at sea level, kelvin, by default that of the preset. Temperatures at all heights shift with
     it."""

@@ -66,8 +66,8 @@ AIR_KM = 7.0
 """Scale height of air, km: its pressure falls from 1013 to 103.5 hPa over the lowest 16 km (U.S. Standard Atmosphere
 1976)."""
 MIXED: dict[BandName, float] = {"mwir": 0.048, "lwir": 0.0}
-"""Share of well-mixed gases in the absorption at the height of the fit: in MWIR carbon dioxide at 4.3 um, which
-dominates above most of the water vapour. In LWIR it is negligible beside ozone."""
+"""Share of well-mixed gases in the absorption at the height of the fit: in MWIR that of carbon dioxide at 4.3 um, which
+dominates at heights with little water vapour. In LWIR it is negligible beside ozone."""
 
 OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
 """(a, b): a vertical path through all ozone has the depth a, a path with x times as much ozone the depth a x^b (the
