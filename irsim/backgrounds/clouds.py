@@ -48,7 +48,7 @@ STEP = (ENTRIES - 1) / (2 * EXTREME)
 """Entries per standard deviation."""
 
 Drift = Annotated[Number, Plausible(-1000, 1000, "mrad/s")]
-"""Apparent motion of a cloud; the limit is a gale of 30 m/s at 30 m."""
+"""Apparent motion of a cloud, mrad/s: up to that of a gale of 30 m/s at a distance of 30 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,8 @@ class Clouds(Part):
     coverage: Annotated[float, Field(ge=1e-6, lt=1)] = 0.4
     """Share of the sky covered by cloud."""
     depth: NotNegative = 3.0
-    """Optical depth per standard deviation of the thickness in excess of the edge's; 0 is no cloud."""
+    """Optical depth for each standard deviation by which the thickness exceeds that at the cloud's edge; 0 is no
+    cloud."""
     temperature_k: Kelvin = 268.0
     """Temperature of the cloud, K."""
     texture_k: KelvinSpread = 2.0

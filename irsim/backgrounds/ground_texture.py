@@ -35,8 +35,8 @@ SOFT_PX = 0.5
 keeps exp(-2 pi^2 0.5^2 / 4) = 0.29 of its amplitude."""
 
 VANISHING_PX = 40.0
-"""Height of the vanishing line of a landscape's ground above its drawn horizon, px. The ground thus ends as at a low
-rise, which hides the farthest ground with features thinner than a pixel."""
+"""Height of the vanishing line of a landscape's ground above its drawn horizon, px. The drawn ground thus ends before
+the true horizon, as at a low rise: the farthest ground, with features thinner than a pixel, is not drawn."""
 
 SUBSAMPLES = 4, 16
 """Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. In between,

@@ -139,7 +139,7 @@ CLASSES = {
     "city": RealTexture((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
 }
 """Medians of infrared recordings, measured by the project from 4/N to 0.2 cycles/px, with N the shorter side in px.
-Spreads are those of tiles.
+Each `spread` is that of tiles.
 
 cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and night, at long
 range, a park. treeline: between bare trees and a horizon with a field. Three sequences of Svanstrom et al., "A dataset

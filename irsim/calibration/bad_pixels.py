@@ -1,7 +1,8 @@
 """Bad pixels: fractions, heights and dwell times of dead, hot and blinking pixels, and their replacement.
 
-Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it. Optics blur light over
-neighbouring pixels, so that a pixel is good where a neighbour shares its height or its changes.
+Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it; the difference of the means
+is the pixel's height. Optics blur light over neighbouring pixels, so that a pixel is good where a neighbour shares its
+height or its changes.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _UNSTABLE = 6.0
 _TOGGLES = 0.51
 """Greatest temporal sigma, counts, of a pixel that alternates between two consecutive counts."""
 _SLOWEST = 0.99
-"""Quantile of the pixels' fractions of unchanged frames that stands for the slowest good pixels."""
+"""Quantile, over pixels, of the fraction of unchanged frames; it stands for the good pixels that change most rarely."""
 _LEAST_JUDGED = 100
 _CLUSTERED = 2.0
 """Number of clustered bad pixels that count as one independent event in the interval of a fraction."""
@@ -261,10 +262,12 @@ def _scatter(apart: Floats) -> Floats:
 
 
 def _alone(height: Floats, found: Bools) -> Bools:
-    """Return those found pixels whose group is one of bad pixels, not the image of a bright object.
+    """Return the mask of those pixels of `found` that belong to a group of bad pixels, not to the image of a bright
+    object.
 
-    A group holds pixels up to 3 px apart. It is one of bad pixels if it has up to 16 pixels, at most two of the four
-    direct neighbours of its peak share the peak's height, and at most four of all eight neighbours belong to the group.
+    A group holds pixels up to 3 px apart. It is a group of bad pixels if it has up to 16 pixels, at most two of the
+    four direct neighbours of its peak share the peak's height, and at most four of all eight neighbours belong to the
+    group.
     """
     from scipy.ndimage import label, maximum_position
 
@@ -304,7 +307,8 @@ def _unit(series: Floats) -> Floats:
 
 def _frozen_from(frames: Values) -> int | None:
     """Return the least number T of frames over which at most 0.1 good pixels are expected to keep their value. A pixel
-    that keeps it with probability q from frame to frame keeps it over T frames with at most q^(T/2)."""
+    that keeps its value from frame to frame with probability q keeps it over T frames with a probability of at most
+    q^(T/2)."""
     if len(frames) < 2:
         return None
     stays = np.mean(frames[1:] == frames[:-1], axis=0)

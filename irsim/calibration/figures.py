@@ -88,8 +88,8 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names, such as "rows.rho", and values of all figures with an interval. `fixed` of rows and columns is
-        left out, as it contains the scene."""
+        """Yield names, such as "rows.rho", and values of all figures with an interval. The figure `fixed` of rows and
+        of columns is left out, as it contains the scene."""
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
@@ -117,7 +117,7 @@ def measure_figures(
     """Return the figures of frames (T, rows, columns) in counts.
 
     region, top, times, start   as in `measure_noise`
-    points      False: assume usual blurs and search no points, which takes most of the time
+    points      False: search no points, which takes most of the time, and assume usual blurs
     boxes       target boxes of each frame, which are left out
 
     Raises InputError where frames are too few or smaller than 8 x 8 px.
@@ -152,7 +152,7 @@ def measure_figures(
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern, number of small objects left out, and whether the picture is layered."""
+    """Figures of background and fixed pattern, number of small objects left out, and True if the picture is layered."""
 
     figures: dict[str, Any]
     objects: int

@@ -60,7 +60,8 @@ They were measured by the project on raw counts of a cooled LWIR camera with cor
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Figure and its allowed interval. It is outside where all of its own interval is, or without one its value."""
+    """Figure and its allowed interval. A figure is outside if the whole of its own interval is outside, or its value if
+    it has no interval."""
 
     figure: str
     value: float

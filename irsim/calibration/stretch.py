@@ -64,7 +64,7 @@ class Stretch:
 
     recorded    number of frames of the recording
     repeats     number of frames that repeat the one before
-    lost        number of the camera's frames that are missing, judging by the frame times
+    lost        number of the camera's frames that are missing, as inferred from the frame times
     breaks      breaks in the recording
     index       indices of the measured frames in the recording
     number      frame numbers of the measured frames in the camera

@@ -82,7 +82,8 @@ class BadPixels(Noise):
         """Return the variance of each pixel, signal²; infinite for dead pixels.
 
         A blinking pixel with a jump h, off its normal level for a share p of the time, has p h² about the noiseless
-        signal and p (1 - p) h² about its own mean. A hot pixel of offset h has h² and 0.
+        signal and p (1 - p) h² about its own mean. A hot pixel of offset h has h² about the noiseless signal and 0
+        about its own mean.
         """
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)

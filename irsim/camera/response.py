@@ -111,7 +111,7 @@ class Response(Scale):
         added: Sequence[Int16Image] = (),
         lines: Lines | None = None,
     ) -> Counts:
-        """Quantise a signal, which is overwritten, together with images and lines that are added to it.
+        """Return the counts of a signal plus images and lines. The signal is overwritten.
 
         Counts are rounded to the nearest (halves to even) and clipped to the bit depth: they saturate and never wrap
         around. `out` is written past the processor's caches, as it is read later.

@@ -113,9 +113,9 @@ class ElectronSensor(Sensor):
     dark_me_s: NotNegative = 0.0
     """Dark current, million electrons a second."""
     gain_e: Positive | None = None
-    """Electrons per count; by default a full well is the highest count."""
+    """Electrons per count; by default a full well gives the highest count."""
     offset: NotNegative = 0.0
-    """Count of no electrons."""
+    """Count at zero electrons."""
 
     @property
     def optics(self) -> tuple[float, float]:

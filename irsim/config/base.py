@@ -149,7 +149,7 @@ def importing_nothing() -> Iterator[None]:
 
 
 def is_handwritten() -> bool:
-    """Return whether the text being read is the user's own; False within `importing_nothing`."""
+    """Return True if the text being read is the user's own; False within `importing_nothing`."""
     return _may_import.get()
 
 

@@ -118,7 +118,8 @@ class _PathOverGround(NamedTuple):
 
     @property
     def half_m(self) -> float:
-        """Return half the length of the target, m, the largest height of its center above its own ground."""
+        """Return half the length of the target, m: the center of a standing target is at most this high above its
+        ground."""
         return getattr(self.path.target.shape, "length_m", 0.0) / 2
 
 

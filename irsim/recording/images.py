@@ -33,7 +33,7 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and whether it had colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours."""
 
     image: Image
     place: str

@@ -129,7 +129,7 @@ def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
 
 
 def _remove_leftovers(real: Path) -> None:
-    """Remove temporary files of an output whose process has ended and that no process has locked."""
+    """Remove an output's temporary files that ended processes have left, unless another process has locked them."""
     pattern = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
     with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
         for path in list(real.parent.iterdir()):

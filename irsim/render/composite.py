@@ -25,8 +25,9 @@ OCCLUDER_SHARE = 0.01
 class NamedSprite(NamedTuple):
     """Sprite of a target (`tracked` is True) or of an occluder.
 
-    range_from_origin_m  distance from the camera's first position, m, if the camera has moved. Occluders stand around
-                         that position. The path through the atmosphere is the sprite's own distance from the camera.
+    range_from_origin_m  distance from the camera's first position, m, if the camera has moved, as distances of
+                         occluders are measured from there. The path through the atmosphere is the sprite's distance
+                         from the moved camera.
     """
 
     name: str

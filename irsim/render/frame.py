@@ -23,7 +23,7 @@ from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
 NO_SHIFTS: Shifts = {}
-"""Displacement of no target."""
+"""Displacements for a scene in which no target is displaced."""
 
 
 class Renderer:

@@ -30,9 +30,9 @@ _hinting = threading.Lock()
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Defer Ctrl-C to the end of the block. Processes started in the block defer it until they run the function of
-    `process` or call `ignore_interrupts`, as it would end them with a traceback before. InputError where no process can
-    be started."""
+    """Defer Ctrl-C to the end of the block. Processes started in the block defer it too, until they run the function of
+    `process` or call `ignore_interrupts`: an earlier Ctrl-C would end them with a traceback. InputError where no
+    process can be started."""
     _expect_main()
     if sys.platform == "win32":
         with _guard_hint():
@@ -58,7 +58,8 @@ def _expect_main() -> None:
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker that imports a script without the guard by a hint of one line, not by a long traceback."""
+    """End a worker that imports a script without the `__main__` guard, with a hint of one line instead of a long
+    traceback."""
     try:
         yield
     except RuntimeError as error:

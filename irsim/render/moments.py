@@ -249,7 +249,7 @@ def _slices(region: Region) -> Slices:
 
 
 def _is_shift(given: object) -> bool:
-    """Return whether `given` is a pair of finite numbers."""
+    """Return True if `given` is a pair of finite numbers."""
     try:
         numbers = np.asarray(given)
     except ValueError:  # of items of different shapes

@@ -28,15 +28,15 @@ SPEEDS = (0.0, 0.3, 0.6, 1.0, 1.5, 2.0)
 TURNS = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Sharpest turns, degrees per frame."""
 WEAVES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0)
-"""Amplitudes, px."""
+"""Amplitudes of weaves, px."""
 NETD_MK = (20.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0)
 CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
 """False targets in a square milliradian."""
 COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Fraction of the sky covered by cloud."""
 HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
-"""Occluded fraction of a target, and number of frames. They are fewer than in `stress/occlusion`, as these scenes are
-short."""
+"""Occluded fraction of a target, and number of frames. The frames are fewer than in `stress/occlusion`, as these scenes
+are short."""
 ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
 """Angle between crossing trajectories, degrees."""
 FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
@@ -173,8 +173,8 @@ def skies(draw: st.DrawFn, severity: Severity = ANY) -> Part:
 
 @st.composite
 def countries(draw: st.DrawFn) -> Part:
-    """Draw a background of ground or landscape, with temperatures of an hour or given ones, and a horizon behind trees
-    that is bare, wooded, or the default. The simplest is uniform ground."""
+    """Draw a background of ground or landscape, with given temperatures or those of an hour. Behind trees the horizon
+    is bare, wooded, or the default. The simplest is uniform ground."""
     kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
     country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
     hour = draw(st.sampled_from(["any", "day", "night"]))

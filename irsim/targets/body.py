@@ -37,7 +37,7 @@ class Body(Shape):
     """
 
     solids: ClassVar[tuple[Solid, ...]]
-    """Parts of the body, at length 1."""
+    """Parts of the body, with lengths in units of the body's length."""
 
     length_m: Length
     """Length, m."""
