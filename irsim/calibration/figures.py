@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from irsim.calibration.background import TEXTURE_PICTURES, background, mean_picture
-from irsim.calibration.bad_pixels import FULL, BadPixelFigures, bad_pixel_figures, patch
+from irsim.calibration.bad_pixel_figures import BadPixelFigures, bad_pixel_figures
+from irsim.calibration.bad_pixels import FULL, patch
 from irsim.calibration.fixed_pattern import fixed_pattern, odd_even, remove_odd_even
 from irsim.calibration.noise import NoiseReport, measure_noise
 from irsim.calibration.psf import point_blur

@@ -37,6 +37,7 @@ from irsim.physics.climate import (
     band_mismatch,
     fitted_band,
     ozone,
+    rain_extinction,
 )
 from irsim.physics.path_integral import (
     equivalent_path,
@@ -282,15 +283,6 @@ class Atmosphere(Part):
             total = total + extinction * length_below(places, heights, FOG_TOP_KM)
         tau = np.exp(-total)
         return tau[..., -1], path_radiance(tau, total, radiance(band, self.air_k(heights)))
-
-
-def rain_extinction(mm_h: float) -> float:
-    """Return the extinction of rain, 1/km, equal in all bands as drops are much wider than the wavelength.
-
-    0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
-    1.58 r^0.63 dB/km in ITU-R P.1814.
-    """
-    return float(0.365 * mm_h**0.63)
 
 
 def _fitted(band: Band) -> BandName:

@@ -33,7 +33,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from irsim.recording.mcap_reader import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
+from irsim.recording.mcap_records import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 Compression = Literal["none", "lz4", "zstd"]
