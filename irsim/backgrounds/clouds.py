@@ -214,7 +214,7 @@ class Clouds(Part):
         def state_at(place: float) -> CloudState:
             mixture = fields.at(place)
             slope = mixture.derived
-            if slope is not None and self.histogram:  # a histogram is not linear: slope after the mixture
+            if slope is not None and self.histogram:  # a histogram is not linear: the slope follows the mixture
                 slope = self._slope(with_histogram(slope, self.histogram), context)
             share = None if slope is None else sunlit_share(slope)
 

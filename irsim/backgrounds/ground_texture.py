@@ -39,8 +39,8 @@ VANISHING_PX = 40.0
 the true horizon, as at a low rise: the farthest ground, with features thinner than a pixel, is not drawn."""
 
 SUBSAMPLES = 4, 16
-"""Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. In between,
-samples are a pixel's width apart on the ground."""
+"""Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. Within these
+limits, samples are as far apart on the ground as a pixel is wide there."""
 
 STRIP = 32
 """Number of rows that are sampled together, with equal numbers of samples; they stay in the processor's cache."""

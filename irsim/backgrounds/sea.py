@@ -205,7 +205,7 @@ class SeaSurface:
         grazing, left = visible_facets(down + leaning, rest)
         spread = np.sqrt(rest * left)
         water = np.float32(radiance(self._context.band, sea.water_k))
-        # Finer facets lean by one sigma to either side: a two-point mean of the non-linear reflectance.
+        # The non-linear reflectance is averaged over two tilts of the finer facets, one sigma to either side.
         light = (
             water
             + (self._reflected_excess(grazing + spread, down) + self._reflected_excess(grazing - spread, down)) / 2

@@ -17,7 +17,7 @@ _LOWEST, _HIGHEST = 4, 0.2
 """Lowest frequency, cycles a side, and highest, cycles a px, to which slopes are fitted. At other frequencies blur,
 noise and sharpening prevail."""
 _SLOPE, _AXIS = 0.2, 0.35
-"""Differences in beta, and in beta along one axis, between recordings of one class."""
+"""Differences in beta, and in beta along one axis, that occur between recordings of one class."""
 _SPREAD, _UNEVEN = 1.25, 1.4
 """Ratios of the spreads, and of the unevennesses, of recordings of one class."""
 _ROWS = 0.2

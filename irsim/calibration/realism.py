@@ -76,7 +76,7 @@ class Verdict:
 
     @property
     def measured(self) -> str:
-        """Value to hundredths, or with as many digits as show that it is outside the allowed interval."""
+        """Value with two decimals, or with more where two do not show that it is outside the allowed interval."""
         places = 2
         while not self.inside and self.low <= float(f"{self.value:.{places}f}") <= self.high and places < 6:
             places += 1

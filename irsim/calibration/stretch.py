@@ -24,7 +24,8 @@ _BEYOND = 12.0
 _SURE = 10.0
 """Number of changes whose median is reliable. For m changes, `_BEYOND` is multiplied by 1 + (10 / m)^2."""
 _FEW = 0.2
-"""Largest fraction of changes that count as jumps. More of them are motion of the scene."""
+"""Largest fraction of changes that may count as jumps. If more exceed the limit, they are taken as motion of the
+scene."""
 _STEP_FRAMES = (4, 8, 16)
 """Numbers of frames that are averaged before and after a possible step of the fixed pattern."""
 _STEP_ERRORS = 6.0

@@ -32,8 +32,8 @@ MID_GREY = 128
 """Grey level of a uniform picture."""
 
 MEMORY_TIME_CONSTANTS = 10
-"""Number of time constants in the window. Older frames would weigh exp(-10) = 0.005 %, which is less than one grey
-level even after a scene with fifty times the range of counts."""
+"""Number of time constants in the window. Older frames would have a weight of exp(-10) = 0.005 %. They would change a
+picture by less than a grey level, even if their range of counts were fifty times as large."""
 
 _NO_STATISTICS = np.empty(0)
 

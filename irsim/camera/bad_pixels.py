@@ -130,7 +130,7 @@ def _hot_pattern(shape: tuple[int, int], share: float, cluster: float, seed: int
 def clustered_pixels(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, word: str) -> Indices:
     """Draw flat indices of round(share * pixels) different pixels, in clusters of `cluster` on average.
 
-    A cluster grows by 4-neighbours of its pixels; its size is geometric.
+    A cluster grows by 4-neighbours of its pixels; its size has a geometric distribution.
     """
     rows, columns = shape
     wanted = round(share * rows * columns)

@@ -36,7 +36,7 @@ LARGEST = 1024
 """Side of the random field of leaf clumps, px; no crown may be larger."""
 
 SHADED = 0.9
-"""Weight of the shading of a crown's sides in the warmth of its leaves."""
+"""Weight with which the shading of a crown's sides enters the warmth of its leaves."""
 
 FORKS = 7
 """Number of forks of a broadleaf tree's wood."""

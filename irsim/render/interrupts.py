@@ -86,7 +86,7 @@ def _deferred() -> Iterator[None]:
         return
     # Signals without a handler in Python end the program at once.
     handlers = {number: handler for number in _ENDING if callable(handler := signal.getsignal(number))}
-    came: list[int] = []  # not an Event, whose lock a second signal could find taken by the first
+    came: list[int] = []  # a list: a second signal would wait for the lock that the first one holds in an Event
     for number in handlers:
         signal.signal(number, lambda number, _: came.append(number))
     try:
@@ -113,7 +113,7 @@ def process(
 
 def _begin(pickled: bytes, *inherited: Any) -> None:
     _handle_interrupts(lambda *_: os._exit(130))
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # inherited as ignored from a parent that ignores it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # it is ignored if the parent ignores it
     end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*inherited, *arguments)

@@ -25,8 +25,9 @@ TOLERANCE = 0.02
 frames an occluded fraction below TOLERANCE counts as 0."""
 MAX_LENGTH_RATIO = 2
 FEW_FRAMES = 4
-"""An occlusion is reported as too long if it lasts more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES
-more frames, if that is longer), plus the frames in which the target passes the margins and smoke grows and fades.
+"""An occlusion is reported as too long if it lasts longer than MAX_LENGTH_RATIO times the required frames, or than
+FEW_FRAMES more than these if that is longer. Frames in which the target passes the margins, or in which smoke grows or
+fades, are added to this limit.
 
 A target with thin ends stays almost fully occluded for as long as it takes to move by its own length: a tank of 73 px
 at 0.5 px a frame is hidden in 37 frames where 5 are required.
