@@ -195,7 +195,7 @@ class SeaSurface:
         distance = max(sea.camera_height_m - y, 0.1) / np.tan(down)
         right = (distance * np.sin(azimuth) + x).astype(np.float32)
         ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
-        footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
+        footprint = distance * unit / np.sin(down)  # footprint of a pixel along the line of sight, m
         across, along, drawn, variance = self._slopes(right, ahead, footprint, view_direction.time)
         rest = variance * (1 - drawn)
         # Slopes of the visible facets: the reduced variance and the mean tilt towards the camera are divided among

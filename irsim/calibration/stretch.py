@@ -138,7 +138,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
             f"noise; allowed: at least {LEAST_FRAMES}"
         )
     slower, lost = float(beat), int(gaps.sum())
-    if few or usually < 30 or len(index) == count:  # alike by chance, where noise is far below one count
+    if few or usually < 30 or len(index) == count:  # frames may be equal by chance where noise is far below a count
         return _with_pauses(np.arange(count), np.arange(count) + missing, rate_hz, slower, lost)
     shown = np.maximum(np.add.reduceat(~same_time, index, dtype=np.intp), 1)
     gone = np.diff(missing[index], append=missing[-1])

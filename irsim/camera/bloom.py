@@ -76,7 +76,7 @@ class Bloom(Part):
             near = weight > LEAST_WEIGHT
             landed = np.maximum(_filtered(np.where(near, charge / np.maximum(weight, LEAST_WEIGHT), 0), kernel), 0)
             landed[is_full] = 0
-            charge[near] = 0  # the rest has only saturated pixels in reach
+            charge[near] = 0  # charge that is left has only saturated pixels in reach
             if is_full.all():
                 _to_nearest(moving, signal < full)
             else:

@@ -154,7 +154,7 @@ class Foliage:
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
         self._relief = (after - before) / (after - before).std()  # slopes that rise right and down face the light
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
-        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # normal distribution within 0.01
+        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # approximates the normal distribution function within 0.01
 
     def leaves_of(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
         """Return (rows, cols) each: the opaque leaves of a crown, bool, and their warmth, about -1 to 1."""

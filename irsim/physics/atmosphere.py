@@ -83,7 +83,7 @@ class Atmosphere(Part):
         "haze": ("visibility_km", math.inf),
         "rain": ("rain_mm_h", 0.0),
         "fog": ("fog_visibility_km", None),
-        "surroundings": ("surroundings_k", 1.0),  # its radiance is negligible
+        "surroundings": ("surroundings_k", 1.0),  # at 1 K its radiance is negligible
     }
 
     preset: ClimateName | Literal["none"] = "none"

@@ -157,7 +157,7 @@ def read_stack(file: Path) -> Image:
         raise
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or 'is cut short or damaged'}") from None
-    except MemoryError:  # of a whole .npz, or of a damaged header
+    except MemoryError:  # from a large .npz, or from a damaged header
         raise InputError(f"{file}: does not fit in memory, or is damaged") from None
     except Exception:  # numpy documents no errors for damaged headers and archives
         found = None

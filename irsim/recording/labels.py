@@ -114,7 +114,7 @@ def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> La
     rows = list(_rows(path))
     names: dict[str, str] = {}
     boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
-    frames_by_id: dict[str, set[int]] = {}  # by the ids of the file
+    frames_by_id: dict[str, set[int]] = {}  # keys are the ids in the file
     last = (-1, 0)
     for line, row in rows:
         place = f"{path}:{line}"

@@ -160,7 +160,7 @@ class McapWriter:
     def finish(self) -> None:
         """Write the summary. The caller closes the file."""
         self._out.records(DataEnd(self._out.crc))
-        self._out.crc = 0  # of the summary, from here on
+        self._out.crc = 0  # from here on, the CRC of the summary
         summary = self._out.position
         groups: list[tuple[Opcode, Sequence[McapRecord]]] = [
             (Opcode.SCHEMA, tuple(self._schemas.values())),

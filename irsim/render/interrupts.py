@@ -38,7 +38,7 @@ def interrupts_held() -> Iterator[None]:
         with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # its start unblocks signals, which would end the deferral later
+    resource_tracker.ensure_running()  # started now, as its start unblocks signals
     with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:

@@ -89,7 +89,7 @@ class _Worker:
         self._answers: deque[Truth | Exception] = deque()
         self._process = process(context, _serve, scenario, inherited=(theirs, memory))
         self._process.start()
-        theirs.close()  # else the end of the process would not close the pipe
+        theirs.close()  # the pipe then closes when the process ends
 
     def give(self, block: Sequence[int]) -> None:
         with suppress(OSError):  # a dead worker is reported by `next`

@@ -152,7 +152,7 @@ class TargetVisibility:
     def _occluded_px2(self, occluders: Sequence[Occluder], name: str, frame: int, sprite: Sprite) -> float:
         overlaps = [self._overlap(occluder, name, frame, sprite) for occluder in occluders]
         found = [each for each in overlaps if each is not None]
-        if len(found) <= 1:  # without the rounding of 1 - cover: the placement search compares exact fractions
+        if len(found) <= 1:  # no rounding of 1 - cover, as the placement search compares exact fractions
             return sum(float((sprite.cover[region] * cover).sum()) for region, cover in found)
         visible = sprite.cover.copy()
         for region, cover in found:
