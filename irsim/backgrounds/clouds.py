@@ -133,7 +133,7 @@ class Clouds(Part):
         "texture": ("texture_k", 0.0),
         "sunlit": ("sunlit_k", 0.0),
         "wind": ("wind_mrad_s", (0.0, 0.0)),
-        "evolve": ("evolve_s", math.inf, 0.0),  # 0 would be a different cloud, which never changes
+        "evolve": ("evolve_s", math.inf, 0.0),  # 0 s would give another cloud, which never changes
     }
 
     id: Name = "clouds"

@@ -273,7 +273,7 @@ class SeaSurface:
         grazing = np.arcsin(np.minimum(np.sqrt(right**2 + ahead**2 + up**2) / 2, 1))
         bounce = _from_table(self._reflectance, grazing)
         steep = (1 + tilt_right**2 + tilt_near**2) ** 2
-        # Facets shadow each other at grazing angles: the glint is bounded by their slope sigma.
+        # Half a slope sigma is added to sin d, as facets shadow each other: it bounds the glint at grazing angles.
         seen = np.sin(down) + 0.5 * math.sqrt(max(slope_variance(self._sea.wind_m_s) / 2, LEAST_VARIANCE))
         return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
 

@@ -62,7 +62,7 @@ class WaveOctave:
 
     def __init__(self, wind_m_s: float, wind_deg: float, number: int, seed: int) -> None:
         self.length_m = longest_wave(wind_m_s) / 2**number
-        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
+        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # phase speed in deep water, m/s
         wind = math.radians(wind_deg)
         self._angles = [wind - TRAIN_RAD, wind + TRAIN_RAD]
         across, along = slope_components(number)

@@ -32,7 +32,8 @@ _AXIS_CYCLES = 2
 _COARSE = 512
 """Side of a picture, px, up to which no frequencies are averaged before the fit; at twice this side 2 x 2 are."""
 _PRESENT = 30.0
-"""Least gain of log likelihood by which texture is accepted. Four parameters gain 2 by chance, bad pixels 10."""
+"""Least gain of log likelihood by which texture is accepted. Four parameters gain 2 by chance; bad pixels can give a
+gain of 10."""
 _STEEPEST = 5.9
 """Slope along both axes from which the spectrum is that of a single smooth object, not of texture."""
 _NEAR = 0.01
