@@ -205,9 +205,9 @@ class Atmosphere(Part):
             (low, high), (lowest, highest) = limits(band), limits(name)
             yield Notice(
                 ("preset",),
-                f"transmittance is fitted to {name}, {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
-                f"of {name} is used, which may be off by up to {apart:.2f}, the share of the light that the two bands "
-                "do not have in common",
+                f"transmittance is fitted to {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
+                f"of {name} is used, which may be off by up to {apart:.2f}, the share of light outside the bands' "
+                "common part",
             )
 
     def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, height_gain_m: float = 0.0) -> str | None:
@@ -223,8 +223,8 @@ class Atmosphere(Part):
         if abs(share - 1) > GAS_TOLERANCE:
             top = max(heights) * 1e3
             return (
-                f"a path up to {top:.0f} m above the sea is not the fitted level one at "
-                f"{FIT_HEIGHT_KM * 1e3:.0f} m: scaled by layers, it holds {share:.0%} of the gas"
+                f"a path up to {top:.0f} m above the sea holds {share:.0%} of the gas on the fitted one, which is "
+                f"level at {FIT_HEIGHT_KM * 1e3:.0f} m: transmittance is scaled from there"
             )
         return None
 
