@@ -45,9 +45,9 @@ class Correction(Part):
     """Period of corrections, frames: a correction begins at each multiple of it as well."""
     freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
     """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift restarts from 0
-    at the first of these frames, so that later frames are the same without a freeze. In a real camera with a shutter it
-    restarts at the last of them; for a freeze of 0.5 s and a time constant of 600 s the difference is 4 % of the final
-    sigma."""
+    at the first of these frames."""
+    # Later frames are thus the same without a freeze. In a real camera with a shutter drift restarts at the last of these
+    # frames; for a freeze of 0.5 s and a time constant of 600 s the difference is 4 % of the final sigma.
 
     @model_validator(mode="after")
     def _picture_moves(self) -> Correction:

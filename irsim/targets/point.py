@@ -55,12 +55,12 @@ class Point(Shape):
     emissivity: Fraction = 0.95
     """Emissivity."""
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. It is reached in the scene
-    with nothing switched off; --without does not change the radiance of the point."""
+    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. It is reached with
+    nothing switched off."""
     scr: Number | None = None
     """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. A negative
-    value is darker than the background, as far as `area_m2` permits. The ratio is reached in the scene with nothing
-    switched off; --without does not change the radiance of the point."""
+    value is darker than the background, as far as `area_m2` permits. It is reached with
+    nothing switched off."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
