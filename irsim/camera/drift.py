@@ -46,8 +46,8 @@ class Correction(Part):
     freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
     """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift restarts from 0
     at the first of these frames."""
-    # Later frames are thus the same without a freeze. In a real camera with a shutter drift restarts at the last of these
-    # frames; for a freeze of 0.5 s and a time constant of 600 s the difference is 4 % of the final sigma.
+    # Later frames are thus the same without a freeze. In a real camera with a shutter, drift restarts at the last of
+    # these frames; for 0.5 s and a time constant of 600 s the difference is 4 % of the final sigma.
 
     @model_validator(mode="after")
     def _picture_moves(self) -> Correction:
