@@ -18,7 +18,7 @@ _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u20
 """Control characters except tab and line feed, line and direction marks, and surrogates."""
 
 REPEAT_AFTER_S = 0.01
-"""Delay before a lost Ctrl-C is raised again, s: the callback that swallowed it has ended by then."""
+"""Delay, s, before a lost Ctrl-C is raised again. By then the callback that dropped it has ended."""
 
 
 class IrsimError(Exception):
@@ -168,7 +168,7 @@ def keep_interrupts() -> None:
     """Raise KeyboardInterrupt again where Python drops it.
 
     Python ignores exceptions in callbacks and finalisers, and each import of a module ends in a callback: a command
-    interrupted there would run on.
+    that is interrupted in such a callback would continue.
     """
     before = sys.unraisablehook
 

@@ -29,18 +29,19 @@ CELLS = 65_536
 """Number of cells of equal probability in the table of normal deviates: one for each 16-bit word."""
 
 REFINED = 16
-"""Number of cells at each end with the exact tail in place of a mean: the outermost spans 4.17 sigma to infinity."""
+"""Number of cells at each end of the table in which deviates follow the exact tail instead of the cell's mean. The
+outermost cell extends from 4.17 sigma to infinity."""
 
 UNIT_BITS = 13
 """Means of cells are multiples of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
 
 PIECES = 32
-"""Number of polynomial pieces that give the means of cells: two for each doubling of the cell's number. The last bits
-of the exponent of this number, as a float, and the first of its mantissa select the piece; half of the pieces hold no
+"""Number of polynomial pieces that give the means of cells: two for each doubling of the cell's number m. The lowest
+bits of the exponent of float(m), with the highest bit of its mantissa, select the piece; half of the pieces contain no
 cell."""
 
 _POWERS = 5
-"""Coefficients of each piece, from the constant on: the remaining error is 4e-6 sigma."""
+"""Number of coefficients of each piece, the constant first. The remaining error is 4e-6 sigma."""
 
 _BELOW_PIECE = 22
 """Number of bits of a float32 below the bits that select the polynomial piece."""
@@ -52,7 +53,7 @@ _BELOW_STEP = 52 - DEPTH_BITS
 """Number of bits of a float64 below the bits that select the step of the tail table."""
 
 _DEEPEST = 2.0**-82
-"""First probability of the tail table, below any that the lowest cell and 64 more bits can give."""
+"""First probability of the tail table, below the lowest one that a tail cell refined by 64 bits can give."""
 
 _CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
 """True if OpenCV looks up 16-bit words. OpenCV 4 has 8-bit tables only; numpy, which widens the words, takes about
@@ -101,7 +102,7 @@ def normals(
     source, count = bit_generator(seed, *address), math.prod(shape)
     words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
     values = lookup(cell_means(), words, out)
-    words += np.uint16(REFINED)  # both ends at once: the sum wraps
+    words += np.uint16(REFINED)  # uint16 wraps: both ends become small words
     refined = np.flatnonzero(words < 2 * REFINED)
     if refined.size:
         values.reshape(-1)[refined] = _tail_normals(words.reshape(-1)[refined], source.random_raw(refined.size))
@@ -119,7 +120,7 @@ def lookup(
     """Return table[words]: table (65536,), words any shape; out a C-contiguous array of the table's type and shape."""
     if _CV2_TAKES_16_BITS and words.ndim == 2 and words.size:
         return cast(npt.NDArray[Entry], cv2.LUT(words, table.reshape(1, -1), dst=out))
-    # mode: the default one would go through a buffer where `out` is given.
+    # With the default mode, numpy would copy through a buffer where `out` is given.
     return np.take(table, words, out=out, mode="clip")
 
 
@@ -157,12 +158,12 @@ def deep_quantile(p: Floats) -> Floats:
 def cell_means() -> Floats:
     """Return the approximate mean of a standard normal deviate within each cell, rising, (CELLS,) float32, read-only.
 
-    The error is below 7e-5. Means are multiples of 1.2e-4, so that the table stays in the processor's nearest cache,
-    and follow the polynomials of `_cell_pieces`, so that kernels can compute them where a table is slow to read.
+    The error is below 7e-5. Means are multiples of 1.2e-4, so that the table fits into the processor's first cache.
+    They follow the polynomials of `_cell_pieces`, so that kernels can compute them where a table is slow to read.
     """
     cells = np.arange(REFINED, CELLS // 2).astype(np.float32).view(np.int32)
     pieces = _cell_pieces()[:, (cells >> _BELOW_PIECE) % PIECES]
-    within = ((cells & 0x7FFFFF) | 0x3F800000).view(np.float32)  # its mantissa alone: 1 to 2
+    within = ((cells & 0x7FFFFF) | 0x3F800000).view(np.float32)  # the mantissa of m, from 1 to 2
     lower = pieces[-1]
     for each in pieces[-2::-1]:  # float64 holds all digits of product and sum, rounded once like a fused operation
         lower = (lower.astype(np.float64) * within + each).astype(np.float32)
@@ -196,7 +197,7 @@ def _tables() -> Tables:
 def _cell_words() -> npt.NDArray[np.int16]:
     """Return `cell_means` in units of 2^-UNIT_BITS, (CELLS,) int16, read-only.
 
-    Tail cells hold codes, no means: from -32768 on, those of the upper tail in rising order, then the lower tail's.
+    Tail cells contain codes instead of means: consecutive numbers from -32768 on, for the upper tail first.
     """
     marks = np.arange(2 * REFINED) - 2**15
     inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS
@@ -212,7 +213,7 @@ def _cell_pieces() -> Floats:
     they are scaled so that together with the exact tails the variance is 1, within 3e-7 after rounding.
     """
     pieces = np.zeros((_POWERS, PIECES))
-    nodes = np.cos(np.pi * (np.arange(_POWERS) + 0.5) / _POWERS)  # Chebyshev's: the error is nearly even
+    nodes = np.cos(np.pi * (np.arange(_POWERS) + 0.5) / _POWERS)  # Chebyshev nodes: nearly equal error
     for doubling in range(int(math.log2(REFINED)), int(math.log2(CELLS // 2))):
         for half in (0, 1):
             x = 1.25 + half / 2 + nodes / 4
@@ -226,8 +227,8 @@ def _cell_pieces() -> Floats:
 
 @cache
 def _deep_table() -> Floats:
-    """Return the quantiles of p = _DEEPEST (1 + j / 2^DEPTH_BITS) 2^i, read-only, float64; the last one twice, for p
-    rounded up to it."""
+    """Return the quantiles of p = _DEEPEST (1 + j / 2^DEPTH_BITS) 2^i, read-only, float64; the last one is repeated, as
+    rounding of p may select the step after it."""
     halvings = round(math.log2(REFINED / CELLS / _DEEPEST))
     within = 1 + np.arange(1 << DEPTH_BITS) / (1 << DEPTH_BITS)
     p = (_DEEPEST * 2.0 ** np.arange(halvings)[:, None] * within).ravel()

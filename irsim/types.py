@@ -44,7 +44,7 @@ BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "ci
 """Classes of real backgrounds with measured statistics (`irsim realism`)."""
 
 SHOWN = 0.5
-"""Least visible fraction of a target that does not count as hidden."""
+"""Visible fraction of a target below which it counts as hidden."""
 
 MEDIAN_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation: 1 / Phi^-1(3/4). F. R. Hampel, "The
@@ -187,8 +187,8 @@ class TargetTruth:
 
     id, cls       its name, and its class: the kind of a rendered body, a label's class
     center        (x, y) px: area centroid of the whole target, occluded or not
-    box           tight box of the whole target, occluded or not; of a point, its PSF's full width at
-                  half maximum, or its own where that is larger
+    box           tight box of the whole target, occluded or not; for a point, the full width at half maximum of its
+                  PSF, or the point's own size where that is larger
     signal_center (x, y) px: centroid of the whole target's own light at the camera (hot parts weigh
                   more), independent of the background; for an isothermal target the same as center. The
                   centroid of its contribution to the picture differs: see `irsim.Moments.contribution`
@@ -203,10 +203,9 @@ class TargetTruth:
     crossing      True where another target's box intersects this one's
     in_view       True where its centre is inside the frame
     contrast_k    apparent temperature of the target's mean radiance less that of its background, K
-    scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it: of the
-                  noiseless light of target and background, with the camera's noise counted as clutter
-                  (formula: docs/moments.md); None where no part of the target is in the frame, and where its
-                  surroundings are uniform
+    scr           signal-to-clutter ratio, positive where the target is brighter than the ring around it. Signal and
+                  clutter are noiseless, and the camera's noise is added to the clutter (formula: docs/moments.md). None
+                  where no part of the target is in the frame, and where its surroundings are uniform
     accuracy_px   bound on the error of the centre; 0 for rendered truth, which is exact
     """
 

@@ -20,9 +20,9 @@ from irsim.physics.atmosphere import EARTH_KM
 from irsim.types import Floats, Slices
 
 TABLE_STEPS = 4096
-"""Steps of a table from the horizontal to the nadir, and to the zenith. Even steps are 0.38 mrad. Those of
-`GroundAirTable` grow with the angle, as the distance of the ground changes fastest near the horizontal: they are 0.006
-mrad at 0.1 mrad below it."""
+"""Steps of a table from the horizontal to the nadir, and to the zenith. Even steps are 0.38 mrad. Steps of
+`GroundAirTable` grow with the angle below the horizontal, near which the distance of the ground changes fastest: at an
+angle of 0.1 mrad a step is 0.006 mrad."""
 
 CHECK_EVERY = 16
 """Stride, in rows and columns, of the pixels at which the smoothness of the air is checked."""

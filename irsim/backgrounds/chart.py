@@ -37,8 +37,8 @@ def _chebyshev(places: Floats) -> Floats:
 
 
 _COEFFICIENTS = (np.append(1.0, np.full(NODES - 1, 2.0)) / NODES * _chebyshev(PLACES)).T
-"""(NODES, NODES) matrix from values at the nodes to coefficients of the Chebyshev polynomials, orthogonal over the
-nodes."""
+"""(NODES, NODES) matrix from values at the nodes to coefficients of the Chebyshev polynomials, which are orthogonal
+over the nodes."""
 
 
 def _lagrange(places: Floats) -> Floats:

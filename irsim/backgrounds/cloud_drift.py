@@ -18,15 +18,15 @@ from irsim.backgrounds.texture import repeated_px
 from irsim.types import Floats, Slices
 
 NARROW = 0.02
-"""Greatest squared tangent of the angle from the optical axis to a corner for which a rotation of the camera is a shift
-of the image within 2 %. In such narrow fields of view, evolving layers are shifted as a whole; in wider ones they are
-sampled pixel by pixel, at ten times the cost."""
+"""Greatest squared tangent of the angle from the optical axis to a corner at which a rotation of the camera shifts the
+whole image equally, within 2 %. In such narrow fields of view, evolving layers are shifted as a whole; in wider ones
+they are sampled pixel by pixel, at ten times the cost."""
 
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is neglected."""
 
 WHOLE = 32768
-"""Sum of the integer weights of the words of `CloudState`: sums of words times integers are exact and fast."""
+"""Sum of the integer weights with which words of `CloudState` are mixed; integer arithmetic is exact and fast."""
 
 Shift = float | Floats
 """Displacement along an axis, px: uniform, or (NODES, NODES) at the nodes of a chart."""
@@ -211,7 +211,7 @@ def _centre(chart: Chart) -> tuple[float, float, float, float]:
     at, slope = centre_weights()
     u, v = (float(at @ part @ at) for part in (chart.u, chart.v))
     width, height = chart.geometry.size
-    # By elevation alone: azimuth has another scale away from the first elevation.
+    # From elevations only, as the scale of azimuth differs away from the first elevation.
     side = float(at @ chart.v @ slope) / (width / 2 - 0.5)
     forward = float(slope @ chart.v @ at) / (height / 2 - 0.5)
     return u, v, forward, side

@@ -48,7 +48,7 @@ STEP = (ENTRIES - 1) / (2 * EXTREME)
 """Entries per standard deviation."""
 
 Drift = Annotated[Number, Plausible(-1000, 1000, "mrad/s")]
-"""Apparent motion of a cloud; the limit is a gale of 30 m/s at 30 m."""
+"""Apparent motion of a cloud, mrad/s: up to that of a gale of 30 m/s at a distance of 30 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class Clouds(Part):
         "texture": ("texture_k", 0.0),
         "sunlit": ("sunlit_k", 0.0),
         "wind": ("wind_mrad_s", (0.0, 0.0)),
-        "evolve": ("evolve_s", math.inf, 0.0),  # 0 would be a different cloud, which never changes
+        "evolve": ("evolve_s", math.inf, 0.0),  # 0 s would give another cloud, which never changes
     }
 
     id: Name = "clouds"
@@ -141,7 +141,8 @@ class Clouds(Part):
     coverage: Annotated[float, Field(ge=1e-6, lt=1)] = 0.4
     """Share of the sky covered by cloud."""
     depth: NotNegative = 3.0
-    """Optical depth per standard deviation of the thickness in excess of the edge's; 0 is no cloud."""
+    """Optical depth for each standard deviation by which the thickness exceeds that at the cloud's edge; 0 is no
+    cloud."""
     temperature_k: Kelvin = 268.0
     """Temperature of the cloud, K."""
     texture_k: KelvinSpread = 2.0
@@ -213,7 +214,7 @@ class Clouds(Part):
         def state_at(place: float) -> CloudState:
             mixture = fields.at(place)
             slope = mixture.derived
-            if slope is not None and self.histogram:  # a histogram is not linear: slope after the mixture
+            if slope is not None and self.histogram:  # a histogram is not linear: the slope follows the mixture
                 slope = self._slope(with_histogram(slope, self.histogram), context)
             share = None if slope is None else sunlit_share(slope)
 

@@ -47,11 +47,11 @@ TEMPERATURES: dict[str, dict[str, float]] = {
         "spread": 1.2,
     },
 }
-"""Temperatures by hour, K. Ground, trees and walls are absolute; spreads are of the ground and between fields; roads
-and water are relative to the ground. Those of `any` are choices. The others are round figures for a clear summer day
-and night at mid latitudes: bare soil and asphalt vary most between day and night, water least, tree crowns stay near
-the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). Water is therefore coldest by day and
-warm by night."""
+"""Temperatures by hour, K. Values of ground, trees and walls are absolute. A spread is the standard deviation of the
+ground or between fields. Values of roads and water are differences from the ground. Those of `any` are choices. The
+others are round figures for a clear summer day and night at mid latitudes: bare soil and asphalt vary most between day
+and night, water least, tree crowns stay near the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters
+2 to 4). Water is therefore coldest by day and warm by night."""
 
 Shape = tuple[int, int]
 """Rows and columns."""

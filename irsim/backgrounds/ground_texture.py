@@ -35,12 +35,12 @@ SOFT_PX = 0.5
 keeps exp(-2 pi^2 0.5^2 / 4) = 0.29 of its amplitude."""
 
 VANISHING_PX = 40.0
-"""Height of the vanishing line of a landscape's ground above its drawn horizon, px. The ground thus ends as at a low
-rise, which hides the farthest ground with features thinner than a pixel."""
+"""Height of the vanishing line of a landscape's ground above its drawn horizon, px. The drawn ground thus ends before
+the true horizon, as at a low rise: the farthest ground, with features thinner than a pixel, is not drawn."""
 
 SUBSAMPLES = 4, 16
-"""Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. In between,
-samples are a pixel's width apart on the ground."""
+"""Least and greatest number of samples over the height of a pixel: far roads are thinner than a pixel. Within these
+limits, samples are as far apart on the ground as a pixel is wide there."""
 
 STRIP = 32
 """Number of rows that are sampled together, with equal numbers of samples; they stay in the processor's cache."""
@@ -67,7 +67,7 @@ class GroundPlane:
         cols) float32 each."""
         (x, y, z), geometry, unit = place, self.geometry, self.geometry.ifov_rad
         first = max(-math.sin(geometry.elevation_rad), LEAST_SINE)
-        wide, long = unit / first, unit / first**2  # of a texel; lengths here are in units of height_m
+        wide, long = unit / first, unit / first**2  # size of a texel, in units of height_m
         high = max(self.height_m - y, LOWEST_M) / self.height_m
         right, down, ahead = chart.rays
         away = _relative_range(chart.at_pixels(down)) * np.float32(high)
@@ -186,7 +186,7 @@ def _sampled_cover(wide: Floats, farthest: tuple[Floats, Floats], px_per_texel: 
     """Return the cover of a few rows, (rows, cols) float32; px_per_texel (rows, cols): width of a texel in the
     picture."""
     side = wide.shape[0] - 1
-    high = 1 / (ifov_rad * VANISHING_PX * float(px_per_texel.min()))  # length of a px on the ground, in its widths
+    high = 1 / (ifov_rad * VANISHING_PX * float(px_per_texel.min()))  # length of a pixel on the ground over its width
     samples = min(max(math.ceil(high), SUBSAMPLES[0]), SUBSAMPLES[1])
     total = np.zeros_like(px_per_texel)
     for shift in (np.arange(samples) + 0.5) / samples - 0.5:

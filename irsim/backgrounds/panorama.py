@@ -132,8 +132,8 @@ class Sphere:
     """Spherical `ParallaxSurface` of radius R = `range_m`, for clouds.
 
     A ray from the camera position c along the unit vector r leaves the sphere after t = sqrt((c r)^2 + R^2 - c^2) - c
-    r; from the first position this point is seen in the direction of c + t r. Components are taken right of, along and
-    below the azimuth of the ray.
+    r; from the first position this point is seen in the direction of c + t r. Vectors are resolved to the right of the
+    ray's azimuth, along it, and down.
     """
 
     range_m: float

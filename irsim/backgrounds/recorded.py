@@ -35,8 +35,9 @@ MOST_SIGMAS = 3.5
 """Largest deviation that counts as noise, in sigmas; 1 in 2000 deviations of normal noise is larger. It is about 2
 sqrt(3), so that values folded into +- half of it (`folded`), if uniformly distributed, have the sigma of the noise."""
 ENOUGH = 0.1
-"""Least share of unclipped pixels from which alone the sigma of a frame's noise is estimated. Clipped pixels and black
-bars have no noise and are left out; if nearly all are clipped, the others show objects, so all are used."""
+"""Least share of unclipped pixels for which the sigma of a frame's noise is estimated from these pixels only. Clipped
+pixels and black bars have no noise and are left out; if nearly all are clipped, the others show objects, so all are
+used."""
 
 
 class Recorded(Background):

@@ -195,7 +195,7 @@ class SeaSurface:
         distance = max(sea.camera_height_m - y, 0.1) / np.tan(down)
         right = (distance * np.sin(azimuth) + x).astype(np.float32)
         ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
-        footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
+        footprint = distance * unit / np.sin(down)  # footprint of a pixel along the line of sight, m
         across, along, drawn, variance = self._slopes(right, ahead, footprint, view_direction.time)
         rest = variance * (1 - drawn)
         # Slopes of the visible facets: the reduced variance and the mean tilt towards the camera are divided among
@@ -205,7 +205,7 @@ class SeaSurface:
         grazing, left = visible_facets(down + leaning, rest)
         spread = np.sqrt(rest * left)
         water = np.float32(radiance(self._context.band, sea.water_k))
-        # Finer facets lean by one sigma to either side: a two-point mean of the non-linear reflectance.
+        # The non-linear reflectance is averaged over two tilts of the finer facets, one sigma to either side.
         light = (
             water
             + (self._reflected_excess(grazing + spread, down) + self._reflected_excess(grazing - spread, down)) / 2
@@ -273,7 +273,7 @@ class SeaSurface:
         grazing = np.arcsin(np.minimum(np.sqrt(right**2 + ahead**2 + up**2) / 2, 1))
         bounce = _from_table(self._reflectance, grazing)
         steep = (1 + tilt_right**2 + tilt_near**2) ** 2
-        # Facets shadow each other at grazing angles: the glint is bounded by their slope sigma.
+        # Half a slope sigma is added to sin d, as facets shadow each other: it bounds the glint at grazing angles.
         seen = np.sin(down) + 0.5 * math.sqrt(max(slope_variance(self._sea.wind_m_s) / 2, LEAST_VARIANCE))
         return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
 

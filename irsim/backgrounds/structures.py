@@ -32,7 +32,7 @@ FARTHEST_PX = 2.0**20
 """Corners are clipped to this distance, px, far outside any grid."""
 
 NEAREST_PX = 0.25
-"""Least distance between trees or buildings, px: more would be invisible and slow to draw."""
+"""Least distance between trees or buildings, px: denser objects would be indistinguishable and slow to draw."""
 
 RELIEF_M = 80.0
 """Length of the largest undulations of the ground, m."""

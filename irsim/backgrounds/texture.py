@@ -41,8 +41,8 @@ ground truth, and a twentieth of a pixel at the corner is invisible; sampling ev
 cloud layers, 1 ms each at 640x512) costs ten times a shift."""
 
 FINE_SIGMA_PX = 2.5
-"""Least sigma, px, of a blur of a picture reduced in size. Cubic interpolation then has an rms error of a fiftieth for
-slopes of clouds (beta 3.3); a sigma of 5 px would give a hundredth, in nine times the time."""
+"""Least sigma of a blur computed at reduced size, px of the reduced picture. The rms error of cubic interpolation is
+then 2 % for slopes of clouds (beta 3.3); a sigma of 5 px would give 1 %, in nine times the time."""
 
 SMALLEST_SIDE = 16
 """Least side of a reduced picture, px."""

@@ -39,7 +39,7 @@ VARIATION = 0.8
 HEDGE = 0.4
 """Height of hedges between woods, as a share of the mean height."""
 RAGGED = 0.35
-"""Variation of crowns, as a share of the height."""
+"""Standard deviation of the height from crown to crown, as a share of the height."""
 TALLEST = 2.5
 """Limit of the height of woods, in mean heights, approached as a hyperbolic tangent."""
 DEPTH = 0.6

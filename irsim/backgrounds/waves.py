@@ -39,7 +39,7 @@ def directional_rms_rad(number: int) -> float:
     (1980) 1264, measured up to a few times f_peak). Short waves run in nearly all directions.
     """
     mu = -2.33 - 1.45 * (PEAK - 1.17)
-    s = 9.77 * 2 ** (mu * number / 2)  # f goes with the root of 1 / length
+    s = 9.77 * 2 ** (mu * number / 2)  # f is proportional to length^(-1/2)
     return math.sqrt(2 / (s + 1))
 
 
@@ -62,7 +62,7 @@ class WaveOctave:
 
     def __init__(self, wind_m_s: float, wind_deg: float, number: int, seed: int) -> None:
         self.length_m = longest_wave(wind_m_s) / 2**number
-        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
+        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # phase speed in deep water, m/s
         wind = math.radians(wind_deg)
         self._angles = [wind - TRAIN_RAD, wind + TRAIN_RAD]
         across, along = slope_components(number)
@@ -106,7 +106,7 @@ def wave_train(seed: int, number: int, side: int) -> Floats:
     length = np.hypot(fx, fy) * PER_WAVE
     with np.errstate(divide="ignore"):
         octave = np.exp(-0.5 * (np.log2(np.maximum(length, 1e-9)) / 0.4) ** 2)
-    spread = np.exp(-0.25 * (np.arctan2(fx, np.abs(fy)) / train_rms_rad(number)) ** 2)  # of amplitudes
+    spread = np.exp(-0.25 * (np.arctan2(fx, np.abs(fy)) / train_rms_rad(number)) ** 2)  # spread of amplitudes
     white = np.fft.rfft2(normals((TILE, TILE), seed, "waves", number, side))
     field = np.fft.irfft2(white * octave * spread, s=(TILE, TILE))
     return np.asarray(field / field.std(), dtype=np.float32)

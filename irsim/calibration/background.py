@@ -74,7 +74,7 @@ def fill(picture: Values, held: Bools) -> npt.NDArray[Any]:
 def small_objects(picture: Floats) -> tuple[Bools, int]:
     """Return the mask (rows, columns) and the number of small hot or cold outliers in a picture.
 
-    They stand out in its top hat or black hat (J. Serra, "Image analysis and mathematical morphology", 1982).
+    They stand out in the picture's top hat or black hat (J. Serra, "Image analysis and mathematical morphology", 1982).
     """
     smooth = cv2.GaussianBlur(np.asarray(picture, np.float32), (0, 0), 1.0)
     side = max(round(min(picture.shape) * _SMALL), 3)

@@ -17,7 +17,7 @@ _LOWEST, _HIGHEST = 4, 0.2
 """Lowest frequency, cycles a side, and highest, cycles a px, to which slopes are fitted. At other frequencies blur,
 noise and sharpening prevail."""
 _SLOPE, _AXIS = 0.2, 0.35
-"""Differences in beta, and in beta along one axis, between recordings of one class."""
+"""Differences in beta, and in beta along one axis, that occur between recordings of one class."""
 _SPREAD, _UNEVEN = 1.25, 1.4
 """Ratios of the spreads, and of the unevennesses, of recordings of one class."""
 _ROWS = 0.2
@@ -139,7 +139,7 @@ CLASSES = {
     "city": RealTexture((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
 }
 """Medians of infrared recordings, measured by the project from 4/N to 0.2 cycles/px, with N the shorter side in px.
-Spreads are those of tiles.
+Each `spread` is that of tiles.
 
 cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and night, at long
 range, a park. treeline: between bare trees and a horizon with a field. Three sequences of Svanstrom et al., "A dataset

@@ -1,7 +1,8 @@
-"""Bad pixels: fractions, heights and dwell times of dead, hot and blinking pixels, and their replacement.
+"""Bad pixels: search for dead, hot and blinking pixels, and their replacement.
 
-Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it. Optics blur light over
-neighbouring pixels, so that a pixel is good where a neighbour shares its height or its changes.
+Mean and temporal sigma of a pixel are compared with the median of the 5 x 5 px around it; the difference of the means
+is the pixel's height. Optics blur light over neighbouring pixels, so that a pixel is good where a neighbour shares its
+height or its changes.
 """
 
 from __future__ import annotations
@@ -13,16 +14,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.calibration.statistics import (
-    ROUNDED,
-    Estimate,
-    Values,
-    check_frames,
-    check_positive,
-    exponential_mean,
-    poisson,
-    whole_counts,
-)
+from irsim.calibration.statistics import ROUNDED, Values, check_frames, check_positive, whole_counts
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 FULL = 0.99
@@ -41,10 +33,8 @@ _UNSTABLE = 6.0
 _TOGGLES = 0.51
 """Greatest temporal sigma, counts, of a pixel that alternates between two consecutive counts."""
 _SLOWEST = 0.99
-"""Quantile of the pixels' fractions of unchanged frames that stands for the slowest good pixels."""
-_LEAST_JUDGED = 100
-_CLUSTERED = 2.0
-"""Number of clustered bad pixels that count as one independent event in the interval of a fraction."""
+"""Quantile, over pixels, of the fraction of unchanged frames; it stands for the good pixels that change most rarely."""
+LEAST_JUDGED = 100
 _MOST_IN_CLUSTER = 16
 """Largest number of bad pixels in a group. Clusters of 2 pixels on average exceed it once in 10^4."""
 _MEDIAN_REACH = 16
@@ -79,36 +69,6 @@ class BadPixels:
             return self
         dead, hot, blinking, judged = (mask & ~taken for mask in (self.dead, self.hot, self.blinking, self.judged))
         return BadPixels(dead, hot, blinking, judged, self.frozen_from)
-
-
-@dataclass(frozen=True)
-class BadPixelFigures:
-    """Fractions of bad pixels among the judged ones, heights in counts, and times in frame periods of the recording.
-
-    cluster                 mean number of bad pixels that touch each other
-    dead_level              median count of dead pixels
-    hot_height              mean height of hot pixels above their neighbours
-    jump                    mean step of blinking pixels between their two levels
-    on_frames, off_frames   mean dwell times of blinking pixels away from their normal level, and at it
-    """
-
-    dead: Estimate
-    hot: Estimate
-    blinking: Estimate
-    cluster: float
-    dead_level: float | None
-    hot_height: Estimate | None
-    jump: Estimate | None
-    on_frames: Estimate | None
-    off_frames: Estimate | None
-
-    @property
-    def shares(self) -> dict[str, Estimate]:
-        return {"dead": self.dead, "hot": self.hot, "blinking": self.blinking}
-
-    @property
-    def any(self) -> bool:
-        return any(share.value for share in self.shares.values())
 
 
 def find_bad_pixels(frames: Values, top: float = math.inf) -> BadPixels:
@@ -198,62 +158,6 @@ def _line_offset(level: Floats, line: int, other: int, place: int) -> float:
     return float(np.median(apart)) if len(apart) >= 5 else 0.0
 
 
-def bad_pixel_figures(frames: Values, periods: Floats, bad: BadPixels) -> BadPixelFigures:
-    """Return the figures of bad pixels in frames (T, rows, columns).
-
-    periods (T - 1,) time from each frame to the next, in frame periods of the recording
-    """
-    from scipy.ndimage import label
-
-    level = frames.mean(axis=0, dtype=np.float64)
-    heights = (level - around(level))[bad.hot]
-    judged = int(bad.judged.sum())
-    jump = on = off = None
-    if bad.blinking.any():
-        series = frames[:, bad.blinking].astype(np.float64)
-        jump, on, off = _dwell_times(series, around(level)[bad.blinking], periods)
-    return BadPixelFigures(
-        dead=_share(bad.dead, judged),
-        hot=_share(bad.hot, judged),
-        blinking=_share(bad.blinking, judged),
-        cluster=float(bad.all.sum() / int(label(bad.all)[1])) if bad.all.any() else 1.0,
-        dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
-        hot_height=exponential_mean(float(heights.sum()), len(heights)) if len(heights) else None,
-        jump=jump,
-        on_frames=on,
-        off_frames=off,
-    )
-
-
-def _dwell_times(series: Floats, normal: Floats, periods: Floats) -> tuple[Estimate, Estimate | None, Estimate | None]:
-    """Return the mean step of two-level series (T, pixels), and the mean times off the level near `normal` and on it.
-
-    The estimated mean of an exponential dwell time is the time spent over the number of exits (D. R. Cox, D. Oakes,
-    "Analysis of Survival Data", 1984, section 3.2). Changes faster than the frames are missed.
-    """
-    high = series > (series.max(axis=0) + series.min(axis=0)) / 2
-    upper, lower = (np.where(part, series, 0).sum(axis=0) / part.sum(axis=0).clip(1) for part in (high, ~high))
-    away = np.where(np.abs(upper - normal) > np.abs(lower - normal), high, ~high)
-    times: list[Estimate | None] = []
-    for state in (away, ~away):
-        exits = int((state[:-1] & ~state[1:]).sum())
-        spent = float((state[:-1] * periods[:, None]).sum())
-        times.append(exponential_mean(spent, exits) if exits else None)
-    return exponential_mean(float((upper - lower).sum()), series.shape[1]), times[0], times[1]
-
-
-def _share(mask: Bools, judged: int) -> Estimate:
-    from scipy.ndimage import label
-
-    if judged < _LEAST_JUDGED:
-        return Estimate(0.0, 0.0, 1.0, bound=True)
-    share, clusters = float(mask.sum()) / judged, int(label(mask)[1])
-    if not clusters:
-        return Estimate(0.0, 0.0, poisson(0)[1] / judged)
-    low, high = (end * _CLUSTERED / clusters for end in poisson(clusters / _CLUSTERED))
-    return Estimate(share, share * low, share * high)
-
-
 def _scatter(apart: Floats) -> Floats:
     """Return the robust sigma of differences around each pixel, or that of the whole picture where it is larger."""
     scatter = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
@@ -261,10 +165,12 @@ def _scatter(apart: Floats) -> Floats:
 
 
 def _alone(height: Floats, found: Bools) -> Bools:
-    """Return those found pixels whose group is one of bad pixels, not the image of a bright object.
+    """Return the mask of those pixels of `found` that belong to a group of bad pixels, not to the image of a bright
+    object.
 
-    A group holds pixels up to 3 px apart. It is one of bad pixels if it has up to 16 pixels, at most two of the four
-    direct neighbours of its peak share the peak's height, and at most four of all eight neighbours belong to the group.
+    A group holds pixels up to 3 px apart. It is a group of bad pixels if it has up to 16 pixels, at most two of the
+    four direct neighbours of its peak share the peak's height, and at most four of all eight neighbours belong to the
+    group.
     """
     from scipy.ndimage import label, maximum_position
 
@@ -304,7 +210,8 @@ def _unit(series: Floats) -> Floats:
 
 def _frozen_from(frames: Values) -> int | None:
     """Return the least number T of frames over which at most 0.1 good pixels are expected to keep their value. A pixel
-    that keeps it with probability q from frame to frame keeps it over T frames with at most q^(T/2)."""
+    that keeps its value from frame to frame with probability q keeps it over T frames with a probability of at most
+    q^(T/2)."""
     if len(frames) < 2:
         return None
     stays = np.mean(frames[1:] == frames[:-1], axis=0)

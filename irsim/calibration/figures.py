@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from irsim.calibration.background import TEXTURE_PICTURES, background, mean_picture
-from irsim.calibration.bad_pixels import FULL, BadPixelFigures, bad_pixel_figures, patch
+from irsim.calibration.bad_pixel_figures import BadPixelFigures, bad_pixel_figures
+from irsim.calibration.bad_pixels import FULL, patch
 from irsim.calibration.fixed_pattern import fixed_pattern, odd_even, remove_odd_even
 from irsim.calibration.noise import NoiseReport, measure_noise
 from irsim.calibration.psf import point_blur
@@ -88,8 +89,8 @@ class Figures:
     notes: tuple[str, ...]
 
     def estimates(self) -> Iterator[tuple[str, Estimate]]:
-        """Yield names, such as "rows.rho", and values of all figures with an interval. `fixed` of rows and columns is
-        left out, as it contains the scene."""
+        """Yield names, such as "rows.rho", and values of all figures with an interval. The figure `fixed` of rows and
+        of columns is left out, as it contains the scene."""
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
@@ -117,7 +118,7 @@ def measure_figures(
     """Return the figures of frames (T, rows, columns) in counts.
 
     region, top, times, start   as in `measure_noise`
-    points      False: assume usual blurs and search no points, which takes most of the time
+    points      False: search no points, which takes most of the time, and assume usual blurs
     boxes       target boxes of each frame, which are left out
 
     Raises InputError where frames are too few or smaller than 8 x 8 px.
@@ -152,7 +153,7 @@ def measure_figures(
 
 @dataclass(frozen=True)
 class _Scene:
-    """Figures of background and fixed pattern, number of small objects left out, and whether the picture is layered."""
+    """Figures of background and fixed pattern, number of small objects left out, and True if the picture is layered."""
 
     figures: dict[str, Any]
     objects: int

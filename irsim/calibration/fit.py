@@ -94,7 +94,8 @@ def fit_frames(read: TimedFrames, source: Source, region: Region | None = None, 
 
 
 def _refusals(text: str) -> Iterator[str]:
-    """Yield the errors of a fitted scenario beyond the limits of scenarios, as of a small picture or strong noise."""
+    """Yield the errors of a fitted scenario that exceeds the limits of scenarios, such as by a small picture or strong
+    noise."""
     try:
         loads(text, "the fit")
     except InputError as error:

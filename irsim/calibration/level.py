@@ -26,9 +26,9 @@ class Level:
 def fit_level(levels: Floats, known: float, number: Indices) -> Level:
     """Return the level of a series (T,) that also contains white noise of variance `known`.
 
-    Values are posterior medians, and ends are quantiles. The level counts as correlated where that is 20 times likelier
-    than white. A series hardly constrains time constants longer than itself. Upper ends therefore include constants of
-    up to thirty times its duration, where these are as likely.
+    Values are posterior medians, and ends are quantiles. The level counts as correlated where correlated noise is 20
+    times likelier than white noise. A series hardly constrains time constants longer than itself. Upper ends therefore
+    include constants of up to thirty times its duration, where these are as likely.
     """
     count = len(levels)
     sigmas = np.geomspace(1 / 100, 20, 50) * (float(np.std(levels, ddof=1)) + 1e-9)

@@ -46,8 +46,8 @@ def motion(frames: Floats) -> Motion:
     """Return the signs of motion in a window (T, rows, columns).
 
     The neighbour correlation of smoothed noise is the same at any lag. That of motion rises with the lag, or comes with
-    sharp noise. A Gaussian blur that gives neighbours the correlation r reduces a sigma to (6 - 8 r + 2 r^4) / 6 of it
-    in `sharp_sigma`.
+    sharp noise. For noise that a Gaussian blur correlates by r between neighbours, `sharp_sigma` returns (6 - 8 r + 2
+    r^4) / 6 of its sigma.
     """
     chance = max(_TOGETHER, _CHANCE / math.sqrt(frames[0].size))
     fine = sharp_sigma(frames)

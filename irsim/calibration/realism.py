@@ -60,7 +60,8 @@ They were measured by the project on raw counts of a cooled LWIR camera with cor
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Figure and its allowed interval. It is outside where all of its own interval is, or without one its value."""
+    """Figure and its allowed interval. A figure is outside if the whole of its own interval is outside, or its value if
+    it has no interval."""
 
     figure: str
     value: float
@@ -75,7 +76,7 @@ class Verdict:
 
     @property
     def measured(self) -> str:
-        """Value to hundredths, or with as many digits as show that it is outside the allowed interval."""
+        """Value with two decimals, or with more where two do not show that it is outside the allowed interval."""
         places = 2
         while not self.inside and self.low <= float(f"{self.value:.{places}f}") <= self.high and places < 6:
             places += 1
@@ -117,7 +118,8 @@ class Comparison:
         return tuple(name for name in self.by_name if name not in self.failing)
 
     def lines(self, head: str, none: str) -> Iterator[str]:
-        """Yield lines with the figures, the names that fit (`head` and the names, or `none`), and why others do not."""
+        """Yield the lines of the comparison: the figures, the names that fit (`head` and the names, or `none`), and the
+        figures by which the other names do not fit."""
         heading = self.head if self.required is None else f"allowed for {self.required}"
         yield f"{'figure':11} measured  {heading}".rstrip()
         if self.required is None:
@@ -224,7 +226,7 @@ def noise_figures(found: Figures) -> dict[str, Estimate]:
     if not unit:
         raise InputError("its noise cannot be judged: it is below the rounding to whole counts")
     row = found.row
-    if found.even_rows is not None:  # the variance of rows includes that of even above odd ones
+    if found.even_rows is not None:  # the variance of rows includes the offset of even rows
         even = found.even_rows
         near, far = sorted((abs(even.low), abs(even.high)))
         near = 0.0 if even.low < 0 < even.high else near

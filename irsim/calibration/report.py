@@ -29,7 +29,8 @@ _CLIPPED = 0.005
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number as YAML text with `digits` significant digits. Rounding errors of floats become 0."""
+    """Return a number as YAML text with `digits` significant digits. A value that is a rounding error of floats is
+    written as 0."""
     return "0" if abs(value) < 1e-9 else decimal_text(value, digits)
 
 

@@ -1,4 +1,4 @@
-"""Selection of what noise is measured on: frames of a source, pixels outside target boxes, flat windows."""
+"""Selection of the data for noise measurements: frames of a source, pixels outside target boxes, flat windows."""
 
 from __future__ import annotations
 

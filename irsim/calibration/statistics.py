@@ -77,7 +77,8 @@ def subtract_variance(whole: Estimate, part: Estimate) -> Estimate:
 
 
 def subtract(sigma: Estimate, variance: Estimate) -> Estimate:
-    """Return a sigma less the variance of a part. Where nothing is left, the interval reaches up to the whole sigma."""
+    """Return the sigma that remains when the variance of a part is subtracted. Where nothing is left, the interval
+    reaches up to the whole sigma."""
     rest = subtract_variance(sigma.map(square), variance).map(root)
     return rest if rest.high > 0 else replace(rest, high=sigma.high)
 

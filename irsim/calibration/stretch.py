@@ -24,7 +24,8 @@ _BEYOND = 12.0
 _SURE = 10.0
 """Number of changes whose median is reliable. For m changes, `_BEYOND` is multiplied by 1 + (10 / m)^2."""
 _FEW = 0.2
-"""Largest fraction of changes that count as jumps. More of them are motion of the scene."""
+"""Largest fraction of changes that may count as jumps. If more exceed the limit, they are taken as motion of the
+scene."""
 _STEP_FRAMES = (4, 8, 16)
 """Numbers of frames that are averaged before and after a possible step of the fixed pattern."""
 _STEP_ERRORS = 6.0
@@ -64,7 +65,7 @@ class Stretch:
 
     recorded    number of frames of the recording
     repeats     number of frames that repeat the one before
-    lost        number of the camera's frames that are missing, judging by the frame times
+    lost        number of the camera's frames that are missing, as inferred from the frame times
     breaks      breaks in the recording
     index       indices of the measured frames in the recording
     number      frame numbers of the measured frames in the camera
@@ -137,7 +138,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
             f"noise; allowed: at least {LEAST_FRAMES}"
         )
     slower, lost = float(beat), int(gaps.sum())
-    if few or usually < 30 or len(index) == count:  # alike by chance, where noise is far below one count
+    if few or usually < 30 or len(index) == count:  # frames may be equal by chance where noise is far below a count
         return _with_pauses(np.arange(count), np.arange(count) + missing, rate_hz, slower, lost)
     shown = np.maximum(np.add.reduceat(~same_time, index, dtype=np.intp), 1)
     gone = np.diff(missing[index], append=missing[-1])

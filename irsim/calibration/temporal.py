@@ -199,7 +199,7 @@ def _fit_memory(blocks: Floats, lags: Indices, number: Indices, rate_hz: float) 
         return np.array([*parts, parts[0] + parts[1], math.log(time), left, means[-1] - left])
 
     found = jackknife(blocks, statistic)
-    if found[2].low <= 0:  # no significant walk: values without a walk, intervals with one
+    if found[2].low <= 0:  # no significant walk: values from the fit without it, intervals from both
         without = jackknife(blocks, lambda means: statistic(means, drifts=False))
         models = [without, found]
         if without[4].high > math.log(_SEPARABLE * length):

@@ -30,9 +30,10 @@ _REFERENCE = 0.04
 _AXIS_CYCLES = 2
 """Half width, cycles a side, of the bands along the axes that are left out, as they contain noise of lines."""
 _COARSE = 512
-"""Side of a picture, px, for each frequency averaged before the fit: 1024 px average 2 x 2 frequencies."""
+"""Side of a picture, px, up to which no frequencies are averaged before the fit; at twice this side 2 x 2 are."""
 _PRESENT = 30.0
-"""Least gain of log likelihood by which texture is accepted. Four parameters gain 2 by chance, bad pixels 10."""
+"""Least gain of log likelihood by which texture is accepted. Four parameters gain 2 by chance; bad pixels can give a
+gain of 10."""
 _STEEPEST = 5.9
 """Slope along both axes from which the spectrum is that of a single smooth object, not of texture."""
 _NEAR = 0.01

@@ -32,8 +32,8 @@ MID_GREY = 128
 """Grey level of a uniform picture."""
 
 MEMORY_TIME_CONSTANTS = 10
-"""Number of time constants in the window. Older frames would weigh exp(-10) = 0.005 %, which is less than one grey
-level even after a scene with fifty times the range of counts."""
+"""Number of time constants in the window. Older frames would have a weight of exp(-10) = 0.005 %. They would change a
+picture by less than a grey level, even if their range of counts were fifty times as large."""
 
 _NO_STATISTICS = np.empty(0)
 
@@ -152,7 +152,7 @@ class Linear(HistogramAgc):
     def histogram_statistics(self, pixels: Histogram, size: int) -> Statistics:
         """Return the counts that become black and white, (2,)."""
         below = np.cumsum(pixels)  # pixels up to and including each count
-        # At most the first share is below `low`, at most the second above `high`.
+        # At most tails[0] of the pixels are below `low`, at most tails[1] above `high`.
         low = np.searchsorted(below, math.floor(self.tails[0] * size), side="right")
         high = np.searchsorted(below, math.ceil((1 - self.tails[1]) * size), side="left")
         return np.array([low, high], dtype=np.float64)

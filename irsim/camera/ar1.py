@@ -33,8 +33,8 @@ LARGEST_DECAY = 100.0
 """Decay, -log of a correlation, beyond which this counts as 0; the hyperbolic cosine overflows above 710."""
 
 STATE_UNIT = 2.0**-12
-"""Unit of a state's integers, in sigmas. Int16 then reaches 8 sigmas, which one of 10^15 numbers exceeds. A drift
-slower than one unit per step (a thousand NETD within 10^6 s) starts about 6 % too large."""
+"""Unit of a state's integers, in sigmas. Int16 then reaches 8 sigmas, which one of 10^15 numbers exceeds. A drift that
+changes by less than one unit per step (a thousand NETD within 10^6 s) is about 6 % too large at its beginning."""
 
 State = npt.NDArray[np.int16]
 """Values of a process in each pixel, row or column, in multiples of STATE_UNIT, read only."""

@@ -82,7 +82,8 @@ class BadPixels(Noise):
         """Return the variance of each pixel, signal²; infinite for dead pixels.
 
         A blinking pixel with a jump h, off its normal level for a share p of the time, has p h² about the noiseless
-        signal and p (1 - p) h² about its own mean. A hot pixel of offset h has h² and 0.
+        signal and p (1 - p) h² about its own mean. A hot pixel of offset h has h² about the noiseless signal and 0
+        about its own mean.
         """
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
@@ -129,7 +130,7 @@ def _hot_pattern(shape: tuple[int, int], share: float, cluster: float, seed: int
 def clustered_pixels(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, word: str) -> Indices:
     """Draw flat indices of round(share * pixels) different pixels, in clusters of `cluster` on average.
 
-    A cluster grows by 4-neighbours of its pixels; its size is geometric.
+    A cluster grows by 4-neighbours of its pixels; its size has a geometric distribution.
     """
     rows, columns = shape
     wanted = round(share * rows * columns)

@@ -26,10 +26,10 @@ MAX_ROUNDS = 100
 """Largest number of rounds of spilling; a saturated spot of a fifth of a picture takes about ten."""
 
 DRAWS = 512
-"""Number of random draws of the gains that give the variance. Its error is about 1 % where charge passes, and 15 % in
-individual pixels at the ends of streaks."""
+"""Number of random draws of the gains from which the variance is computed. The error of the variance is about 1 % along
+a streak, and 15 % in individual pixels at its ends."""
 LARGEST_DEVIATION = 4.0
-"""Deviation of all gains together, in sigmas, with which charge reaches farther than in any draw."""
+"""Common deviation of all gains, in sigmas, at which charge spills farther than in any draw."""
 
 
 class Bloom(Part):
@@ -76,7 +76,7 @@ class Bloom(Part):
             near = weight > LEAST_WEIGHT
             landed = np.maximum(_filtered(np.where(near, charge / np.maximum(weight, LEAST_WEIGHT), 0), kernel), 0)
             landed[is_full] = 0
-            charge[near] = 0  # the rest has only saturated pixels in reach
+            charge[near] = 0  # charge that is left has only saturated pixels in reach
             if is_full.all():
                 _to_nearest(moving, signal < full)
             else:

@@ -33,9 +33,10 @@ from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 FrameRate = Annotated[float, Field(ge=0.001, le=10_000), Plausible(0.001, 2000, "Hz")]
-"""Few cameras read whole frames above 2 kHz: a period in microseconds, or pixels a second, is more likely."""
+"""Frame rate, Hz: few cameras read whole frames above 2 kHz, and a larger value is probably a period in microseconds or
+a pixel rate."""
 Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
-"""A sigma of 5 px spreads a point over more than a hundred pixels: small targets vanish."""
+"""Sigma of a blur, px: with 5 px a point covers more than a hundred pixels, and small targets vanish."""
 
 OPTICS_KEYS = ("f_number", "pitch_um")
 """Keys of `optics` that a detector of kind electrons defines."""
@@ -167,8 +168,8 @@ class Camera(Part):
         return time_ms or 0.0
 
     def exposure_offsets(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
-        """Return the times of the scenes averaged in a frame, in frame periods from the frame's time. `is_on` tells by
-        name whether a part of the camera is switched on."""
+        """Return the times of the scenes averaged in a frame, in frame periods from the frame's time. `is_on` returns
+        True for the name of a part that is switched on."""
         if self.smear is None or not is_on("smear"):
             return NO_BLUR
         return self.smear.exposure_offsets(self.exposure_ms * 1e-3 * self.rate_hz)

@@ -28,8 +28,8 @@ measurement: in 300 frames of `uncooled_lwir`, `irsim noise` finds the simulated
 fifth less with steps of 8 frames and linear interpolation."""
 
 BRIGHT = 1700.0
-"""Signal for which the time step of gain drift is chosen, NETD. It is that of three million electrons, half of a well
-for long exposures, with shot noise alone."""
+"""Signal, NETD, for which the time step of gain drift is chosen: that of three million electrons with shot noise alone,
+half of a well for long exposures."""
 
 FrameNumber = Annotated[int, Field(ge=1, le=10_000_000)]
 
@@ -44,9 +44,10 @@ class Correction(Part):
     period_frames: FrameNumber | None = None
     """Period of corrections, frames: a correction begins at each multiple of it as well."""
     freeze_frames: Annotated[int, Field(ge=0, le=10_000)] = 0
-    """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift restarts at the
-    first of these frames, so that it is the same without the freeze. In a real camera with a shutter it restarts at the
-    last; for a freeze of 0.5 s and a time constant of 600 s this differs by 4 % of the final sigma."""
+    """Number of frames that repeat the last picture before the correction; ground truth goes on. Drift restarts from 0
+    at the first of these frames."""
+    # Later frames are thus the same without a freeze. In a real camera with a shutter, drift restarts at the last of
+    # these frames; for 0.5 s and a time constant of 600 s the difference is 4 % of the final sigma.
 
     @model_validator(mode="after")
     def _picture_moves(self) -> Correction:

@@ -251,7 +251,7 @@ class NoiseEquivalentRadiance:
     def __call__(self, level: float, box: Box) -> float:
         """Return the noise-equivalent radiance, W/m²/sr, at a radiance `level`, W/m²/sr, in the middle of a box."""
         transmittance = 1.0 if self.vignetting is None else _at_center(self.vignetting, box)
-        light = max(level * transmittance, 0.0)  # below 0 by rounding only
+        light = max(level * transmittance, 0.0)  # negative by rounding only
         sigma = math.sqrt(self.variance.within_frame(self.response.at(light), self.response))
         return self.response.light_step(light, sigma) / transmittance
 

@@ -23,7 +23,8 @@ Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
 BLOCK_FRAMES = 32
-"""Frames whose few random numbers are drawn together, as one address costs as much as a thousand numbers."""
+"""Number of consecutive frames whose few random numbers are drawn together: opening a stream takes as long as drawing a
+thousand numbers."""
 
 FINEST_UNIT = 0.01
 """Unit of a fixed pattern, NETD, below which its rounding (standard deviation 0.003) is negligible."""
@@ -91,8 +92,8 @@ class Noise(NamedKind):
 
     stationary: ClassVar[bool] = False
     """True where `variance_terms` is the same in all frames. It is then evaluated once, and fixed patterns of
-    stationary terms are summed before those that may change. A subclass that overrides `variance_terms` declares this
-    anew."""
+    stationary terms are summed before those that may change. A subclass that overrides `variance_terms` must set this
+    attribute too."""
 
     def gain_deviation(self, frame: FrameContext) -> Floats | None:
         """Return the relative deviation of each pixel's gain, (rows, cols) float32, read only; None where it is 0."""

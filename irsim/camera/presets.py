@@ -6,8 +6,8 @@ counts of real cameras where a comment says so, and is assumed elsewhere.
 Drift is assumed, not measured. In a scene of 300 K, the fixed pattern of offsets and gains reaches a pixel's temporal
 noise 17 minutes after a correction of `cooled_mwir`, and one minute after one of `cooled_lwir`. Beyond that, a
 correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
-arrays", Opt. Eng. 38, 862 (1999)). The pixel pattern of `uncooled_lwir` is 2.5 times as large before the shutter
-closes: eight clips of a Lepton 3 have factors of 0.7 to 4.6 (`irsim.calibration.realism.CAMERAS`).
+arrays", Opt. Eng. 38, 862 (1999)). Before the shutter closes, the pixel pattern of `uncooled_lwir` is 2.5 times a
+pixel's temporal noise; in eight clips of a Lepton 3 the ratio is 0.7 to 4.6 (`irsim.calibration.realism.CAMERAS`).
 """
 
 from __future__ import annotations

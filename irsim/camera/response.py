@@ -77,7 +77,7 @@ class Response(Scale):
             kernels.signal_of(light, signal, self.linear, self.root, self.zero, most, *deviation)
             return signal
         if self.root:
-            if light.min() < 0:  # by rounding only
+            if light.min() < 0:  # negative by rounding only
                 light = np.maximum(light, np.float32(0))
             cv2.addWeighted(light, self.linear, cv2.sqrt(light), self.root, self.zero, dst=signal)
         else:
@@ -111,7 +111,7 @@ class Response(Scale):
         added: Sequence[Int16Image] = (),
         lines: Lines | None = None,
     ) -> Counts:
-        """Quantise a signal, which is overwritten, together with images and lines that are added to it.
+        """Return the counts of a signal plus images and lines. The signal is overwritten.
 
         Counts are rounded to the nearest (halves to even) and clipped to the bit depth: they saturate and never wrap
         around. `out` is written past the processor's caches, as it is read later.
@@ -131,7 +131,7 @@ class Response(Scale):
         if lines is not None:
             signal += np.add.outer(*lines)
         most = np.float32(MAX_COUNTS * self.gain)
-        if cv2.norm(signal, cv2.NORM_INF) > most:  # would wrap in the conversion
+        if cv2.norm(signal, cv2.NORM_INF) > most:  # the conversion to integers would wrap
             np.clip(signal, -most, most, out=signal)
         cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dst=counts, dtype=cv2.CV_16U)
         if self.full < MAX_COUNTS:

@@ -113,9 +113,9 @@ class ElectronSensor(Sensor):
     dark_me_s: NotNegative = 0.0
     """Dark current, million electrons a second."""
     gain_e: Positive | None = None
-    """Electrons per count; by default a full well is the highest count."""
+    """Electrons per count; by default a full well gives the highest count."""
     offset: NotNegative = 0.0
-    """Count of no electrons."""
+    """Count at zero electrons."""
 
     @property
     def optics(self) -> tuple[float, float]:
@@ -170,7 +170,7 @@ def matched_sensor(curve: Curve, band: Band, bits: int, rate_hz: float, sigma: f
     counts = linear * light + root * math.sqrt(light)
     room = 2**bits - 1 - offset
     gain = min(counts / sigma**2, MAX_WELL_ME * 1e6 / room, MAX_PITCH_UM**2 * per_um2 / counts)
-    pitch_um = min(math.sqrt(counts * gain / per_um2), MAX_PITCH_UM)  # not above by rounding
+    pitch_um = min(math.sqrt(counts * gain / per_um2), MAX_PITCH_UM)  # rounding must not exceed the limit
     well_me = min(gain * room * 1e-6, MAX_WELL_ME)
     return nominal.model_copy(update={"pitch_um": pitch_um, "well_me": well_me, "offset": offset})
 

@@ -173,7 +173,7 @@ class SignalChain:
     def _bloom_correction(
         self, light: Floats, index: int, signal: Floats, frame: FrameContext, fixed: bool
     ) -> Floats | float:
-        """Return the change by blooming of the variance due to gains, counts²."""
+        """Return the change that blooming makes to the variance due to gains, counts²."""
         gain = sum(noise.variance_terms(frame, fixed).gain for noise in self.noises)
         if self.bloom is None or gain == 0:
             return 0.0

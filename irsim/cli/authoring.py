@@ -43,7 +43,7 @@ def new(
     show = f"irsim show {shlex.quote(str(path))}"
     try:
         load(path)
-    except InputError as error:  # a file of the user's, such as footage, is not there yet
+    except InputError as error:  # a file that the user has yet to supply is missing
         print(f"show it, once this is corrected: {show}\n{error}")
     else:
         print(f"show it: {show}")

@@ -38,8 +38,8 @@ ZOOM_FRACTION = 0.3
 NAME_PT = 7
 """Font size of targets' names, points."""
 CELL_MARGIN = 1.05
-"""Ratio of a cell's width to the least width of the frame in it. Text of size NAME_PT covers up to this much more of
-the frame."""
+"""Ratio of a cell's width to the least width of the frame in it. In such a narrow frame, text of size NAME_PT covers
+more of the frame by this factor."""
 WHITE_PERCENTILE = 97.0
 """Percentile of counts that is drawn white in an enlarged part: that of the target's box or, where higher, of the part.
 Thus a small hot spot such as an engine does not darken the body."""

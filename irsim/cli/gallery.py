@@ -14,8 +14,8 @@ from irsim.camera.presets import PRESETS
 from irsim.cli.figures import LabelledImage, labelled_sheet
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
+from irsim.geometry.rotations import AWAY, euler
 from irsim.geometry.sprite import Sprite
-from irsim.motion.attitude import AWAY, euler
 from irsim.physics.radiometry import radiance, temperature
 from irsim.recording.output import write_png
 from irsim.render.composite import draw_over

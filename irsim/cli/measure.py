@@ -43,7 +43,7 @@ def noise(
 ) -> None:
     """Measure noise on a flat region, with 95 % intervals.
 
-    Reported are 3-D noise, correlation over time, drift and bad pixels.
+    The report has 3-D noise, correlation over time, drift and bad pixels.
     """
     from irsim.calibration.noise import measure_noise
     from irsim.calibration.report import noise_lines

@@ -237,7 +237,7 @@ def first_options(
     for module in modules or ():
         try:
             importlib.import_module(module)
-        except Exception as error:  # any error of the module's
+        except Exception as error:  # the module may raise anything
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"--import {module}: cannot be imported: {reason}") from None
 

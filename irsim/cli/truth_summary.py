@@ -13,8 +13,9 @@ import numpy as np
 from irsim.types import Box, TargetTruth, Truth
 
 NoScr = Literal["hidden", "outside", "unknown"]
-"""Reason why a target has no signal-to-clutter ratio. hidden: in every frame that contains its centre, more than half
-of it is hidden or cut off by the edge. outside: its centre is never in the picture. unknown: the truth has no ratio."""
+"""Reason why a target has no signal-to-clutter ratio. hidden: in every frame that contains the target's centre, more
+than half of the target is hidden or cut off by the edge. outside: its centre is never in the picture. unknown: the
+truth has no ratio."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def _no_scr(targets: Sequence[TargetTruth]) -> NoScr:
 
 
 def _crosses_edge(box: Box, size: tuple[int, int]) -> bool:
-    """Return whether a box reaches past the edges of a frame of `size` (columns, rows)."""
+    """Return True if a box reaches past the edges of a frame of `size` (columns, rows)."""
     return min(box.left, box.top) < -0.5 or box.right > size[0] - 0.5 or box.bottom > size[1] - 0.5
 
 

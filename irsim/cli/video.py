@@ -28,7 +28,8 @@ PALETTE[BLACK] = 0
 PALETTE[AMBER] = (255, 176, 0)  # legible on black, grey and white, also for the colour-blind
 
 MIN_COLUMNS = {".webm": 640, ".gif": 320}
-"""Least width of a video, px. Smaller frames are enlarged by a whole number. GIF has less, as noise makes it large."""
+"""Least width of a video, px. Smaller frames are enlarged by a whole number. The least width of a GIF is smaller, as
+noise makes its file large."""
 
 MARGIN_PX = 3.0
 """Distance of a drawn box from the target's box on each side, px, so that its outline does not cover the target."""

@@ -34,11 +34,11 @@ KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
 
 Switches = Mapping[str, tuple[Any, ...]]
-"""Settings that can be switched off: name -> key, the value that switches it off, other values without effect."""
+"""Settings that can be switched off, by name: key, value that switches the setting off, other values without effect."""
 
 
 def invalid(message: str, at: KeyPath = (), kind: LiteralString = "invalid") -> PydanticCustomError:
-    """Return the error for a validator to raise; `at` is the key path of the fault below the validated value."""
+    """Return the error that a validator raises; `at` is the key path from the validated value to the fault."""
     return PydanticCustomError(kind, "{message}", {"message": message, **({"at": at} if at else {})})
 
 
@@ -149,7 +149,7 @@ def importing_nothing() -> Iterator[None]:
 
 
 def is_handwritten() -> bool:
-    """Return whether the text being read is the user's own; False within `importing_nothing`."""
+    """Return True if the text being read is the user's own; False within `importing_nothing`."""
     return _may_import.get()
 
 
@@ -260,7 +260,7 @@ def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str]
     synonyms   other words, in small letters -> the allowed word
     """
     written, known = str(word).lower(), {each.lower(): each for each in allowed}
-    # A misspelt known word comes before a misspelt synonym: 'sar' is nearer to 'car' than to 'sam'.
+    # Allowed words are tried before misspelt synonyms: 'sar' suggests 'car', not the meaning of the synonym 'sam'.
     synonyms = synonyms or {}
     found = synonyms.get(written) or _nearest(written, known, 0.6) or _nearest(written, synonyms, 0.8)
     return f"; did you mean '{found}'?" if found else ""

@@ -80,7 +80,7 @@ def error_lines(
 
 
 def error_line(document: Document, path: KeyPath, name: str, problem: str, at_key: bool = False) -> str:
-    """Return 'file:line:column: key: problem', the position that of the path or of its nearest parent in the
+    """Return 'file:line:column: key: problem', with the position of the path or of its nearest parent in the
     document."""
     place = place_of(document, path, at_key)
     return f"{place}: {problem}" if not name or place == f"override {name}" else f"{place}: {name}: {problem}"
@@ -125,8 +125,8 @@ def value_text(given: Any) -> str:
 
 
 def _without_unknown_keys(error: ValidationError, document: Document, root: type[Part]) -> Any:
-    """Return the document's values without unknown keys, as ids are validated only when all keys are known. A key whose
-    value has text stays: it may hold an id that others refer to."""
+    """Return the document's values without unknown keys, as ids are validated only when all keys are known. An unknown
+    key whose value contains text is kept, as the text may be an id that other keys refer to."""
     value = copy.deepcopy(document.value)
     for raw, detail in _flattened(error.errors(include_url=False), ()):
         path, _ = _resolve(raw, Slot.of(root), document.value)
@@ -171,14 +171,15 @@ def _duplicate(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: An
 
 
 def _is_written(place: KeyPath, value: Any) -> bool:
-    """Return whether the document has the part with this id; the id itself may be a default."""
+    """Return True if the document contains the part with this id, even where the id itself is a default."""
     for step in place[:-1] if place[-1] == "id" else place:
         value = member(value, step)
     return value is not None
 
 
 def _resolve(raw: KeyPath, root: Slot, value: Any) -> tuple[KeyPath, Slot | None]:
-    """Return the path in the document and its slot; pydantic adds a union's alternatives to its path."""
+    """Return the path in the document, and its slot, for pydantic's path `raw`, which also names alternatives of
+    unions."""
     path: KeyPath = ()
     slot: Slot | None = root
     for step in raw:

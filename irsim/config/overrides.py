@@ -41,8 +41,8 @@ def apply_override(
 ) -> tuple[Document, KeyPath]:
     """Return the document with one value set, and its path; errors in the value are placed at 'override KEY'.
 
-    Steps of a key reach list items by id (or by kind, where they have no id) or number, and a part that the text leaves
-    out starts from its default. `given` as in `set_value`. InputError where the path leads nowhere.
+    A step of a key selects a list item by its id (by its kind if it has no id) or by its number. A part that the
+    document lacks starts from its default. `given` as in `set_value`. InputError where the path leads nowhere.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
@@ -72,7 +72,7 @@ def set_value(
     """Return the document with `value` at an override's key, with `place` as its position in errors, and the path of
     the key.
 
-    given   paths of values set by hand: a digest among them stays when another file is named beside it
+    given   paths of values set by the user; a digest among them is kept when the file beside it is replaced
 
     Raises InputError, 'place: problem', where the key leads nowhere.
     """
@@ -141,8 +141,8 @@ def _below(paths: Sequence[KeyPath], step: str | int) -> list[KeyPath]:
 
 
 def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:
-    """Return the steps, those of a key of the table joined again, as this key contains dots; all joined for a new
-    key."""
+    """Return the steps, with the first ones joined to the key of the table that they spell, as such keys contain dots.
+    All steps are joined for a new key."""
     lengths = [length for length in range(len(steps), 0, -1) if ".".join(steps[:length]) in node]
     length = lengths[0] if lengths else len(steps)
     return [".".join(steps[:length]), *steps[length:]]

@@ -38,7 +38,7 @@ def path_of(given: object) -> Path:
 
 
 def is_there(path: str | os.PathLike[str]) -> bool:
-    """Return whether the path exists; False for impossible names, too long or with a zero byte."""
+    """Return True if the path exists; False for impossible names, too long or with a zero byte."""
     try:
         return Path(path).exists()
     except (OSError, ValueError):
@@ -46,7 +46,7 @@ def is_there(path: str | os.PathLike[str]) -> bool:
 
 
 def is_irregular(path: str | os.PathLike[str]) -> bool:
-    """Return whether the path exists and is neither a file on a disk nor a folder."""
+    """Return True if the path exists and is neither a file on a disk nor a folder."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
@@ -64,18 +64,18 @@ def check_input(path: str | os.PathLike[str], allowed: str) -> None:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Return whether the file is a recording: by its content, or by its name even if it is broken or missing."""
+    """Return True if the file is a recording: by its content, or by its name even if it is broken or missing."""
     path = path_of(path)
     return path.suffix == ".mcap" or begins_as_recording(path)
 
 
 def begins_as_recording(path: Path) -> bool:
-    """Return whether the file begins with `MCAP_MAGIC`; False where it cannot be read."""
+    """Return True if the file begins with `MCAP_MAGIC`; False where it cannot be read."""
     return _head(path, len(MCAP_MAGIC)) == MCAP_MAGIC
 
 
 def is_binary(path: Path) -> bool:
-    """Return whether the first 8 kB of the file hold a zero byte, as in pictures; False where it cannot be read."""
+    """Return True if the first 8 kB of the file hold a zero byte, as in pictures; False where it cannot be read."""
     return b"\0" in _head(path, 8192)
 
 
@@ -137,7 +137,7 @@ def absolute_name(name: str) -> str:
 
 
 def same_name(one: object, other: object) -> bool:
-    """Return whether both are names of one file."""
+    """Return True if both are names of one file."""
     return isinstance(one, str) and isinstance(other, str) and absolute_name(one) == absolute_name(other)
 
 

@@ -30,15 +30,15 @@ Height = Annotated[Metres, Plausible(0.3, 25_000, "m")]
 Feature = Annotated[Positive, Plausible(0.1, 3000, "mrad")]
 """Angular size of a feature on the ground or in the sky: from 2 m at 20 km to half a turn."""
 TOP_SPEED = Plausible(-8000, 8000, "m/s")
-"""Re-entry from orbit is the fastest motion in the air."""
+"""Largest plausible speed, m/s: re-entry from orbit is the fastest motion in the air."""
 Speed = Annotated[Number, TOP_SPEED]
 TOP_PIXEL_SPEED = Plausible(0, 500, "px per frame")
 PixelSpeed = Annotated[NotNegative, TOP_PIXEL_SPEED]
-"""A faster target leaves most pictures within a frame."""
+"""Speed in the picture, px per frame: a faster target leaves most pictures within a frame."""
 Degrees = Annotated[Number, Plausible(-720, 720, "degrees")]
-"""Direction: more than two turns is probably another quantity."""
+"""Direction, degrees: more than two turns are probably a mistake of unit."""
 Turning = Annotated[Number, Plausible(-3600, 3600, "degrees/s")]
-"""Ten turns a second: no gimbal and no aircraft turns faster."""
+"""Rate of rotation, degrees a second: no gimbal and no aircraft makes more than ten turns a second."""
 Velocity = Annotated[tuple[Speed, Speed, Speed], Field(strict=False)]
 Area = Annotated[Positive, Plausible(1e-4, 5000, "m2")]
 """Projected area of an object: from an insect to a large ship."""

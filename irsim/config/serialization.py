@@ -41,7 +41,7 @@ def brief_value(value: Any) -> Any:
 
 
 def _needed_keys(part: Part) -> list[str]:
-    """Return the keys whose value differs from the default, which may follow from the other needed keys."""
+    """Return the keys whose value differs from the default. A default may depend on other keys of this list."""
     fields = type(part).model_fields
     needed = {name: plain_value(getattr(part, name)) for name in fields}
     for name, field in fields.items():
@@ -59,8 +59,8 @@ def as_yaml_value(value: Any, name: str) -> Any:
 
 
 def whole_numbers(value: Any) -> Any:
-    """Return the plain value with whole floats as integers, `1e3` as 1000: keys for floats accept both, keys for
-    integers only these."""
+    """Return the plain value with whole floats as integers, `1e3` as 1000. Keys for floats accept integers too; keys
+    for integers accept no float."""
     if isinstance(value, dict):
         return {key: whole_numbers(item) for key, item in value.items()}
     if isinstance(value, list):

@@ -9,8 +9,8 @@ from irsim.config.base import AnyPart, KeyPath, NamedKind, Part
 
 
 def switches(part: Part, prefix: str = "") -> Iterator[tuple[str, KeyPath]]:
-    """Yield the name and key path of each setting with an effect, in a part and its inner parts, that --without can
-    switch off.
+    """Yield the name and the key path of each setting that has an effect and that --without can switch off, in a part
+    and its inner parts.
 
     prefix   of the names: 'ID.' of the nearest part with an id
     """

@@ -224,7 +224,7 @@ class _Builder:
                     return text.lower() == "true"
                 case "int" if _INT.fullmatch(text):
                     number = int(text, 0) if text[:2] in ("0o", "0x") else int(text)
-                    str(number)  # fails for hexadecimal numbers that int() takes and str() does not
+                    str(number)  # fails for long hexadecimal numbers, which int() accepts
                     return number
                 case "float" if _FLOAT.fullmatch(text):
                     return float(text)

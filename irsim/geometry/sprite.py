@@ -127,7 +127,8 @@ def overlap(
 def exposure_mean(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:
     """Return the mean of a sprite over an exposure, with its samples; None if it is absent at every instant.
 
-    middle    sprite at the middle of the exposure; geometry fields come from it, or from the first sample
+    middle    sprite at the middle of the exposure, which gives the geometry fields; if it is None, the first sample
+              gives them
     instants  sprites at evenly spaced instants; None where the object is absent
     """
     parts = [part for part in instants if part is not None]
@@ -173,8 +174,8 @@ class OccludedBlur(NamedTuple):
     patch  slices of the picture
     light  (n, h, w) W/m2/sr, light at each instant minus the mean over the instants
 
-    A moving occluder hides the object's light at each instant, which differs from hiding its mean. This holds for
-    targets and occluders; the texture of the background counts as its mean.
+    An occluder hides the light that a moving object has at each instant, which differs from hiding a part of its mean.
+    Deviations are kept for targets and occluders; the background counts as its mean over the exposure.
     """
 
     patch: Slices

@@ -27,16 +27,16 @@ COARSE = 32
 """Samples along a crown's shorter side at which the smooth boughs are computed; values between are interpolated."""
 
 RAGGED = 0.3
-"""Displacement of the outline by clumps of leaves, about its standard deviation, in units of `Crown.depth`."""
+"""Approximate standard deviation of the outline's displacement by clumps of leaves, in units of `Crown.depth`."""
 
 MOST = 1.7
-"""Largest displacement in units of RAGGED."""
+"""Largest displacement of the outline, in units of RAGGED."""
 
 LARGEST = 1024
 """Side of the random field of leaf clumps, px; no crown may be larger."""
 
 SHADED = 0.9
-"""Weight of the shading of a crown's sides in the warmth of its leaves."""
+"""Weight with which the shading of a crown's sides enters the warmth of its leaves."""
 
 FORKS = 7
 """Number of forks of a broadleaf tree's wood."""
@@ -154,7 +154,7 @@ class Foliage:
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
         self._relief = (after - before) / (after - before).std()  # slopes that rise right and down face the light
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
-        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # normal distribution within 0.01
+        self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # approximates the normal distribution function within 0.01
 
     def leaves_of(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
         """Return (rows, cols) each: the opaque leaves of a crown, bool, and their warmth, about -1 to 1."""

@@ -52,7 +52,8 @@ class _ContrastProbe:
         return Renderer(self.scenario)
 
     def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
-        """Return why a target misses its contrast in a frame; None where it reaches it or does not exist."""
+        """Return the reason why a target misses its contrast in a frame; None where the contrast is reached or the
+        target does not exist."""
         piece = self._point(name, frame)
         if piece is None:
             return None

@@ -21,7 +21,8 @@ from irsim.types import Floats
 _SLIDE_PX = 1.0
 """Displacement, px, of an object relative to the ground beneath it up to which it is not visible."""
 _MOVED_M = 1.0
-"""Displacement of the camera, m, from which the ground must move in the picture even without objects on it."""
+"""Displacement of the camera, m, above which ground that stays in the picture is reported even without objects on
+it."""
 _DEPTH_M = 1.0
 """Accepted depth of a target below level ground, m: real ground is not quite level."""
 RANGE_TOLERANCE = 1.5
@@ -118,7 +119,8 @@ class _PathOverGround(NamedTuple):
 
     @property
     def half_m(self) -> float:
-        """Return half the length of the target, m, the largest height of its center above its own ground."""
+        """Return half the length of the target, m: the center of a standing target is at most this high above its
+        ground."""
         return getattr(self.path.target.shape, "length_m", 0.0) / 2
 
 

@@ -37,7 +37,7 @@ def placed_occluder_excessive(scenario: Scenario) -> Iterator[Notice]:
     """Warn of placed occluders that hide their target much longer or more than required, or that hide other targets.
 
     Fractions count for each occluder alone and for several together. Every placement must be feasible. An occluder is
-    placed as if nothing were switched off; how long it hides its target depends on what is.
+    placed as if nothing were switched off; how long it hides its target depends on the parts that are switched off.
     """
     visibility = TargetVisibility(scenario)
     # Fractions from the placement search hold only while nothing is switched off.
@@ -155,7 +155,7 @@ def _ranges_m(visibility: TargetVisibility, name: str, frames: range) -> list[fl
 
 
 def _intended(visibility: TargetVisibility, occlusion: Occlusion, name: str) -> bool:
-    """Return whether the scenario couples two targets so that the occluder of one is bound to hide the other too."""
+    """Return True if the scenario couples two targets so that the occluder of one is bound to hide the other too."""
     own, (first, last) = target_and_frames(occlusion.occluder)
     for one, other in ((name, own), (own, name)):
         path = visibility.trajectories[one].target.path

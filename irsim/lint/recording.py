@@ -95,7 +95,7 @@ def camera_key_without_effect(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _draws_objects(scenario: Scenario) -> bool:
-    """Return whether any target or occluder is drawn into the frames."""
+    """Return True if any target or occluder is drawn into the frames."""
     return any(map(scenario.is_on, (*(each.id for each in scenario.targets), *(o.name for o in scenario.occluders))))
 
 

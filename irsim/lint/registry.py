@@ -98,7 +98,7 @@ def _enabled(scenario: Scenario, checks: Iterable[Check]) -> Iterator[Notice]:
 
 
 def _is_enabled(scenario: Scenario, at: tuple[str | int, ...]) -> bool:
-    """Return whether every part along a key path is switched on."""
+    """Return True if every part along a key path is switched on."""
     part: object = scenario
     for step in at:
         if isinstance(step, int):

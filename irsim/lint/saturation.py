@@ -68,7 +68,7 @@ def _scale(detector: Sensor) -> tuple[str, ...]:
 
 
 def _remedy(camera: Camera, least: float, most: float, above: bool) -> str:
-    """Return the proposed scale that includes temperatures from `least` to `most`, K; empty if there is none."""
+    """Return the text that proposes a scale for temperatures from `least` to `most`, K; empty if there is none."""
     if "range_k" not in camera.detector.camera_keys:
         return f"; try a shorter {camera.detector.integration_key}" if above and camera.detector.integration_key else ""
     (low, high), (lowest, highest) = camera.range_k, SCALE_K

@@ -74,7 +74,7 @@ def _altitude_overruled(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _is_written(camera: Camera, key: str) -> bool:
-    """Return whether the scenario's text sets a camera key, rather than the camera's preset."""
+    """Return True if the scenario's text sets a camera key, False if only the camera's preset does."""
     if key not in camera.model_fields_set:
         return False
     return camera.preset is None or getattr(camera, key) != Camera.default_for(key, {"preset": camera.preset})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from irsim.config.base import Family
-from irsim.motion.attitude import angles_deg, attitudes
+from irsim.geometry.rotations import angles_deg
+from irsim.motion.attitude import attitudes
 from irsim.motion.base import CameraMotion, Dynamics, MetrePath, Path, PixelPath
 from irsim.motion.camera_motion import Jitter, Pan, Platform, Shake, Tracks, Vibration, Zoom
 from irsim.motion.camera_trajectory import CameraTrajectory, SceneMotion

@@ -15,35 +15,12 @@ from typing import Literal
 import numpy as np
 
 from irsim.geometry.context import SceneContext
+from irsim.geometry.rotations import euler
 from irsim.motion.base import Path
 from irsim.types import Floats
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity, m/s2 (CGPM 1901)."""
-
-AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-"""Rotation from body to camera vectors of a level body that flies away: x to z, y to x, z to y."""
-
-
-def euler(angles_deg: Floats) -> Floats:
-    """Return the rotations (..., 3, 3) from body to level axes of yaw, pitch, roll (..., 3), degrees."""
-    yaw, pitch, roll = np.moveaxis(np.radians(np.asarray(angles_deg, dtype=np.float64)), -1, 0)
-    cy, sy, cp, sp, cr, sr = np.cos(yaw), np.sin(yaw), np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
-    rows = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    return np.asarray(np.stack([np.stack(row, axis=-1) for row in rows], axis=-2))
-
-
-def angles_deg(rotations: Floats) -> Floats:
-    """Return the (..., 3) yaw, pitch, roll, degrees, of (..., 3, 3) rotations from body to camera."""
-    level = np.asarray(AWAY.T @ np.asarray(rotations))
-    yaw = np.arctan2(level[..., 1, 0], level[..., 0, 0])
-    pitch = np.arctan2(-level[..., 2, 0], np.hypot(level[..., 0, 0], level[..., 1, 0]))
-    roll = np.arctan2(level[..., 2, 1], level[..., 2, 2])
-    return np.asarray(np.degrees(np.stack([yaw, pitch, roll], axis=-1)))
 
 
 SMOOTHED_S = 0.5
@@ -98,12 +75,13 @@ def _weighted_sum(positions: Floats, weights: Floats) -> Floats:
 
 
 LEAST_LIFT = 0.25
-"""Least lift of the rotors as a share of the weight, a choice: it keeps up and down defined on a path in free fall."""
+"""Least lift of the rotors as a share of the weight. It is a choice, with which the body's up axis is defined in free
+fall too."""
 TURNING_M_S = 0.5
 """Speed above which heading and pitch follow the velocity at the full turn rate, m/s. Below it the turn rate falls with
 the square of the speed, so a hovering body keeps its heading."""
 STANDING_M_S = 0.01
-"""Speed, m/s, below which a body in frame 0 is level and faces right of the camera."""
+"""Speed, m/s, below which a body in frame 0 is level and heads to the camera's right."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +143,7 @@ class Pitched(Upright):
     steepest_deg: float
     """Largest pitch up or down, degrees."""
     levels: bool = False
-    """True if the pitch decreases again for paths steeper than `steepest_deg`, to level for a vertical path."""
+    """True if the pitch falls again on paths steeper than `steepest_deg`, down to level on a vertical path."""
     bank_deg: float = 0.0
     """Largest bank, degrees. The bank follows from coordinated flight: tan(bank) = lateral acceleration / g."""
 
@@ -249,7 +227,7 @@ _STANDING_M = 1e-6
 
 @dataclass(frozen=True)
 class Arrow(Posture):
-    """Body whose nose lies along the velocity, with level wings. At rest it faces right of the camera.
+    """Body whose nose lies along the velocity, with level wings. At rest it heads to the camera's right.
 
     With `banks` it banks as in coordinated flight: tan(bank) = v omega / g, the lateral acceleration over g. Level
     wings are undefined in vertical flight, so the roll may jump there.

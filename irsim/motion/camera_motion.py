@@ -194,7 +194,7 @@ class Tracks(CameraMotion):
     """
 
     target: Name
-    """Id of the target. Switched off with --without, the target is followed but not drawn."""
+    """Id of the target. A target that is switched off with --without is followed, but not drawn."""
     place_px: Pair | None = None
     """[x, y] at which the target is kept, px. Default: the middle of the picture."""
     lag_s: NotNegative = 0.0

@@ -1,4 +1,4 @@
-"""Curves: circular arcs at constant speed, and natural cubic splines read by parameter or arc length."""
+"""Curves: circular arcs at constant speed, and natural cubic splines evaluated by parameter or by arc length."""
 
 from __future__ import annotations
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from irsim.config.base import Family
 from irsim.motion.base import MetrePath, Path
-from irsim.motion.random_turns import Jump, JumpM, Manoeuvre, ManoeuvreM
+from irsim.motion.dive import Dive, DivePx
+from irsim.motion.random_turns import Manoeuvre, ManoeuvreM
 from irsim.motion.relative import Crosses, CrossesM, Follow, Thrown
-from irsim.motion.scripted import Dive, DivePx, Straight, StraightM, Turns, TurnsM, Waypoints, WaypointsM, Weave, WeaveM
+from irsim.motion.scripted import Straight, StraightM, Turns, TurnsM, Waypoints, WaypointsM, Weave, WeaveM
 from irsim.motion.stochastic import Singer, SingerM, StopAndGo, StopAndGoM
+from irsim.motion.turn_rate_chain import Jump, JumpM
 
 PATHS = Family(
     "path",

@@ -162,8 +162,8 @@ class CrossesM(Crossing):
     the other target is at rest, its direction is taken as right in the picture."""
     tilt_deg: Degrees = 0.0
     """Rotation of the plane of the two directions about the other target's direction, degrees: 0 level to the right, 90
-    upwards. If the other target moves across the line of sight, this target comes from or goes to the camera at 0, and
-    moves across the picture at 90."""
+    upwards. If the other target moves level across the line of sight and `angle_deg` is 90, this target moves along the
+    line of sight at 0, and up or down in the picture at 90."""
     miss_m: NotNegative = 0.0
     """Miss distance at `at_frame`, across the relative motion, m."""
     miss_deg: Degrees = 0.0

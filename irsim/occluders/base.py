@@ -52,7 +52,7 @@ class Occluder(NamedKind):
     """[first, last] frame, inclusive, between which the target is hidden; required with `hides`."""
     fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
     """Share of the target that the occluder hides, at least, in each of `frames`; parts of the target outside the
-    picture do not count. Accurate to 0.001; if 0.2 more is hidden, a warning is given."""
+    picture do not count. The search is accurate to 0.001. A warning reports frames in which 0.2 more is hidden."""
 
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:
@@ -98,8 +98,8 @@ class Occluder(NamedKind):
         return self
 
     def shortfall(self, placed: Occluder) -> tuple[str, str] | None:
-        """Return (key, reason) for a key whose value the copy `placed` by `hides` could not keep; None if it kept
-        all."""
+        """Return (key, reason) for a key whose value differs in `placed`, the copy at its place; None if no value
+        differs."""
         return None
 
     def placed(self, **place: object) -> Self:
@@ -127,7 +127,8 @@ def bounding_box(points: Floats) -> Box:
 def cached_by_pose(
     draw: Callable[[AnyOccluder, CameraPose], Sprite | None],
 ) -> Callable[[AnyOccluder, CameraPose], Sprite | None]:
-    """Return a drawing function that reuses its last sprites for a camera at rest; they must not depend on time."""
+    """Return a drawing function that reuses its last sprites for a camera at rest. The sprites must not depend on
+    time."""
 
     @lru_cache(maxsize=32)
     def drawn(

@@ -48,7 +48,7 @@ STRIPS = 6
 ROUND = 0.3
 """Rise of the foot's edges above its middle, as a share of its width: a round trunk seen from above."""
 STREAKS = 0.4
-"""Standard deviation of temperature between the trunk's pieces over the standard deviation between the leaves."""
+"""Ratio of the standard deviation of temperature between pieces of the trunk to that between leaves."""
 LONE = 1.8
 """Largest height of a tree that gets one crown by default, in heights of the crown."""
 LOWER = 0.38

@@ -37,6 +37,7 @@ from irsim.physics.climate import (
     band_mismatch,
     fitted_band,
     ozone,
+    rain_extinction,
 )
 from irsim.physics.path_integral import (
     equivalent_path,
@@ -67,7 +68,8 @@ _TOP_KM = 40.0
 HIGHEST_M = 20_000
 """Greatest height of the camera above the sea, m."""
 GAS_TOLERANCE = 0.1
-"""Relative difference between the gas on a path and on the fitted path above which `beyond_fit` reports it."""
+"""Largest relative difference between the gas on a path and that on the fitted path. Above, `beyond_fit` reports the
+path."""
 _STEPS = 40
 _SKY_STEPS = 120
 """Steps of a path from each of its ends. Apparent temperatures of black bodies are within 0.05 K of those with 4000
@@ -81,7 +83,7 @@ class Atmosphere(Part):
         "haze": ("visibility_km", math.inf),
         "rain": ("rain_mm_h", 0.0),
         "fog": ("fog_visibility_km", None),
-        "surroundings": ("surroundings_k", 1.0),  # its radiance is negligible
+        "surroundings": ("surroundings_k", 1.0),  # at 1 K its radiance is negligible
     }
 
     preset: ClimateName | Literal["none"] = "none"
@@ -90,8 +92,8 @@ class Atmosphere(Part):
     """Visibility in haze, km. The model is fitted at 5 and 23 km; elsewhere the extinction of haze is proportional to
     the inverse of the visibility."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
-    """Height of the camera above the sea, m. The height above the background's ground replaces a lower value; above a
-    `sea` it replaces any value."""
+    """Height of the camera above the sea, m. The height that the background gives replaces it: that above the ground
+    where it is larger, that above a `sea` always."""
     temperature_k: AirKelvin | None = None
     """Air temperature at sea level, kelvin, by default that of the preset. Temperatures at all heights shift with
     it."""
@@ -203,9 +205,9 @@ class Atmosphere(Part):
             (low, high), (lowest, highest) = limits(band), limits(name)
             yield Notice(
                 ("preset",),
-                f"transmittance is fitted to {name}, {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
-                f"of {name} is used, which may be off by up to {apart:.2f}, the share of the light that the two bands "
-                "do not have in common",
+                f"transmittance is fitted to {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
+                f"of {name} is used, which may be off by up to {apart:.2f}, the share of light outside the bands' "
+                "common part",
             )
 
     def beyond_fit(self, band: Band, range_m: float, elevation_rad: float, height_gain_m: float = 0.0) -> str | None:
@@ -221,8 +223,8 @@ class Atmosphere(Part):
         if abs(share - 1) > GAS_TOLERANCE:
             top = max(heights) * 1e3
             return (
-                f"a path up to {top:.0f} m above the sea is not the fitted level one at "
-                f"{FIT_HEIGHT_KM * 1e3:.0f} m: scaled by layers, it holds {share:.0%} of the gas"
+                f"a path up to {top:.0f} m above the sea holds {share:.0%} of the gas on the fitted one, which is "
+                f"level at {FIT_HEIGHT_KM * 1e3:.0f} m: transmittance is scaled from there"
             )
         return None
 
@@ -281,15 +283,6 @@ class Atmosphere(Part):
             total = total + extinction * length_below(places, heights, FOG_TOP_KM)
         tau = np.exp(-total)
         return tau[..., -1], path_radiance(tau, total, radiance(band, self.air_k(heights)))
-
-
-def rain_extinction(mm_h: float) -> float:
-    """Return the extinction of rain, 1/km, equal in all bands as drops are much wider than the wavelength.
-
-    0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
-    1.58 r^0.63 dB/km in ITU-R P.1814.
-    """
-    return float(0.365 * mm_h**0.63)
 
 
 def _fitted(band: Band) -> BandName:

@@ -1,4 +1,4 @@
-"""Model atmospheres: fitted absorption, temperature profiles, fog and ozone, as tables."""
+"""Model atmospheres: fitted absorption, temperature profiles, fog, rain and ozone, as tables."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ AIR_KM = 7.0
 """Scale height of air, km: its pressure falls from 1013 to 103.5 hPa over the lowest 16 km (U.S. Standard Atmosphere
 1976)."""
 MIXED: dict[BandName, float] = {"mwir": 0.048, "lwir": 0.0}
-"""Share of well-mixed gases in the absorption at the height of the fit: in MWIR carbon dioxide at 4.3 um, which
-dominates above most of the water vapour. In LWIR it is negligible beside ozone."""
+"""Share of well-mixed gases in the absorption at the height of the fit: in MWIR that of carbon dioxide at 4.3 um, which
+dominates at heights with little water vapour. In LWIR it is negligible beside ozone."""
 
 OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
 """(a, b): a vertical path through all ozone has the depth a, a path with x times as much ozone the depth a x^b (the
@@ -131,3 +131,12 @@ def band_mismatch(band: Band, fitted: BandName) -> float:
     (low, high), (lowest, highest) = limits(band), limits(fitted)
     common = max(low, lowest), min(high, highest)
     return 1 - float(radiance(common, STANDARD_K) / max(radiance(each, STANDARD_K) for each in (band, fitted)))
+
+
+def rain_extinction(mm_h: float) -> float:
+    """Return the extinction of rain, 1/km, equal in all bands as drops are much wider than the wavelength.
+
+    0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
+    1.58 r^0.63 dB/km in ITU-R P.1814.
+    """
+    return float(0.365 * mm_h**0.63)

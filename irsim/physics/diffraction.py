@@ -20,11 +20,12 @@ FADE = 0.9
 """Share of the support from which the PSF fades to zero: its edge must not jump as the point moves."""
 
 TERMS = 8
-"""Number of separable terms of the PSF that blur extended bodies, beside one that conserves light. No pixel is off by
-more than 1e-4 of a point's light."""
+"""Number of separable terms that stand for the PSF of extended bodies; one more term conserves light. The error of a
+pixel is at most 1e-4 of a point's light."""
 
 WING_SUPPORTS = 4
-"""Half width of the wings, in supports of the cosine series: at their end they have fallen to a 64th."""
+"""Half width of the wings, in supports of the cosine series. At their end they are 1/64 of their value at one
+support."""
 
 LATTICE_SUM = 9.03362
 """Sum of (m^2 + n^2)^(-3/2) over all integers m and n except (0, 0): 4 zeta(3/2) beta(3/2)."""
@@ -140,7 +141,7 @@ def _series(psf: LensPSF) -> _CosineSeries:
 def _low_rank(psf: LensPSF) -> tuple[Floats, Floats]:
     """Return weights (TERMS + 1,) and cosine amplitudes (n, TERMS + 1) of the separable terms.
 
-    They are the largest eigenvectors of the amplitudes, and one product that restores the sums along both axes.
+    The first TERMS belong to the largest eigenvalues of the amplitudes. The last one restores the sums along both axes.
     """
     series = _series(psf)
     values, vectors = np.linalg.eigh(series.amplitudes)
@@ -198,7 +199,8 @@ class WingedLensPSF(LensPSF):
 
 
 def with_wings(psf: PSF, share: float) -> PSF:
-    """Return the PSF, with far wings if the pixels at the end of its support exceed the `share` of a point's light."""
+    """Return the PSF, with far wings if a pixel at the end of its support receives more than `share` of a point's
+    light."""
     if not isinstance(psf, LensPSF):
         return psf  # a Gaussian has no wings
     winged = WingedLensPSF(psf.airy_widths, psf.defocus_px, psf.sigma_px)

@@ -9,15 +9,15 @@ import numpy as np
 from irsim.types import Floats, read_only
 
 _THIN = 1e-6
-"""Optical depth of a step below which its mean transmittance is the mean of that at its ends, as the exact quotient
-would lose its digits."""
+"""Optical depth of a step below which its mean transmittance is computed as the mean of the values at its ends: the
+exact quotient would lose its digits."""
 
 
 @lru_cache
 def relative_stations(steps: int) -> Floats:
-    """Return stations along a path of length 1, dense near both ends, with `steps` steps from each. Read only."""
+    """Return stations along a path of length 1, dense near both ends, with `steps` steps from each end. Read only."""
     near = np.linspace(0, 1, steps + 1) ** 2
-    return read_only(np.unique(np.round([near, 1 - near], 12)))  # 0.6^2 and 1 - 0.8^2 are one station
+    return read_only(np.unique(np.round([near, 1 - near], 12)))  # 0.6^2 and 1 - 0.8^2 differ by rounding only
 
 
 def _running_sums(steps: Floats) -> Floats:

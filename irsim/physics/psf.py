@@ -126,7 +126,7 @@ def gaussian_kernels(support: int, fine: int, sigma_px: float) -> tuple[Floats, 
     once_behind, twice_behind = _pixel_antiderivatives(behind, sigma_px)
     even = (once_ahead - once_behind) * fine
     slope = 12 * ((twice_ahead - twice_behind) * fine**2 - (once_ahead + once_behind) * fine / 2)
-    far = np.abs(offsets) > SUPPORT_SIGMAS * sigma_px + 1  # differences of large numbers: rounding only
+    far = np.abs(offsets) > SUPPORT_SIGMAS * sigma_px + 1  # exactly 0, but for rounding
     even[far] = slope[far] = 0.0
     total = even.sum(axis=1, keepdims=True)
     slope = slope / total - even * slope.sum(axis=1, keepdims=True) / total**2

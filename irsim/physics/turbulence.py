@@ -23,7 +23,7 @@ TILT_KNEE = 0.6
 (Conan, Rousset & Madec, J. Opt. Soc. Am. A 12, 1559, 1995)."""
 
 _WAVES = 64
-"""Sinusoids in a random process: their sum is within 3 % of Gaussian in kurtosis."""
+"""Number of sinusoids in a random process. The kurtosis of their sum is within 3 % of that of a Gaussian."""
 
 
 class Turbulence(Part):

@@ -100,9 +100,9 @@ class Header(DigestRecord):
     band: str | None = None
     """Name of the band, or its limits as text."""
     range_k: Annotated[tuple[float, float], Field(strict=False)] | None = None
-    """Scene temperatures of count 0 and full scale, K, where counts are linear in temperature."""
+    """Scene temperatures of count 0 and full scale, K, where counts are linear in radiance."""
     curve: Annotated[Curve, Field(strict=False)] | None = None
-    """Response curve of a camera whose counts are not linear in temperature, such as a photon counter."""
+    """Response curve of a camera whose counts are not linear in radiance, such as a photon counter."""
 
 
 class TargetEntry(Part):

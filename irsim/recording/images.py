@@ -33,7 +33,7 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and whether it had colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours."""
 
     image: Image
     place: str
@@ -157,7 +157,7 @@ def read_stack(file: Path) -> Image:
         raise
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or 'is cut short or damaged'}") from None
-    except MemoryError:  # of a whole .npz, or of a damaged header
+    except MemoryError:  # from a large .npz, or from a damaged header
         raise InputError(f"{file}: does not fit in memory, or is damaged") from None
     except Exception:  # numpy documents no errors for damaged headers and archives
         found = None

@@ -64,10 +64,9 @@ class Labels:
         return (f"boxes outside the picture of {columns}x{rows} px: {first}",)
 
     def gap_note(self, frames: int) -> tuple[str, ...]:
-        """Return a note of frames for which the file has no rows, as targets count as absent in them.
-
-        It names targets without rows between their first and last row, else a file whose rows end before the last
-        frame. Without either, it is ().
+        """Return a note on frames without rows, in which targets count as absent. It names the targets that lack rows
+        between their first and last one. If there are none, it gives the frame after which the file has no rows. If all
+        frames have rows, it is ().
         """
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
@@ -115,7 +114,7 @@ def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> La
     rows = list(_rows(path))
     names: dict[str, str] = {}
     boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
-    frames_by_id: dict[str, set[int]] = {}  # by the ids of the file
+    frames_by_id: dict[str, set[int]] = {}  # keys are the ids in the file
     last = (-1, 0)
     for line, row in rows:
         place = f"{path}:{line}"

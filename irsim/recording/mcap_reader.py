@@ -14,44 +14,15 @@ from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
-from google.protobuf.message import DecodeError
 from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
 from irsim.config.paths import Stamp, check_input, stamp
 from irsim.errors import InputError, counted
-
-MAGIC = b"\x89MCAP0\r\n"
-
-RECORD = struct.Struct("<BQ")
-"""Opcode and length, which precede every record."""
-
-MESSAGE = struct.Struct("<HIQQ")
-"""Channel, sequence, log time and publish time, which precede a message's data."""
-
-CHUNK_HEAD = struct.Struct("<QQQII")
-"""Start time, end time, uncompressed size, CRC of the uncompressed records, length of the compression's name."""
-
-CRC = struct.Struct("<I")
-"""CRC-32, the last field of several records."""
-
-BROKEN = (
-    McapError,
-    DecodeError,
-    struct.error,
-    ValueError,
-    TypeError,
-    KeyError,
-    IndexError,
-    OverflowError,
-    MemoryError,
-    RuntimeError,
-)
-"""Errors that mcap, protobuf, lz4, zstandard and struct raise on damaged bytes."""
+from irsim.recording.mcap_records import BROKEN, CHUNK_HEAD, CRC, MAGIC, RECORD, Packet, matches_crc, packets, unpack
 
 
 class DamageError(InputError):
@@ -87,19 +58,6 @@ _INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, chann
 _INDEX_ENTRY_BYTES = 16
 
 _BLOCK = 1 << 20
-
-_LARGEST_UNPACKED = (1 << 30) + (1 << 20)
-"""Largest size of an unpacked chunk, bytes: two frames of 16384 x 16384 counts and their headers. Without a limit, a
-forged chunk of a few kB could fill the memory."""
-
-
-@dataclass(frozen=True, slots=True)
-class Packet:
-    """Message that was read: sequence number, log time in ns, bytes."""
-
-    sequence: int
-    log_time: int
-    data: memoryview
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +127,7 @@ class McapFile(NamedFile):
         if chunk.compressed_size > len(raw) - RECORD.size - CHUNK_HEAD.size:
             raise self.damage_error("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
-        if data is None or not _matches(data, CHUNK_HEAD.unpack_from(raw, RECORD.size)[3]):
+        if data is None or not matches_crc(data, CHUNK_HEAD.unpack_from(raw, RECORD.size)[3]):
             raise self.damage_error("a chunk does not match its CRC")
         return data
 
@@ -212,7 +170,7 @@ class McapFile(NamedFile):
                     raw = self._read(file, entry.offset, entry.length)
                 with self.decoding(f"the attachment {name} cannot be read"):
                     body, (crc,) = raw[RECORD.size : -CRC.size], CRC.unpack(raw[-CRC.size :])
-                    if not _matches(body, crc):
+                    if not matches_crc(body, crc):
                         raise self.damage_error(f"the attachment {name} does not match its CRC")
                     record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
                     return record.data
@@ -240,7 +198,7 @@ def open_mcap(path: Path, remedy: str = "") -> McapFile:
             raise named.damage_error("it has no index")
         file.seek(start)
         summary = file.read()
-    if not _matches(memoryview(summary)[: -len(MAGIC) - CRC.size], crc):
+    if not matches_crc(memoryview(summary)[: -len(MAGIC) - CRC.size], crc):
         raise named.damage_error("its index does not match its CRC")
     with named.decoding("its index cannot be read"):
         records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)
@@ -285,47 +243,3 @@ def check_mcap(path: Path) -> None:
         raise InputError(f"{path}: is empty; allowed: a recording (.mcap)")
     if not MAGIC.startswith(head):
         raise InputError(f"{path}: is not an MCAP file; allowed: a recording (.mcap)")
-
-
-def packets(data: memoryview, channel: int) -> Iterator[Packet]:
-    """Yield the messages of a channel among the records of a chunk."""
-    for opcode, body in records(data):
-        if opcode == Opcode.MESSAGE:
-            found, sequence, log_time, _ = MESSAGE.unpack_from(body)
-            if found == channel:
-                yield Packet(sequence, log_time, body[MESSAGE.size :])
-
-
-def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield the opcode and the body of each record in a chunk."""
-    position = 0
-    while position < len(data):
-        opcode, length = RECORD.unpack_from(data, position)
-        position += RECORD.size
-        yield opcode, data[position : position + length]
-        position += length
-
-
-def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None:
-    """Return the `size` bytes of records in a compressed chunk; None where unpacking fails."""
-    if compression == "":
-        return packed
-    if not 0 < size <= _LARGEST_UNPACKED:
-        return None
-    import lz4.frame  # type: ignore[import-untyped]  # lz4 has no stubs
-    import zstandard
-
-    try:
-        if compression == "lz4":
-            data = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
-        elif compression == "zstd" and zstandard.frame_content_size(packed) in (-1, size):
-            data = zstandard.decompress(packed, max_output_size=size)
-        else:
-            return None
-    except (*BROKEN, zstandard.ZstdError):
-        return None
-    return memoryview(data) if len(data) == size else None
-
-
-def _matches(data: bytes | memoryview, crc: int) -> bool:
-    return crc == 0 or crc32(data) == crc  # 0: no CRC (MCAP)

@@ -33,7 +33,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from irsim.recording.mcap_reader import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
+from irsim.recording.mcap_records import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.messages import EPOCH_NS, descriptor_set
 
 Compression = Literal["none", "lz4", "zstd"]
@@ -160,7 +160,7 @@ class McapWriter:
     def finish(self) -> None:
         """Write the summary. The caller closes the file."""
         self._out.records(DataEnd(self._out.crc))
-        self._out.crc = 0  # of the summary, from here on
+        self._out.crc = 0  # from here on, the CRC of the summary
         summary = self._out.position
         groups: list[tuple[Opcode, Sequence[McapRecord]]] = [
             (Opcode.SCHEMA, tuple(self._schemas.values())),

@@ -94,7 +94,7 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
     tidy   first remove temporary files of killed processes, for outputs that take long to write
     """
     check_output(path)
-    real = path.resolve()  # a link stays a link
+    real = path.resolve()  # of a symbolic link the target is replaced
     if tidy:
         _remove_leftovers(real)
     temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
@@ -129,7 +129,7 @@ def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
 
 
 def _remove_leftovers(real: Path) -> None:
-    """Remove temporary files of an output whose process has ended and that no process has locked."""
+    """Remove an output's temporary files that ended processes have left, unless another process has locked them."""
     pattern = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
     with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
         for path in list(real.parent.iterdir()):
@@ -142,7 +142,7 @@ def _remove_leftovers(real: Path) -> None:
 
 def _is_alive(process: int) -> bool:
     """Return False where the process with this id has ended."""
-    if sys.platform == "win32":  # os.kill would end it
+    if sys.platform == "win32":  # os.kill would end the process
         return True
     try:
         os.kill(process, 0)

@@ -15,7 +15,8 @@ from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
 from irsim.recording.header import Contents, Header
-from irsim.recording.mcap_reader import McapFile, Packet, TopicIndex, open_mcap
+from irsim.recording.mcap_reader import McapFile, TopicIndex, open_mcap
+from irsim.recording.mcap_records import Packet
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
 from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
 

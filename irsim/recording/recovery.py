@@ -19,21 +19,8 @@ from mcap.records import Attachment, Channel, Chunk, Metadata
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted
 from irsim.recording.header import Contents, Header
-from irsim.recording.mcap_reader import (
-    BROKEN,
-    CRC,
-    MAGIC,
-    RECORD,
-    DamageError,
-    McapFile,
-    Packet,
-    TopicIndex,
-    check_mcap,
-    open_mcap,
-    packets,
-    records,
-    unpack,
-)
+from irsim.recording.mcap_reader import DamageError, McapFile, TopicIndex, check_mcap, open_mcap
+from irsim.recording.mcap_records import BROKEN, CRC, MAGIC, RECORD, Packet, packets, records, unpack
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
 from irsim.recording.output import check_output
 from irsim.recording.reader import Recording

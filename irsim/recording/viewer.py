@@ -78,7 +78,8 @@ def annotate_truth(truth: Truth, log_time: int) -> bytes:
 
 
 def display_range(image: Image, bits: int) -> tuple[int, int]:
-    """Return the counts drawn black and white: the middle 99 % of a frame's counts, plus half of it on each side."""
+    """Return the counts drawn black and white: the range of the middle 99 % of a frame's counts, widened by half of it
+    on each side."""
     low, high = np.percentile(image, (0.5, 99.5))
     margin = max((high - low) / 2, 1.0)
     return max(int(low - margin), 0), min(int(high + margin), 2**bits - 1)

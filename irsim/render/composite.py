@@ -25,8 +25,9 @@ OCCLUDER_SHARE = 0.01
 class NamedSprite(NamedTuple):
     """Sprite of a target (`tracked` is True) or of an occluder.
 
-    range_from_origin_m  distance from the camera's first position, m, if the camera has moved. Occluders stand around
-                         that position. The path through the atmosphere is the sprite's own distance from the camera.
+    range_from_origin_m  distance from the camera's first position, m, if the camera has moved, as distances of
+                         occluders are measured from there. The path through the atmosphere is the sprite's distance
+                         from the moved camera.
     """
 
     name: str
@@ -86,7 +87,7 @@ class DrawnTarget:
         there = self.shown[place]
         if _total(there * (1 - transmittance)) >= OCCLUDER_SHARE * self.piece.sprite.area:
             self.occluders.append(name)
-        if there.shape == self.shown.shape:  # the whole patch, in one pass
+        if there.shape == self.shown.shape:  # the object covers the whole patch: one pass
             self.unoccluded = self.unoccluded * transmittance
         else:
             unoccluded = self.unoccluded.copy()
@@ -146,7 +147,8 @@ def compose(
 
 
 def uncovered(pieces: Iterable[NamedSprite], light: Floats) -> Floats:
-    """Return the background's fraction of each pixel's light with sprites drawn over it, shaped like `light`."""
+    """Return the fraction of each pixel's light that comes from the background, not from sprites drawn over it; shape
+    and type are those of `light`."""
     share = np.ones_like(light)
     for sprite in (piece.sprite for piece in pieces):
         met = sprite.within(share.shape)

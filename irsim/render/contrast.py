@@ -9,7 +9,7 @@ Truth's SCR is that of the noiseless radiance of the unoccluded target and of it
 as clutter: its standard deviation over the pixels of one frame, as the radiance that raises the signal by as much at
 the mean radiance of the ring (noise-equivalent radiance, `SignalChain.noise_equivalent`), is added in squares to the
 ring's standard deviation. All noise terms count, fixed and temporal, but for bad pixels and offsets of the whole frame,
-which shift target and ring alike. A requested SCR of a point is this one.
+which shift target and ring alike. The key `scr` of a point requests an SCR of this definition.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Pixels along one axis: those of the box, their covered fractions, those of the ring, and of its guard."""
+    """Pixels along one axis: those of the box with their covered fractions, those of the ring, and those of the guard
+    between box and ring."""
 
     held: slice
     shares: Floats

@@ -93,7 +93,7 @@ class Instant:
         return [shape.draw(view) for shape, view in views]
 
     def has_same_pose(self, other: Instant, index: int) -> bool:
-        """Return whether the camera has the same position, rotation and zoom in frame `index` as at another instant."""
+        """Return True if the camera has the same position, rotation and zoom in frame `index` as at another instant."""
         return other is self or all(
             np.array_equal(getattr(self.camera, what)[index], getattr(other.camera, what)[index])
             for what in ("turns", "places", "zooms")

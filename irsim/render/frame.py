@@ -23,7 +23,7 @@ from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
 NO_SHIFTS: Shifts = {}
-"""Displacement of no target."""
+"""Displacements for a scene in which no target is displaced."""
 
 
 class Renderer:
@@ -142,7 +142,7 @@ class Renderer:
         """Return the layers of the background, each averaged over the exposure of a frame."""
         if all(self.now.has_same_pose(instant, index) for instant in self.exposure):
             return self.layers
-        key = self.now.view_direction(index).key  # the same for all instants: painted textures stay cached
+        key = self.now.view_direction(index).key  # one key for all instants, so that textures stay cached
         directions = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
         return [MotionBlurredLayer(layer, directions) for layer in self.layers]
 

@@ -30,15 +30,15 @@ _hinting = threading.Lock()
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Defer Ctrl-C to the end of the block. Processes started in the block defer it until they run the function of
-    `process` or call `ignore_interrupts`, as it would end them with a traceback before. InputError where no process can
-    be started."""
+    """Defer Ctrl-C to the end of the block. Processes started in the block defer it too, until they run the function of
+    `process` or call `ignore_interrupts`: an earlier Ctrl-C would end them with a traceback. InputError where no
+    process can be started."""
     _expect_main()
     if sys.platform == "win32":
         with _guard_hint():
             yield
         return
-    resource_tracker.ensure_running()  # its start unblocks signals, which would end the deferral later
+    resource_tracker.ensure_running()  # started now, as its start unblocks signals
     with _guard_hint(), _deferred():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -58,7 +58,8 @@ def _expect_main() -> None:
 
 @contextmanager
 def _guard_hint() -> Iterator[None]:
-    """End a worker that imports a script without the guard by a hint of one line, not by a long traceback."""
+    """End a worker that imports a script without the `__main__` guard, with a hint of one line instead of a long
+    traceback."""
     try:
         yield
     except RuntimeError as error:
@@ -85,7 +86,7 @@ def _deferred() -> Iterator[None]:
         return
     # Signals without a handler in Python end the program at once.
     handlers = {number: handler for number in _ENDING if callable(handler := signal.getsignal(number))}
-    came: list[int] = []  # not an Event, whose lock a second signal could find taken by the first
+    came: list[int] = []  # a list: a second signal would wait for the lock that the first one holds in an Event
     for number in handlers:
         signal.signal(number, lambda number, _: came.append(number))
     try:
@@ -112,7 +113,7 @@ def process(
 
 def _begin(pickled: bytes, *inherited: Any) -> None:
     _handle_interrupts(lambda *_: os._exit(130))
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # inherited as ignored from a parent that ignores it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # it is ignored if the parent ignores it
     end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*inherited, *arguments)

@@ -25,7 +25,8 @@ Shares = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Coverage of a frame's pixels, (rows, columns), by one target before (a point: after) blur by the optics.
+    """Coverage of a frame's pixels, (rows, columns), by one target before the blur of the optics (for a point: after
+    it).
 
     With motion blur, coverage is the mean over the exposure.
 
@@ -91,12 +92,12 @@ _NAME = re.compile(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png")
 
 
 def _is_no_mask(file: str) -> bool:
-    """Return whether a file is a PNG picture whose name is not that of a mask."""
+    """Return True if a file is a PNG picture whose name is not that of a mask."""
     return file.lower().endswith(".png") and _NAME.fullmatch(file) is None
 
 
 def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
-    """Return whether a file is a mask of a frame or target other than those given, and so would not be replaced."""
+    """Return True if a file is a mask of a frame or target other than those given, and so would not be replaced."""
     match = _NAME.fullmatch(file)
     if match is None:
         return False

@@ -249,9 +249,9 @@ def _slices(region: Region) -> Slices:
 
 
 def _is_shift(given: object) -> bool:
-    """Return whether `given` is a pair of finite numbers."""
+    """Return True if `given` is a pair of finite numbers."""
     try:
         numbers = np.asarray(given)
-    except ValueError:  # of items of different shapes
+    except ValueError:  # the items have different shapes
         return False
     return numbers.shape == (2,) and numbers.dtype.kind in "iuf" and bool(np.isfinite(numbers).all())

@@ -1,8 +1,8 @@
 """Frames of a scenario, in order, rendered by a pool of worker processes.
 
-Worker i modulo the number of workers renders block i of consecutive frames. Each worker has two blocks at a time: the
-parent process takes the frames of one while the worker renders the other. Pictures pass through shared memory, truths
-through a pipe, several in a message.
+Block i of consecutive frames is rendered by the worker with the number i modulo the number of workers. Each worker has
+two blocks at a time: the parent process takes the frames of one while the worker renders the other. Pictures pass
+through shared memory, truths through a pipe, several in a message.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class _Worker:
         self._answers: deque[Truth | Exception] = deque()
         self._process = process(context, _serve, scenario, inherited=(theirs, memory))
         self._process.start()
-        theirs.close()  # else the end of the process would not close the pipe
+        theirs.close()  # the pipe then closes when the process ends
 
     def give(self, block: Sequence[int]) -> None:
         with suppress(OSError):  # a dead worker is reported by `next`

@@ -29,7 +29,7 @@ def shipped(folder: str) -> dict[str, Path]:
 def find(path: str | PathLike[str], default_folder: str = "examples") -> Path:
     """Return the file at a path, else the shipped scenario of that name, such as `sky` or `sources/xue-sky`.
 
-    default_folder  folder of shipped scenarios that the error lists where an unknown name contains no folder
+    default_folder  folder whose shipped scenarios the error lists for an unknown name without a folder
     """
     path_of(path)
     wanted = fspath(path)

@@ -1,4 +1,4 @@
-"""Digest of the code on which a scene's pixels and truth depend. It tells results of different code apart."""
+"""Digest of the code on which a scene's pixels and truth depend. Results of different code have different digests."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _is_named(part: Part) -> bool:
 
 @lru_cache
 def rendering_code() -> str:
-    """Return the hex digest of irsim's code except `NOT_PIXELS`, and of whether C kernels are used."""
+    """Return the hex digest of irsim's code except `NOT_PIXELS`, and of the use of C kernels."""
     here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):

@@ -25,8 +25,9 @@ TOLERANCE = 0.02
 frames an occluded fraction below TOLERANCE counts as 0."""
 MAX_LENGTH_RATIO = 2
 FEW_FRAMES = 4
-"""An occlusion is reported as too long if it lasts more than MAX_LENGTH_RATIO times the required frames (or FEW_FRAMES
-more frames, if that is longer), plus the frames in which the target passes the margins and smoke grows and fades.
+"""An occlusion is reported as too long if it lasts longer than MAX_LENGTH_RATIO times the required frames, or than
+FEW_FRAMES more than these if that is longer. Frames in which the target passes the margins, or in which smoke grows or
+fades, are added to this limit.
 
 A target with thin ends stays almost fully occluded for as long as it takes to move by its own length: a tank of 73 px
 at 0.5 px a frame is hidden in 37 frames where 5 are required.
@@ -91,7 +92,7 @@ def occlusion_window(visibility: TargetVisibility, occluder: Occluder) -> Box:
 
 
 def moves_vertically(visibility: TargetVisibility, occluder: Occluder) -> bool:
-    """Return whether the target moves more vertically than horizontally while it is hidden."""
+    """Return True if the target moves more vertically than horizontally while it is hidden."""
     name, (first, last) = target_and_frames(occluder)
     around = [max(first - 1, 0), min(last + 1, visibility.scenario.frames - 1)]
     across, down = np.abs(np.diff(visibility.line_of_sight_px(name, occluder.range_m)[around], axis=0)[0])
@@ -154,7 +155,7 @@ class Occlusion:
         return self.occluder.fraction * (1 - TOLERANCE)
 
     def lasts_too_long(self) -> bool:
-        """Return whether the occlusion recurs or lasts well beyond the required frames."""
+        """Return True if the occlusion recurs or lasts well beyond the required frames."""
         return self.recurs() is not None or self.too_long() is not None
 
     def recurs(self) -> str | None:
@@ -209,7 +210,7 @@ class Occlusion:
         return f"it passes at {speed:.2g} px a frame; try a faster target, one farther away{other}, or a place"
 
     def _slack_frames(self) -> int:
-        """Return for how many frames before and after the required ones the target may be partly occluded."""
+        """Return the number of frames before and after the required ones in which the target may be partly occluded."""
         name, (first, _) = target_and_frames(self.occluder)
         speed, sprite = target_speed_px(self.visibility, self.occluder), self.visibility.sprite(name, first)
         window = occlusion_window(self.visibility, self.occluder)

@@ -43,8 +43,8 @@ _THIN_PX = 1.0
 Part = Callable[[Box, float], Box]
 """Function that returns a part of a window, given the window and a fraction of it, at most 1.
 
-For a fraction of 0 or less, parts at the lower or right edge lie below or right of the window (a crown rises above
-them), and other parts are as thin as possible.
+At a fraction of 0 or less, a part at the lower or right edge lies outside the window, below or right of it, as a tree's
+crown rises above its part. Any other part is as thin as possible.
 """
 Placing = Callable[[float], Occluder]
 """Function that returns the occluder for a density (smoke) or a fraction of the window."""
@@ -65,7 +65,7 @@ _cache: dict[str, tuple[Placed | InfeasibleError, ...]] = {}
 
 
 def placements(scenario: Scenario) -> tuple[Placed | InfeasibleError, ...]:
-    """Return each occluder at its place, or the error that prevents it. `without` moves no occluder."""
+    """Return each occluder at its place, or the error that prevents it. `without` does not change the places."""
     whole = scenario.whole
     if all(occluder.hides is None for occluder in whole.occluders):
         return tuple(map(Placed, whole.occluders))
@@ -196,10 +196,10 @@ def _row(visibility: TargetVisibility, depression: float) -> float:
 
 
 def _parts(vertical: bool) -> tuple[Part, ...]:
-    """Return the parts of the window to try in turn, first a strip along the target's motion.
+    """Return the parts of the window to try in turn, first those that are shorter along the target's motion.
 
-    A narrow strip across the motion cannot hide more of a target that weaves or moves diagonally. A part that stays
-    within a large target all the time hides less than a strip does, in both directions.
+    Parts that are narrower across the motion follow; they hide less of a target that weaves or moves diagonally. The
+    centre is last: within a large target it hides less than the other parts.
     """
     along, across = (_right, _left, _middle_columns), (_lower, _upper, _middle_rows)
     if not vertical:

@@ -99,8 +99,8 @@ def _faults(document: Document, scenario: Scenario, all_severities: bool) -> Ite
 
 
 def _faults_of_tables(document: Document, given: list[KeyPath], all_severities: bool) -> list[str]:
-    """Return the faults of table entries with valid keys where other faults exist. Entries are added one by one to the
-    scenario without tables. If that scenario itself has faults, none are returned."""
+    """Return the faults of table entries with valid keys, for a document that has other faults too. Each entry is added
+    alone to the scenario without tables; if that scenario has faults itself, none are returned."""
     in_tables = table_faults(document, Scenario)
     rest = replace(document, value={**document.value, "severity": 0, **{name: {} for name in TABLES}})
     faults: list[str] = []

@@ -21,7 +21,8 @@ STEPS = 5
 """Number of severities from the benign value to an end of the interval."""
 
 _BETWEEN = math.pi / 10
-"""Quantile at which few distributions yield an integer, so that validation detects keys that must be integers."""
+"""Quantile that is validated besides the ends: few distributions yield an integer there, so keys that need one are
+detected."""
 
 CUT_SD = 4.0
 """Default ends of a normal distribution, in standard deviations. Truncation there lowers its deviation by 0.05 %."""

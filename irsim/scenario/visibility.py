@@ -108,7 +108,7 @@ class TargetVisibility:
         return self.occluded([occluder], name, frame) / inside if inside > AREA_ROUNDING else 0.0
 
     def ever_occludes(self, occluder: Occluder, name: str) -> bool:
-        """Return whether an occluder hides any of target `name` in one of at most MAX_FRAMES evenly spread frames."""
+        """Return True if an occluder hides any of target `name` in one of at most MAX_FRAMES evenly spread frames."""
         step = math.ceil(self.scenario.frames / MAX_FRAMES)
         return any(self.occluded([occluder], name, frame) > 0 for frame in range(0, self.scenario.frames, step))
 
@@ -119,8 +119,8 @@ class TargetVisibility:
         return pose.context.geometry.project(pose.place + rays * _ray_length(rays, pose.place, range_m))
 
     def line_of_sight_px(self, name: str, range_m: float) -> Floats:
-        """Return where the line of sight to a target reaches distance `range_m`, (frames, 2) px of the camera at
-        rest."""
+        """Return the points at which the line of sight to a target reaches the distance `range_m`, (frames, 2) px of
+        the camera at rest."""
         places = self.camera.places
         rays = self.trajectories[name].positions - places
         rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
@@ -132,8 +132,8 @@ class TargetVisibility:
 
     @cached_property
     def _extents(self) -> dict[int, tuple[Occluder, Box | None]]:
-        """Boxes around occluders, by `id` of the occluder, which may be unhashable. Its reference keeps the `id`
-        unique."""
+        """Boxes around occluders by Python's `id()` of the occluder, which may be unhashable. A stored reference to the
+        occluder keeps this number unique."""
         return {}
 
     def _fraction(self, name: str, frame: int, area: Callable[[TargetVisibility, Sprite], float]) -> float:
@@ -152,7 +152,7 @@ class TargetVisibility:
     def _occluded_px2(self, occluders: Sequence[Occluder], name: str, frame: int, sprite: Sprite) -> float:
         overlaps = [self._overlap(occluder, name, frame, sprite) for occluder in occluders]
         found = [each for each in overlaps if each is not None]
-        if len(found) <= 1:  # without the rounding of 1 - cover: the placement search compares exact fractions
+        if len(found) <= 1:  # no rounding of 1 - cover, as the placement search compares exact fractions
             return sum(float((sprite.cover[region] * cover).sum()) for region, cover in found)
         visible = sprite.cover.copy()
         for region, cover in found:
@@ -181,7 +181,7 @@ class TargetVisibility:
         return self._extents[id(occluder)][1]
 
     def _may_meet(self, sprite: Sprite, extent: Box, range_m: float, frame: int) -> bool:
-        """Return whether an occluder within the box `extent`, px of the camera at rest, can overlap the sprite."""
+        """Return True if an occluder within the box `extent`, px of the camera at rest, can overlap the sprite."""
         rows, columns = sprite.cover.shape
         left, top = sprite.x0 - 0.5, sprite.y0 - 0.5
         ends = np.array([[left, top], [left + columns, top], [left + columns, top + rows], [left, top + rows]])

@@ -14,6 +14,7 @@ mappings as in YAML; `scenarios` combines them.
 from __future__ import annotations
 
 from irsim.strategies.damage import damaged_recordings, invalid_texts, mutated_texts
+from irsim.strategies.documents import documents, scenarios
 from irsim.strategies.scenes import (
     TOP,
     camera_motions,
@@ -22,13 +23,11 @@ from irsim.strategies.scenes import (
     countries,
     crossings,
     decoys,
-    documents,
     frame_faults,
     manoeuvres,
     noises,
     occlusions,
     paths,
-    scenarios,
     seeds,
     severities,
     shapes,

@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from irsim.config.yaml_text import write_yaml
-from irsim.strategies.scenes import documents
+from irsim.strategies.documents import documents
 
 Place = tuple[str | int, ...]
 

@@ -1,4 +1,4 @@
-"""Hypothesis strategies for scenes: parts as mappings, and whole scenarios.
+"""Hypothesis strategies for the parts of scenes, as mappings.
 
 Severities go from 0, no effect, to 5, more than most trackers survive. Tables hold the parameter at each severity.
 Values are those of the shipped scenarios `stress/...`, except for `HIDING`.
@@ -7,16 +7,13 @@ Values are those of the shipped scenarios `stress/...`, except for `HIDING`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from irsim.camera.presets import PRESETS
-from irsim.config.yaml_text import write_yaml
-from irsim.scenario.loader import loads
-from irsim.scenario.model import Scenario
 
 Part = dict[str, Any]
 
@@ -28,15 +25,15 @@ SPEEDS = (0.0, 0.3, 0.6, 1.0, 1.5, 2.0)
 TURNS = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Sharpest turns, degrees per frame."""
 WEAVES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0)
-"""Amplitudes, px."""
+"""Amplitudes of weaves, px."""
 NETD_MK = (20.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0)
 CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
 """False targets in a square milliradian."""
 COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Fraction of the sky covered by cloud."""
 HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
-"""Occluded fraction of a target, and number of frames. They are fewer than in `stress/occlusion`, as these scenes are
-short."""
+"""Occluded fraction of a target, and number of frames. The frames are fewer than in `stress/occlusion`, as these scenes
+are short."""
 ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
 """Angle between crossing trajectories, degrees."""
 FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
@@ -173,8 +170,8 @@ def skies(draw: st.DrawFn, severity: Severity = ANY) -> Part:
 
 @st.composite
 def countries(draw: st.DrawFn) -> Part:
-    """Draw a background of ground or landscape, with temperatures of an hour or given ones, and a horizon behind trees
-    that is bare, wooded, or the default. The simplest is uniform ground."""
+    """Draw a background of ground or landscape, with given temperatures or those of an hour. Behind trees the horizon
+    is bare, wooded, or the default. The simplest is uniform ground."""
     kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
     country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
     hour = draw(st.sampled_from(["any", "day", "night"]))
@@ -268,68 +265,3 @@ def camera_motions(draw: st.DrawFn, severity: Severity = ANY) -> list[Part]:
 
 HOT_SPOT: Part = {"kind": "hot_spot", "size_m": [7.0, 5.0], "temperature_k": 305.0}
 """Uniform patch to which `shapes` shrinks."""
-
-
-SIZE, FRAMES, IFOV_MRAD = (96, 72), 30, 0.5
-"""Defaults of `documents`: small enough to render hundreds, large enough for track loss."""
-
-
-@st.composite
-def documents(
-    draw: st.DrawFn,
-    *,
-    size: Sequence[int] = SIZE,
-    frames: int = FRAMES,
-    camera: Mapping[str, Any] | None = None,
-    path: SearchStrategy[Part] | None = None,
-    shape: SearchStrategy[Part] | None = None,
-    background: SearchStrategy[Part] | None = None,
-    noise: SearchStrategy[Part] | None = None,
-    motion: SearchStrategy[list[Part]] | None = None,
-    faults: SearchStrategy[list[Part]] | None = None,
-    occlusion: SearchStrategy[list[Part]] | None = None,
-    crossing: SearchStrategy[list[Part]] | None = None,
-    decoy: bool | Severity = True,
-    seed: SearchStrategy[int] | None = None,
-) -> dict[str, Any]:
-    """Draw a scenario as plain YAML values: one target, `target`, and its difficulties.
-
-    size      (columns, rows) px;  camera: keys that take precedence over drawn ones
-    decoy     severities of a decoy beside the target; False: there is none
-    Each of the other arguments is a strategy of `irsim.strategies`, or `st.just(...)` for a fixed value.
-    """
-
-    def drawn(given: SearchStrategy[Any] | None, default: SearchStrategy[Any]) -> Any:
-        return draw(default if given is None else given)
-
-    way = drawn(path, paths(size, frames))
-    look = drawn(shape, shapes())
-    behind = drawn(background, skies() | clutters())
-    grain = drawn(noise, noises())
-    likes = draw(decoys(way, look, ANY if decoy is True else decoy)) if decoy is not False else []
-    crosser = drawn(crossing, crossings(frames=frames, shape=look))
-    hiding = drawn(occlusion, occlusions(frames=frames))
-    shaking = drawn(motion, camera_motions())
-    lost = drawn(faults, frame_faults())
-    return {
-        "seed": drawn(seed, seeds()),
-        "frames": frames,
-        "camera": {
-            "size": list(size),
-            "ifov_mrad": IFOV_MRAD,
-            "range_k": [270.0, 330.0],
-            **grain,
-            "motion": shaking,
-            "faults": lost,
-            **(camera or {}),
-        },
-        "background": behind,
-        "targets": [{"id": "target", "shape": look, "path": way}, *likes, *crosser],
-        "occluders": hiding,
-        "follow": "target",
-    }
-
-
-def scenarios(**kwargs: Any) -> SearchStrategy[Scenario]:
-    """Return a strategy of validated scenarios; the arguments are those of `documents`."""
-    return documents(**kwargs).map(write_yaml).map(loads)

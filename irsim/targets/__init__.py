@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from irsim.config.base import Family
-from irsim.targets.aircraft import Airliner, Fighter, Helicopter, Missile, Quadrotor
+from irsim.targets.aircraft import Airliner, Fighter, Missile
 from irsim.targets.animals import Bird, Pedestrian
 from irsim.targets.base import Shape, View
 from irsim.targets.mesh import MeshShape
 from irsim.targets.point import Flare, HotSpot, Point
+from irsim.targets.rotorcraft import Helicopter, Quadrotor
 from irsim.targets.vehicles import Boat, Car, Tank, Truck
 
 _SYNONYMS = {

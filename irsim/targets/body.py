@@ -37,7 +37,7 @@ class Body(Shape):
     """
 
     solids: ClassVar[tuple[Solid, ...]]
-    """Parts of the body, at length 1."""
+    """Parts of the body, with lengths in units of the body's length."""
 
     length_m: Length
     """Length, m."""
@@ -59,7 +59,7 @@ class Body(Shape):
         return self
 
     def __hash__(self) -> int:
-        return hash((type(self), self.length_m, self.temperature_k))  # cheap: taken of each body in each frame
+        return hash((type(self), self.length_m, self.temperature_k))  # quick: computed for each body and frame
 
     def __eq__(self, other: object) -> bool:
         # Five times as fast as pydantic's.

@@ -29,7 +29,7 @@ SAMPLES = 3
 MIN_SAMPLES = 128
 """Least number of samples across a body, which give each face its share of the light at long range."""
 _FINEST_PX = 1e-6
-"""Least spacing of samples: a body seen edge-on has no width."""
+"""Least spacing of samples, px, as a body seen edge-on has no width."""
 
 _AXES: dict[str, tuple[int, int, int]] = {
     # File axes as (forward, right, down), with signs; x forward, y left, z up is the convention of robotics.

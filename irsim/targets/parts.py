@@ -187,7 +187,7 @@ def _faces(points: Floats) -> tuple[Floats, list[list[int]]]:
     )
     heights = _dot(outward, points)
     on = heights > heights.max(axis=1, keepdims=True) - tolerance
-    faces = {corners.tobytes(): which for which, corners in enumerate(on)}  # without duplicates
+    faces = {corners.tobytes(): which for which, corners in enumerate(on)}  # a plane found several times counts once
     which = list(faces.values())
     return outward[which], [_ring(points, outward[face], np.flatnonzero(on[face])) for face in which]
 

@@ -55,12 +55,12 @@ class Point(Shape):
     emissivity: Fraction = 0.95
     """Emissivity."""
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. The radiance is set with
-    nothing switched off, so --without does not change it."""
+    """Apparent temperature of the point minus its background's, K; replaces `temperature_k`. It is reached with
+    nothing switched off."""
     scr: Number | None = None
-    """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. Negative:
-    darker than the background, to the limit that `area_m2` allows. The radiance is set with nothing switched off, so
-    --without does not change it."""
+    """Signal-to-clutter ratio against the background and the camera noise there; replaces `temperature_k`. A negative
+    value is darker than the background, as far as `area_m2` permits. It is reached with
+    nothing switched off."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:

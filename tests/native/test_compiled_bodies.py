@@ -15,9 +15,9 @@ from target_views import AWAY, BODIES, context, shape
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
 from irsim.geometry.polygon import polygon_edges
+from irsim.geometry.rotations import euler
 from irsim.geometry.silhouette import LayeredPolygons, draw_sprite
 from irsim.geometry.sprite import Sprite
-from irsim.motion.attitude import euler
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.psf import PSF, GaussianPSF
 from irsim.targets import View, body

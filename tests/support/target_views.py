@@ -10,8 +10,8 @@ from mesh_files import GIVEN
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
+from irsim.geometry.rotations import euler
 from irsim.geometry.sprite import Sprite
-from irsim.motion.attitude import euler
 from irsim.targets import SHAPES, Shape, View
 from irsim.targets.body import Body
 from irsim.types import Floats

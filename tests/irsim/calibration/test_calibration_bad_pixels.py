@@ -8,7 +8,8 @@ from calibration_clips import noise_frames, rendered
 from scipy.special import ndtr
 
 from irsim.calibration import find_bad_pixels
-from irsim.calibration.bad_pixels import bad_pixel_figures, patch, unstable_pixels
+from irsim.calibration.bad_pixel_figures import bad_pixel_figures
+from irsim.calibration.bad_pixels import patch, unstable_pixels
 from irsim.types import Bools, Floats
 
 SHAPE = (60, 64, 80)

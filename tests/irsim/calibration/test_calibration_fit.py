@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import irsim
 from irsim.backgrounds import Ground
 from irsim.calibration import Estimate, Figures, Fit, PowerLaw, Region
-from irsim.calibration.bad_pixels import BadPixelFigures
+from irsim.calibration.bad_pixel_figures import BadPixelFigures
 from irsim.calibration.fit import fit
 from irsim.calibration.scenario_writer import ScenarioWriter
 from irsim.camera.bad_pixels import BadPixels

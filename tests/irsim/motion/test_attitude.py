@@ -13,11 +13,11 @@ from motion_stage import RATE, path
 
 from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
+from irsim.geometry.rotations import AWAY, euler
 from irsim.motion import Path, angles_deg, attitudes
 from irsim.motion.attitude import (
     AEROPLANE,
     ARROW,
-    AWAY,
     BIRD,
     HELICOPTER,
     MULTIROTOR,
@@ -28,7 +28,6 @@ from irsim.motion.attitude import (
     Posture,
     PostureName,
     Rotorcraft,
-    euler,
 )
 from irsim.targets import SHAPES, Shape
 from irsim.types import Floats

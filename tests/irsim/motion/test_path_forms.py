@@ -15,8 +15,8 @@ from irsim.geometry.context import SceneContext
 from irsim.motion import Path, SceneMotion
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.curves import Spline, arcs
-from irsim.motion.random_turns import TurnRateChain, coordinated_turn
 from irsim.motion.stochastic import StopAndGoProfile, singer
+from irsim.motion.turn_rate_chain import TurnRateChain, coordinated_turn
 from irsim.types import Floats
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.physics.atmosphere import EARTH_KM, Atmosphere, rain_extinction
-from irsim.physics.climate import FOG
+from irsim.physics.atmosphere import EARTH_KM, Atmosphere
+from irsim.physics.climate import FOG, rain_extinction
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import BandName, Floats
 

@@ -13,7 +13,7 @@ from recording_forge import SOURCE, forge, honest_image, honest_truth
 
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
-from irsim.recording.mcap_reader import unpack
+from irsim.recording.mcap_records import unpack
 from irsim.recording.mcap_writer import McapWriter, Message
 from irsim.recording.messages import TRACK_STATE, TrackStateMessage, TruthMessage
 from irsim.recording.tracks import TrackHeader, read_tracks

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from target_views import AWAY, BODIES, IFOV, MIDDLE, body, centroid, context, drawn, drawn_at_size, on_frame, shape
 
-from irsim.motion.attitude import euler
+from irsim.geometry.rotations import euler
 from irsim.physics.radiometry import radiance
 from irsim.targets.body import Body
 from irsim.types import Floats

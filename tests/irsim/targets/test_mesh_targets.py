@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from target_views import AWAY, MIDDLE, body, centroid, context, drawn, on_frame, shape
 
 from irsim.errors import InputError
+from irsim.geometry.rotations import euler
 from irsim.geometry.sprite import Sprite
 from irsim.lint import lint
-from irsim.motion.attitude import euler
 from irsim.physics.radiometry import radiance
 from irsim.scenario.loader import loads
 from irsim.targets import View
