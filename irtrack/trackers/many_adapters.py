@@ -57,7 +57,7 @@ def takes_frame(function: Any) -> bool:
 
 
 def shown(frame: Frame, whole: bool) -> Any:
-    """Return a writable copy of the frame (where `whole`, or where it has a pose), or of its image, for a plain tracker."""
+    """Return a writable copy of the frame (where `whole` or it has a pose), or of its image, for a plain tracker."""
     image = frame.image.copy()
     return replace(frame, image=image) if whole or frame.pose is not None else image
 
