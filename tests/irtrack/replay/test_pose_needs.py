@@ -21,7 +21,7 @@ from irtrack.registry.identity import tracker_config, tracker_needs, tracker_of_
 from irtrack.registry.table import MULTI_TRACKERS, make
 from irtrack.replay.many import run_detector, run_many
 from irtrack.report.page import page
-from irtrack.trackers.multi_target import GNN
+from irtrack.trackers.gnn import GNN
 from irtrack.types import Estimate
 
 SCENE = irsim.loads("""
@@ -140,7 +140,7 @@ def test_tables_mark_trackers_with_the_pose(tmp_path: Path, capsys: pytest.Captu
                 {"a": "pose", "b": ""},
                 {"c": "pose", "d": ""},
             )
-            show(rows)  # type: ignore[operator]  # each of its own rows
+            show(rows)  # type: ignore[arg-type]  # each of its own rows
             text = capsys.readouterr().out
             assert sum(f" {label}* " in text for label in "ac") == 1
             assert not any(f" {label}* " in text for label in "bd")
