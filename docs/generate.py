@@ -365,7 +365,7 @@ def loss_rule() -> Iterator[str]:
 
 def public_names(package: ModuleType) -> Iterator[str]:
     """A table row for each public name of a package: the first sentence of its docstring."""
-    yield "| name | what it is |"
+    yield "name | what it is"
     yield "--- | ---"
     for name in package.__all__:
         value = getattr(package, name)
