@@ -11,7 +11,7 @@ from irtrack.properties.case import Case
 
 EXCEPTIONS: dict[str, dict[str, str]] = {
     "template": {"distractor": "it searches the whole frame, in which a perfect copy matches as well as the target"},
-    "svd": {"finds": "in a small frame, points are among the largest singular parts, which it takes for background"},
+    "svd": {"finds": "points of small frames are background to it"},
 }
 
 
