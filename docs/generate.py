@@ -58,7 +58,7 @@ from irsim.targets.target import Target
 from irsim.types import TargetTruth
 from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
-from irtrack.properties import EXCEPTIONS, PROPERTIES
+from irtrack.properties import EXCEPTIONS, PROPERTIES, PROPERTIES_OF
 from irtrack.registry.table import TRACKERS
 
 DOCS = Path(__file__).parent
@@ -309,10 +309,18 @@ def suite_keys() -> Iterator[str]:
 
 
 def property_list() -> Iterator[str]:
-    yield "| property | what holds |"
-    yield "| --- | --- |"
+    yield "property | what holds"
+    yield "--- | ---"
     for each in PROPERTIES.values():
-        yield f"| `{each.name}` | {cell(each.says)} |"
+        yield f"`{each.name}` | {cell(each.says)}"
+
+
+def task_property_list() -> Iterator[str]:
+    """Names only: `irtrack check` prints the statements."""
+    yield "| of | properties |"
+    yield "| --- | --- |"
+    for task, whose in (("detect", "detectors"), ("many", "trackers of many")):
+        yield f"| {whose} | {', '.join(PROPERTIES_OF[task])} |"  # type: ignore[index]  # a task
 
 
 def truth_fields() -> Iterator[str]:
@@ -357,14 +365,14 @@ def loss_rule() -> Iterator[str]:
 
 def public_names(package: ModuleType) -> Iterator[str]:
     """A table row for each public name of a package: the first sentence of its docstring."""
-    yield "| name | what it is |"
-    yield "| --- | --- |"
+    yield "name | what it is"
+    yield "--- | ---"
     for name in package.__all__:
         value = getattr(package, name)
         text = " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split()) if callable(value) else ""
         choices = ", ".join(map(repr, get_args(value)))
         sentence = re.split(r"(?<=\.) (?=[A-Z`])", text)[0] if text else f"One of {choices}."
-        yield f"| `{package.__name__}.{name}` | {cell(sentence)} |"
+        yield f"`{package.__name__}.{name}` | {cell(sentence)}"
 
 
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
@@ -375,6 +383,7 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "tracker parameters": tracker_keys,
     "suite keys": suite_keys,
     "properties": property_list,
+    "properties of tasks": task_property_list,
     "exceptions": exception_list,
     "loss rule": loss_rule,
     "centre offsets": centre_offsets,

@@ -24,7 +24,13 @@ __all__ = [
     "whole_number",
 ]
 
-_CALLERS = ("irtrack.replay.replay", "irtrack.trackers.adapters")
+_CALLERS = (
+    "irtrack.replay.replay",
+    "irtrack.replay.many",
+    "irtrack.trackers.adapters",
+    "irtrack.trackers.many_adapters",
+    "irtrack.detectors.plain",
+)
 """Modules that call a tracker: tracebacks omit them."""
 
 

@@ -1,6 +1,6 @@
-"""Expectations of a scenario: rules for the track of its target.
+"""Expectations of a scenario: rules for the track of its target, for tracks of all targets, and for detections.
 
-A scenario declares them; irtrack evaluates them on a replay of the scene.
+A scenario declares them; irtrack evaluates them on a replay of the scene, each for the tasks that it is about.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from typing import Annotated
 from pydantic import Field
 
 from irsim.config.base import Family, Kind, Name
-from irsim.config.quantities import Index, Positive
+from irsim.config.quantities import Index, NotNegative, Positive
 
 
 class Expectation(Kind):
-    """Rule for the track of a target."""
+    """Rule for tracks or detections."""
 
     target: Name | None = None
-    """Id of the target; default: the target to track (`follow`)."""
+    """Id of the target; default: the target to track (`follow`), or all."""
 
 
 class NeverLost(Expectation):
@@ -47,6 +47,34 @@ class HonestWhileHidden(Expectation):
     """Number of frames after the target vanishes in which it may still be reported as visible."""
 
 
+class PdAtLeast(Expectation):
+    """Probability of detection (tasks many, detect)."""
+
+    share: Annotated[float, Field(gt=0, le=1)] = 0.5
+    """Least share of target positions found."""
+
+
+class SwitchesAtMost(Expectation):
+    """Identity switches (many)."""
+
+    count: Index = 0
+    """Most in the scene."""
+
+
+class FalseTracksAtMost(Expectation):
+    """False tracks (many)."""
+
+    per_minute: NotNegative
+    """Most a minute."""
+
+
+class FalseAlarmsAtMost(Expectation):
+    """False alarms (detect)."""
+
+    per_frame: NotNegative
+    """Most a frame, in the mean."""
+
+
 EXPECTATIONS = Family(
     "expectation",
     Expectation,
@@ -55,5 +83,9 @@ EXPECTATIONS = Family(
         "error_below": ErrorBelow,
         "reacquired_within": ReacquiredWithin,
         "honest_while_hidden": HonestWhileHidden,
+        "pd_at_least": PdAtLeast,
+        "switches_at_most": SwitchesAtMost,
+        "false_tracks_at_most": FalseTracksAtMost,
+        "false_alarms_at_most": FalseAlarmsAtMost,
     },
 )

@@ -12,7 +12,7 @@ import irsim
 from irsim.types import Source
 from irtrack.bench.records import family
 from irtrack.errors import InputError
-from irtrack.types import GivenTracker
+from irtrack.types import Detector, GivenTracker
 
 _LABEL = re.compile(r"[\w.+-]{1,64}")
 
@@ -98,8 +98,9 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
     return Spec(label or None, name, parameters)
 
 
-def entry(tracker: str | GivenTracker | Entry) -> Entry:
-    """Return the entry of a spec, a tracker, or a plain tracker (`irtrack.types.PlainTracker`); an entry as it is."""
+def entry(tracker: str | GivenTracker | Detector | Entry) -> Entry:
+    """Return the entry of a spec, a tracker, a plain tracker (`irtrack.types.PlainTracker`), or a detector made by
+    `irtrack.make_detector`; an entry as it is."""
     from irtrack.registry.identity import tracker_name
     from irtrack.registry.table import of
 
@@ -107,7 +108,7 @@ def entry(tracker: str | GivenTracker | Entry) -> Entry:
         return tracker
     if isinstance(tracker, str):
         return parse_tracker_spec(tracker)
-    made = of(tracker)
+    made: Any = tracker if getattr(tracker, "task", "") == "detect" else of(tracker)
     return Entry(tracker_name(made), made)
 
 

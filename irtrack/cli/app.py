@@ -30,7 +30,7 @@ from irtrack.cli.options import (
     option,
     path_option,
 )
-from irtrack.cli.output import keep_output, print_json, print_run, warn_unused
+from irtrack.cli.output import keep_output, print_json, print_rules, print_run, warn_unused
 from irtrack.cli.papers import papers
 from irtrack.cli.regress import regress
 from irtrack.cli.stress import stress
@@ -179,7 +179,7 @@ def run(
     if isinstance(opened, Rendering) and track.target is not None:
         from irtrack.falsify.rules import explain_all
 
-        expected = explain_all(opened.scenario, trace, track.target)
+        expected = explain_all(opened.scenario, trace, track.target, "single")
     if csv is not None:
         from irtrack.cli.track_files import track_to_csv
 
@@ -195,8 +195,7 @@ def run(
         print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})
         return
     print_run(track, result, opened.has_truth)
-    for rule in expected:
-        print(f"{'broken' if rule.margin < 0 else 'held':12} {rule.asked}: {rule.reached}")
+    print_rules(expected)
     for path in (csv, output):
         if path is not None:
             print(f"wrote {path}")

@@ -1,4 +1,4 @@
-"""`irtrack check`: properties of a tracker."""
+"""`irtrack check`: properties of a tracker or detector."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def check(
-    tracker: Annotated[str, argument("NAME[:KEY=VALUE...]", "Name from `irtrack list`, or module:Class; parameters.")],
+    tracker: Annotated[
+        str, argument("NAME[:KEY=VALUE...]", "Tracker or detector of `irtrack list`, or module:Class; parameters.")
+    ],
     profile: Annotated[str, option("ci|nightly", "Effort: ci takes seconds, nightly minutes.")] = "ci",
     only: Annotated[str | None, option("NAME,...", "Only these properties, and broken ones that they need.")] = None,
     time_limit: FrameLimit = FRAME_LIMIT_S,
@@ -28,18 +30,21 @@ def check(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Test the properties that every tracker should have; print verdicts and the least failing examples."""
+    """Test the properties that every tracker or detector should have; print verdicts and least failing examples."""
     from irsim.recording.output import check_output, make_folder
 
     effort, wanted = _profile(profile), names("--only", only)
-    from irtrack.bench import parse_tracker_spec
-    from irtrack.properties import PROPERTIES
+    from irtrack.bench.plan import task_of
+    from irtrack.bench.spec import read_spec
+    from irtrack.properties import PROPERTIES_OF
     from irtrack.properties import check as checked
+    from irtrack.registry.table import runnable
 
-    made = parse_tracker_spec(tracker).tracker
+    spec = read_spec(tracker)
+    made = runnable(spec.name, spec.parameters)
     if output is not None:
         make_folder(output)
-        for name in PROPERTIES:
+        for name in PROPERTIES_OF[task_of(made)]:
             check_output(output / f"{name}.yaml")
     with terminal.progress_bar(tracker) as progress:
         outcomes = checked(made, profile=effort, only=wanted, frame_limit_s=time_limit, progress=progress)
@@ -115,7 +120,7 @@ def _scene(text: str) -> str:
     import irsim
 
     scenario = irsim.loads(text)
-    path = scenario.targets[0].path
+    path: Any = scenario.targets[0].path
     values = [f"{key} {getattr(path, key):g}" for key in ("speed", "heading_deg") if hasattr(path, key)]
     return ", ".join([*values, f"NETD {scenario.camera.netd_mk:g} mK", f"seed {scenario.seed}"])
 

@@ -1,4 +1,4 @@
-"""`irtrack falsify`: search for a scene on which a tracker fails."""
+"""`irtrack falsify`: search for a scene on which a tracker or detector fails."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from irtrack.cli.output import print_json, warn_unused
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
+    from irtrack.bench import Entry
     from irtrack.falsify import Failure, NoFailure
 
 
@@ -36,7 +37,10 @@ def falsify(
         list[str] | None, argument("KEY=VALUE", "Scenario overrides; an overridden key no longer varies.")
     ] = None,
     *,
-    tracker: Annotated[str, option("NAME[:KEY=VALUE...]", "Name from `irtrack list` with parameters.")],
+    tracker: Annotated[
+        str | None, option("NAME[:KEY=VALUE...]", "Tracker of one target or of many, from `irtrack list`.")
+    ] = None,
+    detector: Annotated[str | None, option("NAME[:KEY=VALUE...]", "Detector, in place of a tracker.")] = None,
     search: Annotated[str, option("cma|sobol|random", "Search: CMA-ES, Sobol points, or random points.")] = "cma",
     budget: Annotated[int, option("N", "Largest number of runs of the search.", min=1)] = 500,
     jobs: Jobs = 1,
@@ -52,19 +56,18 @@ def falsify(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Search the ranges of a scenario for a scene in which a tracker breaks the expected rules.
+    """Search the ranges of a scenario for a scene in which a tracker or detector breaks the expected rules.
 
     A failure is shrunk and written as minimal.yaml, minimal.mcap, replay.html and report.md; exit status 1.
     """
     from irsim import find, is_recording, load
-    from irtrack.bench import parse_tracker_spec
     from irtrack.falsify import KEPT, NoFailure, find_failure
     from irtrack.falsify.outputs import JOURNAL, REPORT, file_stem
     from irtrack.report.finding import short, write_failure_report
 
     if is_recording(Path(scenario)):
         raise InputError(f"{scenario}: is a recording, in which nothing varies; allowed: a scenario with vary")
-    loaded, tried = load(scenario, overrides or ()), parse_tracker_spec(tracker)
+    loaded, tried = load(scenario, overrides or ()), _subject(tracker, detector)
     warn_unused([scenario], overrides or ())
     name = Path(scenario).stem
     folder = output or Path("falsified") / file_stem(name, tried.label)
@@ -107,6 +110,19 @@ def falsify(
         print(f"failure: {folder / REPORT}")
     if not isinstance(found, NoFailure):
         raise typer.Exit(1)
+
+
+def _subject(tracker: str | None, detector: str | None) -> Entry:
+    """Return the entry of --tracker or --detector; InputError where not exactly one of them is given."""
+    from irtrack.bench import parse_tracker_spec
+    from irtrack.bench.spec import parse_detectors
+
+    if tracker is not None and detector is None:
+        return parse_tracker_spec(tracker)
+    found = [] if tracker is not None or detector is None else parse_detectors(detector)
+    if len(found) != 1:
+        raise InputError("--tracker: allowed: one tracker, or one --detector in its place")
+    return found[0]
 
 
 def _row(found: Failure | NoFailure) -> dict[str, Any]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from irsim.errors import counted
-from irtrack.cli.output import NOTHING, print_json
+from irtrack.cli.output import NOTHING, print_json, print_rules
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,10 +29,16 @@ def show_many(
     """Print the figures of tracks of many targets, and write them to a file where one is given."""
     import numpy as np
 
+    from irsim import Rendering
     from irtrack.bench.track_files import rows, write_track_set
+    from irtrack.falsify.rules import explain_all
+    from irtrack.falsify.scene_rules import SceneTrace
     from irtrack.metrics.tasks import FIGURES_OF, task_scores
 
     figures = task_scores(tracks, truths, source.rate_hz)[0] if source.has_truth else {}
+    scenario = source.scenario if isinstance(source, Rendering) else None
+    trace = SceneTrace(tracks, tuple(truths), source.rate_hz)
+    expected = [] if scenario is None else explain_all(scenario, trace, None, "many")
     if csv is not None:
         write_track_set(tracks, csv)
     if as_json:
@@ -44,7 +51,8 @@ def show_many(
             "scene_seed": tracks.scene_seed,
             "tracker_seed": tracks.tracker_seed,
         }
-        print_json({**facts, "tracks": rows(tracks), "score": figures, "repeat": repeat()})
+        rules = {"expected": [asdict(each) for each in expected]} if expected else {}
+        print_json({**facts, "tracks": rows(tracks), "score": figures, **rules, "repeat": repeat()})
         return
     ids = np.unique(tracks.id[tracks.confirmed])
     last = tracks.frames[-1] if len(tracks.frames) else 0
@@ -58,6 +66,7 @@ def show_many(
         if name in figures:
             value = figures[name]
             print(f"{name:16} {NOTHING if value is None else format(value, '.4g')} {figure.unit}".rstrip())
+    print_rules(expected)
     if csv is not None:
         print(f"wrote {csv}")
     print(f"repeat it: {repeat()}")

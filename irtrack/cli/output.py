@@ -14,6 +14,7 @@ from irsim.errors import counted
 if TYPE_CHECKING:
     from irtrack.bench import RunRecord, SummaryRow
     from irtrack.bench.task_summary import TaskRow
+    from irtrack.falsify.rules import Explanation
     from irtrack.metrics import Score
     from irtrack.types import Track
 
@@ -197,6 +198,12 @@ def _runs(row: SummaryRow) -> str:
 def number(value: float | None, form: str = ".2f") -> str:
     """Return a formatted number, or a dash for None."""
     return NOTHING if value is None else format(value, form)
+
+
+def print_rules(expected: Sequence[Explanation]) -> None:
+    """Print the outcome of each rule that a scenario states."""
+    for rule in expected:
+        print(f"{'broken' if rule.margin < 0 else 'held':12} {rule.asked}: {rule.reached}")
 
 
 class Tally:

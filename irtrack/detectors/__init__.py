@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import irsim
 from irsim.config.base import suggestion
+from irsim.types import Frame
 from irtrack.detectors.bandpass import Butterworth, DoG, Ring
 from irtrack.detectors.base import DetectorPart, FilterDetector
 from irtrack.detectors.frame_difference import FrameDifference
@@ -24,10 +25,19 @@ from irtrack.detectors.morphology import MaxMean, MaxMedian, Threshold, TopHat
 from irtrack.detectors.onnx import Onnx
 from irtrack.detectors.plain import PlainDetector, is_plain
 from irtrack.detectors.svd import SVD
-from irtrack.errors import InputError, error_line
-from irtrack.types import Detector
+from irtrack.errors import InputError, TrackerError, error_line
+from irtrack.types import Detections, Detector
+from irtrack.validity import fault_of_detections
 
-__all__ = ["DETECTORS", "DetectorPart", "FilterDetector", "PlainDetector", "make_detector", "parse_detector"]
+__all__ = [
+    "DETECTORS",
+    "DetectorPart",
+    "FilterDetector",
+    "PlainDetector",
+    "detected",
+    "make_detector",
+    "parse_detector",
+]
 
 DETECTORS: dict[str, type[DetectorPart]] = {
     "threshold": Threshold,
@@ -104,6 +114,18 @@ def parse_detector(text: str) -> Detector:
         except irsim.InputError as error:
             raise InputError(f"detector '{text}': {key}: {error}") from None
     return make_detector(name, parameters)
+
+
+def detected(detector: Detector, memory: Any, frame: Frame) -> tuple[Any, Detections]:
+    """Return the memory and the detections of a detector after a frame; TrackerError, one line, of any other answer."""
+    answer: Any = detector.step(memory, frame)
+    if not (isinstance(answer, tuple) and len(answer) == 2):
+        wrong: str | None = f"step gave {type(answer).__name__}; allowed: (memory, Detections)"
+    elif (wrong := fault_of_detections(answer[1])) is None:
+        return answer[0], answer[1]
+    kind = type(detector)
+    name = next((name for name, known in DETECTORS.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
+    raise TrackerError(f"{name}: frame {frame.index}: {wrong}")
 
 
 def _own(found: Any, name: str, parameters: dict[str, object]) -> Detector:

@@ -89,6 +89,8 @@ class FilterDetector(DetectorPart):
 
     is_linear: ClassVar[bool] = True
     """True: the response to a cold target is the negative of that to a hot one."""
+    scale_invariant: ClassVar[bool] = True
+    """True: counts times a factor give the same detections, since the threshold is in units of the noise."""
 
     threshold: Score = 5.0
     """Least score z of a detection, robust standard deviations of the response."""

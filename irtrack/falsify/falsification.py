@@ -1,4 +1,4 @@
-"""Falsification of a tracker: find a failure, repeat it, test its seed sensitivity, and shrink its scene."""
+"""Falsification of a tracker or detector: find a failure, repeat it, test its seed sensitivity, shrink its scene."""
 
 from __future__ import annotations
 
@@ -216,7 +216,7 @@ class Falsification:
         candidate = self.failure.least
         scene = self.scene(candidate)
         rules = self.subject.rules if isinstance(rule, str) else [self.subject.rules[rule]]
-        followed = irsim.Rendering(scene).follow
+        followed = irsim.Rendering(scene).follow if self.subject.task == "single" else None
         needed = {each.target or followed for each in rules}
         for simpler in shrink(candidate, all_moves(self.space, removable_parts(scene, needed)), self._breaks(rule)):
             self.failure = replace(self.failure, least=simpler)

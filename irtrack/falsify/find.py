@@ -11,6 +11,7 @@ from irsim.config.paths import path_of
 from irsim.recording.output import make_folder
 from irsim.types import Input
 from irtrack.bench import Entry
+from irtrack.bench.plan import task_of
 from irtrack.bench.spec import entry
 from irtrack.errors import InputError, whole_number
 from irtrack.falsify.falsification import (
@@ -27,8 +28,8 @@ from irtrack.falsify.regressions import keep
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.search import SEARCHES
 from irtrack.falsify.trial import Subject, Trials
+from irtrack.registry.identity import Runnable
 from irtrack.runner.pool import start_runner
-from irtrack.types import Tracker
 
 Report = Callable[[Falsification, Failure, Path], None]
 """Function that writes reports of a failure into the folder with its minimal.yaml and minimal.mcap."""
@@ -36,7 +37,7 @@ Report = Callable[[Falsification, Failure, Path], None]
 
 def find_failure(
     scenario: str | Path | irsim.Scenario,
-    tracker: str | Tracker | Entry,
+    tracker: str | Runnable | Entry,
     folder: str | Path,
     *,
     search: str = "cma",
@@ -56,7 +57,8 @@ def find_failure(
 ) -> Failure | NoFailure:
     """Search the ranges under `vary` for a scene in which the tracker breaks a rule of the scenario.
 
-    tracker   spec (`irtrack.bench.spec`), tracker or entry
+    tracker   spec (`irtrack.bench.spec`), tracker, tracker of many, detector (`irtrack.make_detector`), or entry; its
+              task decides which rules count
     folder    created if missing. It gets a journal of all trials, from which the same call resumes, and after a
               failure minimal.yaml and minimal.mcap
     search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
@@ -85,7 +87,7 @@ def find_failure(
     if frame_limit_s is not None and not frame_limit_s > 0:
         raise InputError(f"time limit {frame_limit_s:g} s: allowed: above 0")
     spec = entry(tracker)
-    subject = Subject(spec.label, spec.tracker, input, rules_of(loaded))
+    subject = Subject(spec.label, spec.tracker, input, rules_of(loaded, task_of(spec.tracker)))
     make_folder(folder)
     check_outputs(folder, file)
     clear(folder)

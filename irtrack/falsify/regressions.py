@@ -16,10 +16,12 @@ import irsim
 from irsim.config.paths import path_of
 from irsim.recording.output import atomic_file, atomic_text, make_folder
 from irsim.types import Input
+from irtrack.detectors import make_detector
 from irtrack.errors import InputError, IrtrackError, whole_number
 from irtrack.falsify.outputs import MINIMAL, file_stem
 from irtrack.falsify.rules import FAILURES, rule_text, rules_of
 from irtrack.falsify.trial import HERE, NO_LIMIT_S, Subject, Verdict, examine, frame_limit
+from irtrack.metrics.tasks import FIGURES_OF, Task
 from irtrack.registry.identity import changed_parameters, tracker_config
 from irtrack.runner.pool import Pool, Runner, start_runner
 from irtrack.runner.watchdog import Heartbeat, Limit
@@ -43,6 +45,7 @@ class Kept:
     how                  kind of failure at the last update: `RULE`, `RAISES` or `ENDS`; None: no failure, or a note of
                          an older version
     limit_s              limit for a frame, s: the tracker runs in a worker process; None: no limit, in this process
+    task                 task of the tracker, which decides which rules of the scene count
     fault                error in the note, or a missing file: only `path` is valid; None: no error
     """
 
@@ -55,6 +58,7 @@ class Kept:
     how: str | None = None
     limit_s: float | None = None
     fault: str | None = None
+    task: Task = "single"
 
     def __str__(self) -> str:
         return self.path.stem
@@ -71,7 +75,8 @@ class Kept:
         """Judge the present tracker on the recorded frames by the rules of the scene."""
         from irtrack.registry.table import make
 
-        subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
+        made = (make_detector if self.task == "detect" else make)(self.tracker, self.parameters)
+        subject = Subject(self.label, made, self.input, rules_of(scene, self.task))
         return examine(subject, irsim.open_recording(self.recording), scene.seed, runner, limit)[0]
 
     def changes(self, runner: Runner | None = None, limit_s: float | None = None) -> list[str]:
@@ -87,7 +92,7 @@ class Kept:
             if (frame := used.call(_first_changed_frame, scene, self.recording)) is not None:
                 found.append(f"{self.path}: frame {frame} differs from {self.recording.name}")
             verdict = self.verdict(scene, used, frame_limit(limit))
-        rules = ", ".join(map(rule_text, rules_of(scene)))
+        rules = ", ".join(map(rule_text, rules_of(scene, self.task)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} no longer breaks {rules}, margin {verdict.margin:.3g}")
         why = verdict.raised or f"margin {verdict.margin:.3g}"
@@ -190,7 +195,17 @@ def keep(
     while path.exists() and not _holds(path, scene):
         path, number = folder / f"{stem}-{number}.yaml", number + 1
     # Only changed parameters are noted: a later version of the tracker runs with its own defaults.
-    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
+    kept = Kept(
+        path,
+        subject.label,
+        config["tracker"],
+        changed_parameters(config),
+        subject.input,
+        broken=True,
+        how=how,
+        limit_s=limit_s,
+        task=subject.task,
+    )
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:
         with atomic_file(kept.recording) as file:
@@ -232,6 +247,8 @@ def _read(note: Path) -> Kept:
         kept = Kept(path, **json.loads(note.read_text(encoding="utf-8")))
         if kept.how not in (None, *FAILURES):
             raise ValueError(f"how '{kept.how}': allowed: {', '.join(FAILURES)}")
+        if kept.task not in FIGURES_OF:
+            raise ValueError(f"task '{kept.task}': allowed: {', '.join(FIGURES_OF)}")
     except (OSError, ValueError, TypeError) as error:
         return _unreadable(path, f"{note}: is no note of a kept failure: {error}")
     for needed in (kept.path, kept.recording):

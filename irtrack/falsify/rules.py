@@ -1,4 +1,4 @@
-"""Rules that a scenario expects a track to keep: their margins, and explanations of the margins.
+"""Rules that a scenario expects a track, tracks of many targets or detections to keep: margins and explanations.
 
 Margins are the robustness of signal temporal logic (Donzé and Maler, FORMATS 2010, LNCS 6246, 92): "always" is the
 least value over time, "at some time" the greatest. A margin below 0 means that the rule is broken. Margins are in units
@@ -18,8 +18,11 @@ import irsim
 from irsim.errors import counted
 from irsim.types import Floats
 from irtrack.errors import InputError
+from irtrack.falsify import scene_rules
+from irtrack.falsify.scene_rules import SceneTrace
 from irtrack.metrics import Trace
 from irtrack.metrics.lost import OFF_IN_A_ROW, off_beyond
+from irtrack.metrics.tasks import Task
 
 UNTESTED = 1.0
 """Margin of a rule that no frame of the track tests."""
@@ -45,8 +48,12 @@ FAILURES = {
 """Each kind of failure in the past and in the present tense."""
 
 
-def rules_of(scenario: irsim.Scenario) -> tuple[irsim.Expectation, ...]:
-    """Return the scenario's rules, by default `never_lost`; InputError for a rule without a margin."""
+Evidence = Trace | SceneTrace
+"""Result of a run that a rule judges: of one target, or of all targets."""
+
+
+def rules_of(scenario: irsim.Scenario, task: Task = "single") -> tuple[irsim.Expectation, ...]:
+    """Return the scenario's rules for a task, by default `DEFAULTS`; InputError for a rule without a margin."""
     for index, rule in enumerate(scenario.expect):
         if type(rule) not in KINDS and not hasattr(rule, "margin"):
             allowed = ", ".join(kind.kind for kind in KINDS)
@@ -54,16 +61,29 @@ def rules_of(scenario: irsim.Scenario) -> tuple[irsim.Expectation, ...]:
                 f"expect.{index}: the kind {rule.kind} has no margin; allowed: {allowed}, or a class with "
                 "a method margin(trace)"
             )
-    return scenario.expect or (irsim.NeverLost(),)
+        if isinstance(rule, irsim.FalseTracksAtMost | irsim.FalseAlarmsAtMost) and rule.target is not None:
+            raise InputError(f"expect.{index}.target: {rule.kind} counts what is on no target; allowed: no target")
+    return stated_rules(scenario, task) or DEFAULTS[task]
 
 
-def margin(rule: irsim.Expectation, trace: Trace) -> float:
+def stated_rules(scenario: irsim.Scenario, task: Task) -> tuple[irsim.Expectation, ...]:
+    """Return the rules that a scenario states for a task; a user's class names its tasks in an attribute `tasks`."""
+    return tuple(rule for rule in scenario.expect if task in _tasks(rule))
+
+
+def _tasks(rule: irsim.Expectation) -> tuple[Task, ...]:
+    kind = KINDS.get(type(rule))
+    tasks: tuple[Task, ...] = getattr(rule, "tasks", ("single",)) if kind is None else kind.tasks
+    return tasks
+
+
+def margin(rule: irsim.Expectation, trace: Evidence) -> float:
     """Return the signed margin of a rule for a track: below 0 where the rule is broken, at most 1."""
     kind = KINDS.get(type(rule))
     return min(float(kind.margin(rule, trace) if kind is not None else rule.margin(trace)), UNTESTED)
 
 
-def frames_to_break(rule: irsim.Expectation, trace: Trace) -> int:
+def frames_to_break(rule: irsim.Expectation, trace: Evidence) -> int:
     """Return the least number of frames, counted from the start, within which the track breaks the rule."""
     return next(n for n in range(1, len(trace.indices) + 1) if margin(rule, trace.first(n)) < 0)
 
@@ -83,7 +103,7 @@ class Explanation:
     margin: float
 
 
-def explain(rule: irsim.Expectation, trace: Trace) -> Explanation:
+def explain(rule: irsim.Expectation, trace: Evidence) -> Explanation:
     """Return the explanation of a rule's margin; frames are given by their indices."""
     value, kind = margin(rule, trace), KINDS.get(type(rule))
     if kind is None:
@@ -91,19 +111,20 @@ def explain(rule: irsim.Expectation, trace: Trace) -> Explanation:
     return Explanation(kind.requirement(rule), kind.result(rule, trace), value)
 
 
-def explain_all(scenario: irsim.Scenario, trace: Trace, target: str) -> list[Explanation]:
-    """Return the explanations of a scenario's rules about this target, for a track of the target."""
-    rules = rules_of(scenario) if scenario.expect else ()
-    return [explain(rule, trace) for rule in rules if rule.target in (None, target)]
+def explain_all(scenario: irsim.Scenario, trace: Evidence, target: str | None, task: Task) -> list[Explanation]:
+    """Return the explanations of the rules that a scenario states for a task; of one target, those about it."""
+    rules = stated_rules(scenario, task)
+    return [explain(rule, trace) for rule in rules if task != "single" or rule.target in (None, target)]
 
 
 @dataclass(frozen=True, slots=True)
 class RuleKind:
-    """Functions of one kind of rule: margin, requirement in words, and result of a track in words."""
+    """Functions of one kind of rule: margin, requirement in words, and result of a track in words; and its tasks."""
 
-    margin: Callable[[Any, Trace], float]
+    margin: Callable[[Any, Any], float]
     requirement: Callable[[Any], str]
-    result: Callable[[Any, Trace], str]
+    result: Callable[[Any, Any], str]
+    tasks: tuple[Task, ...] = ("single",)
 
 
 def _distance_to_off(trace: Trace) -> Floats:
@@ -224,5 +245,30 @@ KINDS: dict[type[irsim.Expectation], RuleKind] = {
         ),
         _claim_result,
     ),
+    irsim.PdAtLeast: RuleKind(
+        scene_rules.pd_margin, scene_rules.pd_requirement, scene_rules.pd_result, ("many", "detect")
+    ),
+    irsim.SwitchesAtMost: RuleKind(
+        scene_rules.switches_margin, scene_rules.switches_requirement, scene_rules.switches_result, ("many",)
+    ),
+    irsim.FalseTracksAtMost: RuleKind(
+        scene_rules.false_tracks_margin,
+        scene_rules.false_tracks_requirement,
+        scene_rules.false_tracks_result,
+        ("many",),
+    ),
+    irsim.FalseAlarmsAtMost: RuleKind(
+        scene_rules.false_alarms_margin,
+        scene_rules.false_alarms_requirement,
+        scene_rules.false_alarms_result,
+        ("detect",),
+    ),
 }
 """Functions by kind of rule. A rule of a user's class has the margin of its own method, and no words."""
+
+DEFAULTS: dict[Task, tuple[irsim.Expectation, ...]] = {
+    "single": (irsim.NeverLost(),),
+    "many": (irsim.PdAtLeast(), irsim.SwitchesAtMost()),
+    "detect": (irsim.PdAtLeast(),),
+}
+"""Rules of each task where the scenario states none."""

@@ -1,4 +1,4 @@
-"""Trials, each a run of a tracker on one concrete scene, judged by its rules; a journal keeps the verdicts."""
+"""Trials, each a run of a tracker or detector on one concrete scene, judged by its rules; a journal of verdicts."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from typing import Any
 import irsim
 from irsim.recording.output import atomic_text
 from irsim.types import Frame, Input, Source
+from irtrack.bench.plan import task_of
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTESTED, margin
+from irtrack.falsify.rules import ENDS, RAISES, RULE, UNTESTED, Evidence, margin
+from irtrack.falsify.scene_rules import SceneTrace
 from irtrack.metrics import Reference, Trace
-from irtrack.registry.identity import code_hash, module_code_hash, tracker_config, tracker_name
+from irtrack.metrics.tasks import Task
+from irtrack.registry.identity import code_hash, module_code_hash, tracker_config, tracker_name, weights_digest
+from irtrack.replay.many import DetectorPlayer, ManyPlayer
 from irtrack.replay.replay import Player, replay
 from irtrack.replay.start import find_start
 from irtrack.runner.pool import InProcess, Runner
 from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
-from irtrack.types import Tracker
 
 NO_LIMIT_S = 1e9
 """Time for a frame, s, that stands for no limit, as a number that JSON can hold: thirty years."""
@@ -31,12 +34,17 @@ HERE = InProcess()
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Subject: the tracker under test with its label, its input, and the rules that its track must keep."""
+    """Subject: the tracker, tracker of many or detector under test, its label and input, and the rules that it must
+    keep."""
 
     label: str
-    tracker: Tracker
+    tracker: Any
     input: Input
     rules: tuple[irsim.Expectation, ...]
+
+    @property
+    def task(self) -> Task:
+        return task_of(self.tracker)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +96,7 @@ def judge(subject: Subject, runner: Runner, limit: Limit, scenario: irsim.Scenar
 
 def examine(
     subject: Subject, source: Source, seed: int, runner: Runner = HERE, limit: Limit | None = None
-) -> tuple[Verdict, tuple[Trace, ...]]:
+) -> tuple[Verdict, tuple[Evidence, ...]]:
     """Run the tracker on a source; return the verdict and the trace of each rule. `seed`: seed of the tracker.
 
     There are no traces where the tracker raised, its process died or hung, or it could not start.
@@ -102,23 +110,46 @@ def examine(
         return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", limit.seconds), ()
 
 
-def _examined(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
+def _examined(
+    heartbeat: Heartbeat, subject: Subject, source: Source, seed: int
+) -> tuple[Verdict, tuple[Evidence, ...]]:
     untried = _untried(subject)
+    traced = _target_traces if subject.task == "single" else _scene_traces
+    try:
+        found = traced(heartbeat, subject, source, seed)
+    except _NoStartError:
+        return untried, ()
+    except IrtrackError as error:
+        return Verdict(untried.margins, str(error)), ()
+    margins = (margin(rule, trace) for rule, trace in zip(subject.rules, found, strict=True))
+    return Verdict(tuple(margins)), found
+
+
+class _NoStartError(Exception):
+    """A scene has no target to start on."""
+
+
+def _target_traces(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int) -> tuple[Trace, ...]:
+    """Return the trace of each rule for a tracker of one target."""
     try:
         targets = {rule.target for rule in subject.rules}
         starts = {target: find_start(source, source.truths(), target) for target in targets}
     except InputError:
-        return untried, ()
+        raise _NoStartError from None
     found: dict[str | None, Trace] = {}
     for target, start in starts.items():
         player = Player(subject.tracker, start, seed, subject.label)
-        try:
-            truths = replay(source, [_watched(player, heartbeat)], subject.input, start.frame)
-        except IrtrackError as error:
-            return Verdict(untried.margins, str(error)), ()
+        truths = replay(source, [_watched(player, heartbeat)], subject.input, start.frame)
         found[target] = Trace.of(player.track(source, subject.input), Reference.of(truths, start.target))
-    of_rules = tuple(found[rule.target] for rule in subject.rules)
-    return Verdict(tuple(margin(rule, trace) for rule, trace in zip(subject.rules, of_rules, strict=True))), of_rules
+    return tuple(found[rule.target] for rule in subject.rules)
+
+
+def _scene_traces(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int) -> tuple[SceneTrace, ...]:
+    """Return the trace of each rule, the same for all, for a tracker of many or a detector."""
+    kind = DetectorPlayer if subject.task == "detect" else ManyPlayer
+    player = kind(subject.tracker, seed, subject.label)
+    truths = replay(source, [_watched(player, heartbeat)], subject.input, 0)
+    return (SceneTrace(player.result(source, subject.input), tuple(truths), source.rate_hz),) * len(subject.rules)
 
 
 def _drawn(_: Heartbeat, source: Source, input: Input) -> None:
@@ -130,7 +161,7 @@ def _untried(subject: Subject) -> Verdict:
     return Verdict((UNTESTED,) * len(subject.rules))
 
 
-def _watched(player: Player, heartbeat: Heartbeat) -> Callable[[Frame], None]:
+def _watched(player: Player | ManyPlayer | DetectorPlayer, heartbeat: Heartbeat) -> Callable[[Frame], None]:
     """Return a function that passes a frame to the player and records the frame in the heartbeat."""
 
     def see(frame: Frame) -> None:
@@ -158,6 +189,7 @@ class Trials:
             [
                 tracker_config(subject.tracker),
                 code_hash(subject.tracker),
+                weights_digest(subject.tracker),
                 subject.input,
                 [[rule.kind, rule.model_dump()] for rule in subject.rules],
                 module_code_hash(judge.__module__),
@@ -180,7 +212,7 @@ class Trials:
                 self._add(next(waiting), next(outcomes))
             yield self._known[key]
 
-    def examine(self, scenario: irsim.Scenario) -> tuple[Verdict, tuple[Trace, ...]]:
+    def examine(self, scenario: irsim.Scenario) -> tuple[Verdict, tuple[Evidence, ...]]:
         """Run a scene anew, without the journal; return the verdict and the trace of each rule."""
         return examine(self._subject, irsim.Rendering(scenario), scenario.seed, self.runner, self.limit)
 

@@ -1,10 +1,10 @@
-"""Check of a tracker: each property is tested on random examples, and a failing example is shrunk."""
+"""Check of a tracker or detector: each property is tested on random examples, and a failing example is shrunk."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,13 +20,16 @@ from hypothesis.errors import Flaky
 
 from irsim.config.base import suggestion
 from irsim.types import Box, Frame
+from irtrack.bench.plan import task_of
 from irtrack.errors import InputError, error_line
 from irtrack.properties.case import Broken, Case, NotAsked
-from irtrack.properties.table import EXCEPTIONS, PROPERTIES, Property
-from irtrack.registry.identity import tracker_name, tracker_needs
+from irtrack.properties.subjects import subject
+from irtrack.properties.table import EXCEPTIONS, PROPERTIES_OF, Property
+from irtrack.registry.identity import Runnable, tracker_name, tracker_needs
+from irtrack.registry.table import runnable
 from irtrack.runner.pool import Pool
 from irtrack.runner.watchdog import Heartbeat, Limit, TrackerLostError
-from irtrack.types import Estimate, GivenTracker, Tracker, resumable
+from irtrack.types import Detections, Estimate, GivenTracker, Tracker
 
 Profile = Literal["ci", "nightly"]
 Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
@@ -100,18 +103,18 @@ def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
 
 
 def check(
-    tracker: str | GivenTracker,
+    tracker: str | GivenTracker | Runnable,
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,
     frame_limit_s: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
-    """Test each property, or the properties `only`, and return their outcomes in the order of `PROPERTIES`.
+    """Test each property, or the properties `only`, and return their outcomes in the order of the table of its task.
 
     Properties needed by those in `only` are tested too, and have an outcome where they are broken.
 
-    tracker        as in `irtrack.run`
+    tracker        as in `irtrack.run`, a tracker of many, or a detector: name, function, class or object
     profile        effort: ci takes seconds, nightly minutes
     frame_limit_s  longest time of the tracker for a frame, s, in a worker process; a tracker that takes longer, or
                    dies, breaks only the property under test
@@ -119,19 +122,19 @@ def check(
 
     The examples are the same at each call. InputError for an unknown name of a tracker or property.
     """
-    from irtrack.replay.replay import named
-
-    chosen = named(tracker)
+    chosen = runnable(tracker)
     if tracker_needs(chosen):
         raise InputError(f"{tracker_name(chosen)}: needs the camera's pose, which the clips of a check do not have")
-    wanted = set(PROPERTIES) if only is None else {_known(name) for name in only}
-    needed = with_needs(wanted)
-    names = [name for name in PROPERTIES if name in needed]
+    task = task_of(chosen)
+    table = PROPERTIES_OF[task]
+    wanted = set(table) if only is None else {_known(name, table) for name in only}
+    needed = with_needs(wanted, table)
+    names = [name for name in table if name in needed]
     excuses = EXCEPTIONS.get(tracker_name(chosen), {})
     outcomes: dict[str, Outcome] = {}
-    with _examiner(chosen, profile, frame_limit_s) as examine:
+    with _examiner(subject(chosen), profile, frame_limit_s) as examine:
         for done, name in enumerate(names, 1):
-            prop = PROPERTIES[name]
+            prop = table[name]
             lacking = [need for need in prop.needs if outcomes[need].verdict == "broken"]
             if lacking:
                 outcomes[name] = Outcome(prop, "not judged", f"needs {', '.join(lacking)}")
@@ -142,7 +145,7 @@ def check(
     return [each for name, each in outcomes.items() if name in wanted or each.verdict == "broken"]
 
 
-def with_needs(names: Iterable[str]) -> set[str]:
+def with_needs(names: Iterable[str], table: Mapping[str, Property]) -> set[str]:
     """Return these names of properties, with all properties that they need directly or indirectly."""
     found = set[str]()
     waiting = list(names)
@@ -150,7 +153,7 @@ def with_needs(names: Iterable[str]) -> set[str]:
         name = waiting.pop()
         if name not in found:
             found.add(name)
-            waiting += PROPERTIES[name].needs
+            waiting += table[name].needs
     return found
 
 
@@ -174,7 +177,7 @@ def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iter
 
 def _examined_in_worker(heartbeat: Heartbeat, name: str, tracker: Tracker, profile: Profile) -> Outcome:
     set_hypothesis_home_dir(_NOWHERE)
-    return examined(PROPERTIES[name], Watched(tracker, heartbeat), profile)
+    return examined(PROPERTIES_OF[task_of(tracker)][name], Watched(tracker, heartbeat), profile)
 
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
@@ -188,9 +191,13 @@ class Watched:
     tracker: Tracker
     heartbeat: Heartbeat
 
-    @property
-    def resumable(self) -> bool:
-        return resumable(self.tracker)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.tracker, name)  # such as `resumable` and `task`
+
+    def on(self, plots: Sequence[Detections]) -> Watched | None:
+        """Return a tracker of many on given detections (`ManySubject.on`)."""
+        fed = self.tracker.on(plots)  # type: ignore[attr-defined]  # a `ManySubject`
+        return None if fed is None else Watched(fed, self.heartbeat)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
         return self._call(self.tracker.init, frame, box, rng)
@@ -215,7 +222,7 @@ def _itself(tracker: Tracker) -> Tracker:
 
 
 def check_tracker(
-    tracker: str | GivenTracker,
+    tracker: str | GivenTracker | Runnable,
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,
@@ -226,8 +233,9 @@ def check_tracker(
     excused    reason by name of the property, for known failures;  the other arguments as for `check`
     """
     excuses = excused or {}
+    table = PROPERTIES_OF[task_of(runnable(tracker))]
     for name in excuses:
-        _known(name)
+        _known(name, table)
     outcomes = [_excused(outcome, excuses) for outcome in check(tracker, profile=profile, only=only)]
     lines = [
         f"{each.property.name}: {each.property.says}\n  {each.why}" for each in outcomes if each.verdict == "broken"
@@ -244,8 +252,8 @@ def _excused(outcome: Outcome, excuses: Mapping[str, str]) -> Outcome:
     return Outcome(outcome.property, "excused", reason)
 
 
-def _known(name: str) -> str:
-    if name not in PROPERTIES:
-        allowed = ", ".join(PROPERTIES)
-        raise InputError(f"unknown property '{name}'; allowed: {allowed}{suggestion(name, PROPERTIES)}")
+def _known(name: str, table: Mapping[str, Property]) -> str:
+    if name not in table:
+        allowed = ", ".join(table)
+        raise InputError(f"unknown property '{name}'; allowed: {allowed}{suggestion(name, table)}")
     return name

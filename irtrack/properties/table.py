@@ -1,15 +1,17 @@
-"""Table of the properties, and the exceptions of shipped trackers: tracker -> property -> reason."""
+"""Tables of the properties of each task, and the exceptions of shipped trackers: tracker -> property -> reason."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from irtrack.properties import contract, following, image_relations, status_calibration
+from irtrack.metrics.tasks import Task
+from irtrack.properties import contract, detection, following, image_relations, many_targets, status_calibration
 from irtrack.properties.case import Case
 
 EXCEPTIONS: dict[str, dict[str, str]] = {
     "template": {"distractor": "it searches the whole frame, in which a perfect copy matches as well as the target"},
+    "svd": {"finds": "points of small frames are background to it"},
 }
 
 
@@ -78,4 +80,55 @@ PROPERTIES: dict[str, Property] = {
         Property("noise", status_calibration.noise, 0),
         Property("hiding", status_calibration.hiding, 0),
     )
+}
+"""Properties of trackers of one target."""
+
+_EXACT = ("legal", "deterministic")
+
+_SHARED = {
+    each.name: each
+    for each in (
+        Property("legal", contract.valid_output, 40),
+        Property("deterministic", contract.deterministic, 2, ("legal",)),
+        Property("elsewhere", contract.cross_process, 1, _EXACT),
+        Property("causal", contract.causal, 2, _EXACT),
+        Property("pure", contract.pure, 2, _EXACT),
+        Property("resumes", contract.resumes, 2, _EXACT),
+        Property("alone", contract.alone, 2, _EXACT),
+        Property("gentle", contract.readonly_input, 2),
+        Property("layout", contract.memory_layout, 2, _EXACT),
+        Property("timeless", contract.time_invariant, 2, _EXACT),
+    )
+}
+"""Properties of the interface, of trackers of many and of detectors: their estimates are all that a step gives."""
+
+DETECTOR_PROPERTIES: dict[str, Property] = _SHARED | {
+    each.name: each
+    for each in (
+        Property("finds", detection.finds, 3),
+        Property("shift", detection.shift, 3),
+        Property("flip", detection.flip, 3),
+        Property("order", detection.order, 3),
+        Property("gain", detection.gain, 2),
+        Property("empty", detection.empty, 4),
+    )
+}
+
+MANY_PROPERTIES: dict[str, Property] = _SHARED | {
+    each.name: each
+    for each in (
+        Property("follows", many_targets.follows, 3),
+        Property("ids", many_targets.ids, 3),
+        Property("order", many_targets.order, 3),
+        Property("relabel", many_targets.relabel, 3),
+        Property("duplicates", many_targets.duplicates, 3),
+        Property("empty", many_targets.empty, 1),
+        Property("crowd", many_targets.crowd, 2),
+    )
+}
+
+PROPERTIES_OF: Mapping[Task, Mapping[str, Property]] = {
+    "single": PROPERTIES,
+    "many": MANY_PROPERTIES,
+    "detect": DETECTOR_PROPERTIES,
 }

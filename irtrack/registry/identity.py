@@ -67,18 +67,19 @@ def tracker_needs(tracker: Any) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*given, *(() if used is None else tracker_needs(used)))))
 
 
-def tracker_of_config(config: Mapping[str, Any]) -> Tracker | None:
-    """Return the tracker of a configuration (`tracker_config`); None where it cannot be made here.
+def tracker_of_config(config: Mapping[str, Any]) -> Any:
+    """Return the tracker or detector of a configuration (`tracker_config`); None where it cannot be made here.
 
     A configuration may come from an untrusted results file: no module is imported for it.
     """
+    from irtrack.detectors import DETECTORS, make_detector
     from irtrack.registry.table import make
 
     module, colon, _ = config["tracker"].partition(":")
     if colon and module not in sys.modules:
         return None
     try:
-        return make(config["tracker"], config["parameters"])
+        return (make_detector if config["tracker"] in DETECTORS else make)(config["tracker"], config["parameters"])
     except IrtrackError:
         return None
 

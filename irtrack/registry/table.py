@@ -8,6 +8,7 @@ has `init` and `step`, or `start` and `step` (a plain tracker, `irtrack.trackers
 from __future__ import annotations
 
 import importlib
+import inspect
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,8 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
-from irtrack.detectors import DETECTORS
+from irtrack.detectors import DETECTORS, make_detector
+from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
 from irtrack.external import HINT, PEERS, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
@@ -133,6 +135,41 @@ def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Plain | PlainMan
     return Plain.made(kind, parameters) if is_plain(kind) else None
 
 
+def runnable(tracker: object, parameters: Mapping[str, object] | None = None) -> Any:
+    """Return the tracker or detector of a name with parameters, or of a function, class or object.
+
+    A person's own one is told by its methods (`is_detector`). InputError as for `make`, `of` and `make_detector`.
+    """
+    if not isinstance(tracker, str):
+        if getattr(tracker, "task", "") == "detect" and not isinstance(tracker, type):
+            return tracker
+        return make_detector(tracker) if is_detector(tracker) else of(tracker)  # type: ignore[arg-type]  # its methods tell
+    module, colon, name = tracker.partition(":")
+    own = bool(colon) and module not in NAMED and all(map(str.isidentifier, (*module.split("."), *name.split("."))))
+    if tracker in DETECTORS or (own and is_detector(_imported(tracker))):
+        return make_detector(tracker, parameters)
+    return make(tracker, parameters)
+
+
+def is_detector(found: object) -> bool:
+    """Return whether an object or class is a detector: a function, or with `detect`, or with `step(state, frame)`; the
+    last two without `init` and `start`."""
+    if hasattr(found, "init") or hasattr(found, "start"):
+        return False
+    kind: Any = found if isinstance(found, type) else type(found)
+    two = hasattr(kind, "step") and len(inspect.signature(kind.step).parameters) == 3
+    return two or is_plain_detector(found)
+
+
+def _imported(name: str) -> object:
+    """Return what ``module:name`` names. As with `python -m`, the module may be in the current folder; it must not
+    shadow others."""
+    here = os.getcwd()
+    if here not in sys.path:
+        sys.path.append(here)
+    return _load(name, EntryPoint(name, name, ENTRY_POINTS))
+
+
 def find(name: str) -> type[Any]:
     """Return the class of a tracker's name; InputError where there is none."""
     if not isinstance(name, str):
@@ -155,11 +192,7 @@ def find(name: str) -> type[Any]:
         if file.suffix == ".py" or not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
             hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
             raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
-        # As with `python -m`, a module may be in the current folder; it must not shadow others.
-        here = os.getcwd()
-        if here not in sys.path:
-            sys.path.append(here)
-        return _checked(name, _load(name, EntryPoint(name, name, ENTRY_POINTS)))
+        return _checked(name, _imported(name))
     raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{suggestion(name, known)}")
 
 

@@ -19,6 +19,7 @@ from irtrack.report.line_styles import styles
 from irtrack.report.page import render, versions
 from irtrack.report.repeat import run_command
 from irtrack.report.sections import Budget, section
+from irtrack.report.task_sections import task_sections
 from irtrack.runner.pool import InProcess
 
 Rows = tuple[tuple[str, str], ...]
@@ -155,6 +156,7 @@ def _write_page(results: Results, out: Path, finding: Finding, source: Source) -
         finding=finding,
         beside=finding.beside(out.name),
         section=shown,
+        tasks=task_sections(results, cells, by_label),
         label=cells[0].label,
         styles=by_label,
         failures=failures(cells),

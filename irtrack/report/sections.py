@@ -109,7 +109,7 @@ def section(
 def _facts(measured: Measured) -> tuple[str, ...]:
     source, cells = measured.source, measured.cells
     seeds = len({cell.key.tracker_seed for cell in cells})
-    targets = sorted({cell.key.target or "a box given by the user" for cell in cells})
+    targets = sorted({cell.key.target or "a box given by the user" for cell in cells if cell.key.task == "single"})
     inputs = sorted({cell.key.input for cell in cells})
     columns, rows = source.size
     # Runs on one scene say nothing about other scenes.
@@ -118,7 +118,7 @@ def _facts(measured: Measured) -> tuple[str, ...]:
         source.kind,
         f"{columns} × {rows} px at {source.rate_hz:g} Hz",
         counted(source.length, "frame"),
-        f"followed: {', '.join(targets)}",
+        f"followed: {', '.join(targets) or 'all targets'}",
         f"trackers see: {', '.join(inputs)}",
         counted(seeds, "seed") + (f" ({varied})" if seeds > 1 else ""),
     )

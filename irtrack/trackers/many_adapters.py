@@ -11,13 +11,13 @@ import copy
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, ClassVar, get_type_hints
 
 import numpy as np
 
 from irsim.types import Box, Frame
-from irtrack.detectors import parse_detector
+from irtrack.detectors import detected, parse_detector
 from irtrack.errors import TrackerError
 from irtrack.tracks import TrackFrame
 from irtrack.types import Detector
@@ -101,7 +101,7 @@ class PlainMany:
         """Return the adapter of an object, which is copied for each run."""
         return cls(type(tracker), dict(getattr(tracker, "__dict__", {})), partial(copy.deepcopy, tracker))
 
-    @property
+    @cached_property
     def detector_used(self) -> Detector | None:
         """Detector of a tracker that takes detections."""
         return parse_detector(self.detector) if takes_detections(self.kind) else None
@@ -109,7 +109,7 @@ class PlainMany:
     def init(self, frame: Frame, rng: np.random.Generator) -> PlainManyState:
         tracker, detector = self.again(), self.detector_used
         if detector is not None:
-            memory, found = detector.step(None, frame)
+            memory, found = detected(detector, None, frame)
             tracker.step(found)
             return PlainManyState(tracker, memory)
         tracker.start(shown(frame, takes_frame(self.kind.start)))  # type: ignore[attr-defined]  # it has one
@@ -118,7 +118,7 @@ class PlainMany:
     def step(self, state: PlainManyState, frame: Frame, rng: np.random.Generator) -> tuple[PlainManyState, TrackFrame]:
         detector, memory = self.detector_used, None
         if detector is not None:
-            memory, found = detector.step(state.memory, frame)
+            memory, found = detected(detector, state.memory, frame)
             answer = state.tracker.step(found)
         else:
             answer = state.tracker.step(shown(frame, takes_frame(self.kind.step)))  # type: ignore[attr-defined]

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from irsim.types import Floats, Frame
-from irtrack.detectors import parse_detector
+from irtrack.detectors import detected, parse_detector
 from irtrack.filters.data_association import amplitude_ratios
 from irtrack.filters.multiple_model import (
     MultipleModel,
@@ -184,14 +184,14 @@ class MultiTargetTracker(TrackerPart):
 
     def init(self, frame: Frame, rng: np.random.Generator) -> Any:
         """Return the state after the first frame, each of whose detections starts a track."""
-        memory, found = self.detector_used.step(None, frame)
+        memory, found = detected(self.detector_used, None, frame)
         begun = self.begin(self.strongest(found), (frame.image.shape[1], frame.image.shape[0]), memory)
         return replace(begun, view=ego_view(self.ego_motion, frame))
 
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, TrackFrame]:
         """Return the state and the tracks after the next frame."""
         state = self._compensated(state, frame)
-        memory, found = self.detector_used.step(state.memory, frame)
+        memory, found = detected(self.detector_used, state.memory, frame)
         after = replace(self.advance(state, self.strongest(found)), memory=memory)
         return after, after.tracks.frame()
 

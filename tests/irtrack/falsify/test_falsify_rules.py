@@ -24,7 +24,8 @@ frames = st.lists(
 def test_every_kind_of_rule_has_a_margin() -> None:
     rules = irsim.loads(
         SPACE + "expect: [{kind: never_lost}, {kind: error_below, px: 3}, {kind: reacquired_within, frames: 5},"
-        " {kind: honest_while_hidden}]"
+        " {kind: honest_while_hidden}, {kind: pd_at_least}, {kind: switches_at_most},"
+        " {kind: false_tracks_at_most, per_minute: 1}, {kind: false_alarms_at_most, per_frame: 1}]"
     ).expect
     assert {type(rule) for rule in rules} == set(KINDS)
     assert rule_text(rules[1]) == "error_below (px 3.0, share 1.0)"

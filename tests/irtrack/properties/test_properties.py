@@ -11,9 +11,10 @@ from planted import PLANTED
 from sound_tracker import Constant, Dies, Hangs, Killed, KilledBefore, Raises, Sound
 
 import irsim
+from irtrack.detectors import DETECTORS
 from irtrack.errors import InputError
-from irtrack.properties import EXCEPTIONS, PROPERTIES, check, check_tracker
-from irtrack.registry.table import TRACKERS
+from irtrack.properties import EXCEPTIONS, PROPERTIES, PROPERTIES_OF, check, check_tracker
+from irtrack.registry.table import ALL_KINDS
 
 
 def broken(tracker: Any, *only: str) -> set[str]:
@@ -47,9 +48,9 @@ def test_constant_box_breaks_the_tracking_properties() -> None:
 
 
 def test_exceptions_name_trackers_and_properties() -> None:
-    assert set(EXCEPTIONS) <= set(TRACKERS)
-    for reasons in EXCEPTIONS.values():
-        assert set(reasons) <= set(PROPERTIES)
+    assert set(EXCEPTIONS) <= set(ALL_KINDS)
+    for name, reasons in EXCEPTIONS.items():
+        assert set(reasons) <= set(PROPERTIES_OF["detect" if name in DETECTORS else "single"])
         assert all(reason.strip() for reason in reasons.values())
 
 
