@@ -18,8 +18,7 @@ from irsim.config.base import suggestion
 from irsim.types import Box, Frame
 from irtrack.detectors.base import DetectorPart
 from irtrack.errors import InputError
-from irtrack.types import Detection, Detections
-from irtrack.validity import FARTHEST_PX
+from irtrack.types import FARTHEST_PX, Detection, Detections
 
 DETECTION_COLUMNS = ("frame", "cx", "cy", "w", "h", "score", "class")
 MOT_COLUMNS = ("frame", "id", "left", "top", "w", "h", "score")

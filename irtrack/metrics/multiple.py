@@ -232,7 +232,9 @@ class ManyFigures:
         """Share of the targets with one identity: in half of their frames or more, never with another track."""
         seen, present = self.matches != NOBODY, self.present
         some = present.any(axis=0)
-        first = self.matches[seen.argmax(axis=0), np.arange(len(some))] if len(seen) else self.matches.sum(axis=0)
+        if not present.size:
+            return np.nan
+        first = self.matches[seen.argmax(axis=0), np.arange(present.shape[1])]
         one = (~seen | (self.matches == first)).all(axis=0)
         return _mean((one & (seen.sum(axis=0) >= present.sum(axis=0) / 2))[some].astype(np.float64))
 
