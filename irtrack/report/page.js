@@ -80,7 +80,7 @@ function openReplay(root) {
       pen.setLineDash([]);
       pen.strokeStyle = "#000";
       pen.strokeText(id, left + 6 * ratio, top);
-      pen.fillStyle = color;
+      pen.fillStyle = "#fff";
       pen.fillText(id, left + 6 * ratio, top);
     });
   }

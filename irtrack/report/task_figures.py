@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -118,8 +117,3 @@ def _threshold(arrays: Mapping[str, np.ndarray]) -> float:
     allowed = int(CONDITION_RATE * len(arrays["frames"]) + 1e-9)
     false = np.sort(arrays["false_score"])[::-1]
     return float(false[allowed]) if allowed < len(false) else -np.inf
-
-
-def condition_values(row: ConditionRow) -> dict[str, Any]:
-    """Return plain values for JSON."""
-    return {name: getattr(row, name) for name in ConditionRow.__slots__}

@@ -141,7 +141,7 @@ def _picture(
             f'<rect x="{drawn.left:.1f}" y="{drawn.top:.1f}" width="{drawn.w:.1f}" height="{drawn.h:.1f}" '
             f'stroke="{style.color}" stroke-dasharray="{style.svg_dash}"/>'
             f'<text x="{drawn.right + 1:.1f}" y="{drawn.top + size / 2:.1f}" font-size="{size:.1f}" '
-            f'fill="{style.color}">{id}</text>'
+            f'fill="#fff">{id}</text>'
         )
     return "".join([*parts, "</svg>"])
 
