@@ -15,7 +15,7 @@ from irsim.cli.gallery import SHEETS
 from irsim.render.sources import open_source
 from irsim.scenario.catalog import examples
 from irtrack.replay.many import run_many
-from irtrack.report.plots import HUES
+from irtrack.report.line_styles import HUES
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "img"

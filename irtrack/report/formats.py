@@ -132,13 +132,13 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
             for name in ("runs", "lost", "shares", "low", "high"):
                 for severity, value in zip(point.severities.tolist(), getattr(point, name).tolist(), strict=True):
                     yield ["severity", family.family, label, f"{severity:g}", name, value]
-    for row in figures.tasks:
-        for name, found in row.means.items():
-            for part, value in zip(("mean", "low", "high"), found or (), strict=False):
-                yield [row.task, row.source, row.label, part, name, _cell(value if math.isfinite(value) else None)]
-    for each in figures.task_breaking:
-        for label in each.points:
-            yield ["breaking_point", each.family, label, each.axis, BREAKS[each.task][0], each.in_words(label)]
+    for one in figures.tasks:
+        for name, found in one.means.items():
+            for part, number in zip(("mean", "low", "high"), found or (), strict=False):
+                yield [one.task, one.source, one.label, part, name, _cell(_finite(number))]
+    for scene in figures.task_breaking:
+        for label in scene.points:
+            yield ["breaking_point", scene.family, label, scene.axis, BREAKS[scene.task][0], scene.in_words(label)]
     for failure in figures.failures:
         yield ["failure", failure.source, failure.label, failure.seed, failure.brief, failure.more + 1]
 
@@ -161,8 +161,8 @@ def as_markdown(figures: Figures) -> str:
         parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
         if source.attributes:
             parts.append(_attributes(source))
-    for source, task in dict.fromkeys((row.source, row.task) for row in figures.tasks):
-        parts += [f"## {_escaped(source)}: {task}", _task_table(figures.tasks, source, task)]
+    for name, task in dict.fromkeys((row.source, row.task) for row in figures.tasks):
+        parts += [f"## {_escaped(name)}: {task}", _task_table(figures.tasks, name, task)]
     for each in figures.task_breaking:
         rule = f"{each.axis} at which {BREAKS[each.task][1]} in half of the runs"
         table = _table(("", rule), [(label, each.in_words(label)) for label in each.points])
@@ -178,7 +178,7 @@ def as_markdown(figures: Figures) -> str:
     parts += [LOSS_RULE, *(f"{MARKS[standing]} {rule}" for standing, rule in RULES.items())]
     if any("pose" in row.needs for row in figures.overall):
         parts.append(_escaped(f"{POSE_MARK} {POSE_RULE}"))
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def _task_table(rows: Sequence[TaskRow], source: str, task: Task) -> str:

@@ -117,7 +117,7 @@ def test_files_of_another_kind_are_one_line(tmp_path: Path) -> None:
 
 
 def detections() -> DetectionSet:
-    found = irtrack.run_detector("tophat", "sky", frames=4)
+    found: DetectionSet = irtrack.run_detector("tophat", "sky", frames=4)
     assert len(found)
     return replace(found, classes=("jet",) + (None,) * (len(found) - 1))
 

@@ -15,6 +15,7 @@ import irtrack
 from irtrack.bench.spec import parse_detectors
 from irtrack.bench.task_summary import task_breaking
 from irtrack.metrics.multiple import NOBODY
+from irtrack.report.line_styles import styles
 from irtrack.report.task_figures import bootstrap, by_condition, first_detections, roc_band
 from irtrack.report.task_pictures import ManyTracks
 from irtrack.report.task_sections import task_chapters
@@ -30,28 +31,35 @@ targets:
   - {id: a, shape: {kind: point, scr: 30}, path: {kind: straight, start: [20, 36], speed: 2, range_m: 3000}}
   - {id: b, shape: {kind: point, scr: 30}, path: {kind: crosses, target: a, at_frame: 12, speed: 2, angle_deg: 90}}
 """
-FORGETS = (
-    """
+FORGETS = """
+import numpy as np
+
+
 class Forgets:
-    """
-    + '"""'
-    + """The brightest two detections; from frame 10 of a sharp crossing on they have other numbers."""
-    + '"""'
-    + """
+    "Two straight tracks; where they begin near each other, they have other numbers from frame 10 on."
 
     def __init__(self):
-        self.frame, self.first = 0, None
+        self.frame, self.tracks, self.near = 0, None, False
 
     def step(self, detections):
-        rows = sorted(detections, key=lambda each: -each.score)[:2]
-        rows = sorted(rows, key=lambda each: each.box.cy)
-        if self.first is None:
-            self.first = abs(rows[0].box.cy - rows[1].box.cy)
+        found = np.array(sorted(detections.centers[np.argsort(-detections.scores)[:2]].tolist()))
+        if self.tracks is None:
+            self.tracks = [(place, np.zeros(2)) for place in found]
+            self.near = np.hypot(*(found[0] - found[1])) < 20
+        moved = []
+        for place, velocity in self.tracks:
+            expected = place + velocity
+            apart = np.hypot(*(found - expected).T)
+            if self.frame < 8 and apart.min() < 8:
+                best = found[apart.argmin()]
+                velocity = velocity + (best - expected) / (1 + self.frame / 2)
+                expected = best
+            moved.append((expected, velocity))
+        self.tracks = moved
         self.frame += 1
-        more = 10 * (self.frame > 10 and self.first < 20)
-        return [(more + k, each.box, each.score) for k, each in enumerate(rows)]
+        more = 10 * (self.frame > 10 and self.near)
+        return [(more + k, (*place.tolist(), 3.0, 3.0), 1.0) for k, (place, _) in enumerate(self.tracks)]
 """
-)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +115,8 @@ def test_figures_as_data(measured: Path, tmp_path: Path) -> None:
     rows = list(csv.DictReader(io.StringIO(irtrack.write_report(measured, tmp_path / "r.csv").read_text())))
     assert {"many", "detect", "breaking_point"} == {row["part"] for row in rows}
     text = irtrack.write_report(measured, tmp_path / "r.md").read_text()
-    assert "55 (> 90 to < 20)" in text
+    assert "many, breaking points" in text
+    assert "| forgets | 55 (" in text
 
 
 def test_switches_and_styles_of_tracks() -> None:
@@ -173,12 +182,6 @@ def test_chapters_of_older_results_have_no_conditions(measured: Path) -> None:
     with irtrack.Results(measured) as results:
         cells = [cell for cell in results.cells() if cell.key.task == "detect"]
         for cell in cells:
-            cell.figures.pop("pd_1")  # type: ignore[attr-defined]  # a dict
-        chapters = task_chapters(results, cells, irtrack_styles(cells))
+            cell.figures.pop("pd_1")
+        chapters = task_chapters(results, cells, styles(sorted({cell.label for cell in cells})))
     assert [chapter.breaking for chapter in chapters] == [None, None]
-
-
-def irtrack_styles(cells: list[irtrack.bench.RunRecord]) -> dict[str, irtrack.report.plots.LineStyle]:
-    from irtrack.report.plots import styles
-
-    return styles(sorted({cell.label for cell in cells}))

@@ -147,7 +147,12 @@ class ClockedDetector:
 def test_annotated_arguments_get_frames(given: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Trackers of one target, of many, and detectors, by one mechanism."""
     made: list[Any] = []
-    monkeypatch.setattr(given, "__new__", lambda kind: made.append(object.__new__(kind)) or made[-1], raising=False)
+
+    def remembered(kind: Any) -> Any:
+        made.append(object.__new__(kind))
+        return made[-1]
+
+    monkeypatch.setattr(given, "__new__", remembered, raising=False)
     run: Any = {Clocked: irtrack.run, ClockedMany: irtrack.run_many, ClockedDetector: irtrack.run_detector}[given]
     source = Strip()
     run(given, source)
