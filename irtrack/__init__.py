@@ -29,6 +29,8 @@ _PUBLIC = {
     "TrackFrame": "irtrack.tracks",
     "TrackSet": "irtrack.tracks",
     "write_track_set": "irtrack.bench.track_files",
+    "read_track_set": "irtrack.bench.track_files",
+    "write_detections": "irtrack.bench.track_files",
     "run_anchors": "irtrack.metrics.vot",
     "Reference": "irtrack.metrics",
     "Score": "irtrack.metrics",

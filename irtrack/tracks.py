@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from irsim.errors import counted
 from irsim.types import Box, Floats, Frame, Input
-from irtrack.types import Estimate, Status
+from irtrack.types import Estimate, Status, Track
 
 STATUSES: tuple[Status, ...] = get_args(Status)
 
@@ -127,6 +127,25 @@ class TrackSet:
     confirmed: npt.NDArray[np.bool_]
     classes: tuple[str | None, ...] | None = None
 
+    @classmethod
+    def of(cls, track: Track) -> TrackSet:
+        """Return the set with one track, of id 0, of the track of one target."""
+        count = len(track.indices)
+        scores = [np.nan if each.score is None else each.score for each in track.estimates]
+        return cls(
+            **{name: getattr(track, name) for name in _RUN},
+            frames=track.indices,
+            frame=track.indices.astype(np.int64),
+            id=np.zeros(count, np.int64),
+            cx=track.centers[:, 0],
+            cy=track.centers[:, 1],
+            w=track.sizes[:, 0],
+            h=track.sizes[:, 1],
+            score=np.array(scores, dtype=np.float64),
+            status=np.array([STATUSES.index(status) for status in track.statuses], dtype=np.int8),
+            confirmed=np.ones(count, bool),
+        )
+
     def __len__(self) -> int:
         return len(self.frame)
 
@@ -137,6 +156,21 @@ class TrackSet:
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all columns by name, for a results file."""
         return _arrays(self)
+
+
+_RUN = (
+    "source",
+    "source_hash",
+    "tracker",
+    "config",
+    "input",
+    "scene_seed",
+    "tracker_seed",
+    "times",
+    "step_ms",
+    "cpu_ms",
+)
+"""Fields that a `Track` and a `TrackSet` share."""
 
 
 def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:

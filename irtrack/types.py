@@ -5,11 +5,14 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 
 from __future__ import annotations
 
+import inspect
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from itertools import groupby
-from typing import Any, Literal, Protocol, get_args
+from types import MethodType
+from typing import Any, Literal, Protocol, get_args, get_type_hints
 
 import numpy as np
 
@@ -84,8 +87,10 @@ def resumable(tracker: Tracker) -> bool:
 
 
 class PlainTracker(Protocol):
-    """Tracker that keeps its state in itself, as most are written; `irtrack.trackers.adapters` lists the allowed
-    answers."""
+    """Tracker with its state inside, as most are written; see `irtrack.trackers.adapters` for its answers.
+
+    An argument `image` that is annotated as `irsim.types.Frame` gets the `Frame` (`plain_view`).
+    """
 
     def start(self, image: Any, box: Box, /) -> object:
         """Begin on an image (rows, cols) with the target in `box`."""
@@ -94,6 +99,32 @@ class PlainTracker(Protocol):
     def step(self, image: Any, /) -> Any:
         """Return the position of the target in the next image."""
         ...
+
+
+def plain_view(call: Callable[..., Any], frame: Frame) -> Any:
+    """Return the argument of a plain tracker's or detector's function for a frame, a copy that may be written on.
+
+    It is the image (rows, cols); the `Frame` with time, index and bits where the first argument is annotated so, or
+    where the frame has a camera pose, which the tracker then needs.
+    """
+    image = frame.image.copy()
+    function = call.func if isinstance(call, partial) else call
+    is_method = isinstance(function, MethodType)
+    function = function.__func__ if isinstance(function, MethodType) else function
+    if not inspect.isroutine(function) and not isinstance(function, type):
+        function, is_method = type(function).__call__, True
+    is_whole = frame.pose is not None or _takes_frame(function, int(is_method))
+    return replace(frame, image=image) if is_whole else image
+
+
+@cache
+def _takes_frame(function: Any, place: int) -> bool:
+    """Return whether the argument at a place is annotated as `Frame`; cached, since inspection takes .1 ms."""
+    try:
+        names = list(inspect.signature(function).parameters)
+        return get_type_hints(function).get(names[place]) is Frame
+    except Exception:  # annotations may be any text, and builtins have no signature
+        return False
 
 
 GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]

@@ -111,6 +111,9 @@ _MESSAGES: dict[str, list[tuple[str, str]]] = {
         ("velocity", "Point"),
         ("covariance", "double*"),
         ("neff", "double"),
+        ("id", "int64"),
+        ("cls", "string"),
+        ("confirmed", "bool"),
     ],
 }
 
@@ -119,6 +122,7 @@ _SCALARS = {
     "string": FieldDescriptorProto.TYPE_STRING,
     "bool": FieldDescriptorProto.TYPE_BOOL,
     "uint32": FieldDescriptorProto.TYPE_UINT32,
+    "int64": FieldDescriptorProto.TYPE_INT64,
 }
 
 

@@ -32,12 +32,12 @@ from irsim.recording.output import atomic_file
 from irsim.recording.viewer import TRACK, add_box
 from irsim.types import Box
 
-_STATES_PER_CHUNK = 512
+_MESSAGES_PER_CHUNK = 1024
 
 
 @dataclass(frozen=True, slots=True)
 class TrackState:
-    """Estimate of a tracker for one frame.
+    """Estimate of a tracker for one frame, of one of many targets where it has an id.
 
     index, time   of the frame; time in s
     box           centre and size, px
@@ -46,6 +46,7 @@ class TrackState:
     velocity      (vx, vy) px per frame
     covariance    ((xx, xy), (yx, yy)) of the centre, px^2
     neff          effective number of particles
+    id, cls       number and class of a track of many;  confirmed  whether it counts as a target
     """
 
     index: int
@@ -56,6 +57,9 @@ class TrackState:
     velocity: tuple[float, float] | None = None
     covariance: tuple[tuple[float, float], tuple[float, float]] | None = None
     neff: float | None = None
+    id: int | None = None
+    cls: str | None = None
+    confirmed: bool | None = None
 
 
 class TrackHeader(DigestRecord):
@@ -72,33 +76,53 @@ class TrackHeader(DigestRecord):
 
 @dataclass(frozen=True, eq=False)
 class TrackRecording:
-    """Track that was read from a file."""
+    """Track, or tracks of many targets, read from a file; `frames`: (index, time s) of each frame seen."""
 
     header: TrackHeader
     states: tuple[TrackState, ...]
+    frames: tuple[tuple[int, float], ...] = ()
 
     def __repr__(self) -> str:
         return f"TrackRecording({counted(len(self.states), 'state')} of {self.header.tracker} on {self.header.source})"
 
 
-def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackState]) -> Path:
-    """Write a track recording and return its path. Raises InputError where the file cannot be written."""
+def write_tracks(
+    path: str | Path,
+    header: TrackHeader,
+    states: Iterable[TrackState],
+    frames: Iterable[tuple[int, float]] | None = None,
+) -> Path:
+    """Write a track recording and return its path. Raises InputError where the file cannot be written.
+
+    states   in order of frames, at most one for each frame and id
+    frames   (index, time s) of each frame seen, in order; by default those of the states
+    """
     path = path_of(path)
     states = tuple(states)
+    seen = dict(frames if frames is not None else ((state.index, state.time) for state in states))
+    by_frame: dict[int, list[TrackState]] = {index: [] for index in seen}
+    for state in states:
+        by_frame[state.index].append(state)
     with atomic_file(path) as file:
         writer = McapWriter(file)
         writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).to_record())
         boxes, track = _topics(header.tracker)
         boxes_channel = writer.topic(boxes, ImageAnnotations.DESCRIPTOR)
         track_channel = writer.topic(track, TRACK_STATE)
-        for begin in range(0, len(states), _STATES_PER_CHUNK):
-            chunk: list[Message] = []
-            for state in states[begin : begin + _STATES_PER_CHUNK]:
-                log_time = to_ns(state.time)
-                annotations = ImageAnnotations()
-                add_box(annotations, state.box, f"{header.tracker} {state.status}", TRACK, log_time)
-                chunk.append(Message(boxes_channel, state.index, log_time, annotations.SerializeToString()))
-                chunk.append(Message(track_channel, state.index, log_time, _encode(state)))
+        chunk: list[Message] = []
+        for index, time in seen.items():
+            log_time = to_ns(time)
+            annotations = ImageAnnotations()
+            for state in by_frame[index]:
+                if state.confirmed is not False:
+                    name = header.tracker if state.id is None else f"{state.id}"
+                    add_box(annotations, state.box, f"{name} {state.status}", TRACK, log_time)
+            chunk.append(Message(boxes_channel, index, log_time, annotations.SerializeToString()))
+            chunk += [Message(track_channel, index, log_time, _encode(state)) for state in by_frame[index]]
+            if len(chunk) >= _MESSAGES_PER_CHUNK:
+                writer.chunk(chunk)
+                chunk = []
+        if chunk:
             writer.chunk(chunk)
         writer.finish()
     return path
@@ -115,15 +139,19 @@ def read_tracks(path: str | Path) -> TrackRecording:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     states: list[TrackState] = []
-    topic_index = mcap.topics.get(_topics(header.tracker)[1])
+    frames: list[tuple[int, float]] = []
+    boxes, track = (mcap.topics.get(topic) for topic in _topics(header.tracker))
     with mcap.open() as file:
-        for chunk in range(len(topic_index.chunks) if topic_index else 0):
-            for packet in mcap.packets(file, topic_index, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
+        for chunk in range(len(boxes.chunks) if boxes else 0):
+            for packet in mcap.packets(file, boxes, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
+                frames.append((packet.sequence, from_ns(packet.log_time, header.rate_hz)))
+        for chunk in range(len(track.chunks) if track else 0):
+            for packet in mcap.packets(file, track, chunk):  # type: ignore[arg-type]
                 with mcap.decoding(f"state {len(states)} cannot be read"):
                     states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
     if len(states) != header.states:
         raise mcap.damage_error(f"it holds {len(states)} of {header.states} states")
-    return TrackRecording(header, tuple(states))
+    return TrackRecording(header, tuple(states), tuple(frames))
 
 
 def _topics(tracker: str) -> tuple[str, str]:
@@ -133,7 +161,7 @@ def _topics(tracker: str) -> tuple[str, str]:
 
 
 def _encode(state: TrackState) -> bytes:
-    values = {name: getattr(state, name) for name in ("index", "time", "status", "score", "neff")}
+    values = {name: getattr(state, name) for name in ("index", "time", "status", "score", "neff", "id", "cls", "confirmed")}
     covariance = [value for row in state.covariance or () for value in row]
     message: Any = TrackStateMessage(
         box=box(state.box), velocity=point(state.velocity), covariance=covariance, **values
@@ -153,5 +181,5 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
         box=Box(*required_numbers(message, "box")),
         status=checked_text(message.status),
         covariance=covariance,
-        **{name: optional_field(message, name) for name in ("score", "velocity", "neff")},
+        **{name: optional_field(message, name) for name in ("score", "velocity", "neff", "id", "cls", "confirmed")},
     )

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
-from irtrack.bench.records import RunRecord
+from irsim import IrsimError, loads
+from irtrack.bench.records import RunRecord, SourceRow
 from irtrack.bench.summary import Standing, difference, distinct, pairs, value
-from irtrack.metrics import mean_interval
+from irtrack.metrics import Breaking, breaking_point, mean_interval
+from irtrack.metrics.statistics import HALF
 from irtrack.metrics.tasks import ALL_FIGURES, FIGURES_OF, RANKED_BY, Task
 
 SHOWN: Mapping[Task, tuple[str, ...]] = {
@@ -19,6 +22,12 @@ SHOWN: Mapping[Task, tuple[str, ...]] = {
     "detect": ("pd", "false_alarms", "pd_001", "pd_01", "pd_1", "first_detection", "ms_median"),
 }
 """Figures in the printed table, by task."""
+
+BREAKS: Mapping[Task, tuple[str, str]] = {
+    "many": ("kept", "at most half of the targets keep one track"),
+    "detect": ("pd_1", "at most half of the targets are found at 1 false alarm a frame"),
+}
+"""Figure of a run that breaks where it is one half or less, and that rule in words. A failed run breaks too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,3 +117,106 @@ def _standing(above: list[RunRecord], below: list[RunRecord], task: Task) -> Sta
 
 def _finite(number: float) -> float | None:
     return number if np.isfinite(number) else None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskBreaking:
+    """Share of broken runs (`BREAKS`) of a scenario against what its severities change.
+
+    axis         what that is, with its unit: "targets" where they change the number of targets
+    severities   the severities run;  x  the value of each, in the same order
+    points       by label; their severities are x, negative where x falls as severities rise
+    """
+
+    family: str
+    task: Task
+    axis: str
+    severities: tuple[int, ...]
+    x: tuple[float, ...]
+    points: Mapping[str, Breaking]
+
+    @property
+    def falls(self) -> bool:
+        return self.x[-1] < self.x[0]
+
+    def in_words(self, label: str) -> str:
+        """Return the breaking point in the unit of the axis, as `irtrack.metrics.Breaking.in_words`."""
+        text = self.points[label].in_words()
+        return text.translate(str.maketrans("<>", "><", "-")) if self.falls else text
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON; null for a breaking point outside the severities."""
+        sign = -1.0 if self.falls else 1.0
+        points = {
+            label: {
+                "x": (sign * point.severities).tolist(),
+                "runs": point.runs.tolist(),
+                "broken": point.lost.tolist(),
+                "low": point.low.tolist(),
+                "high": point.high.tolist(),
+                "at": _finite(sign * point.at),
+                "in_words": self.in_words(label),
+            }
+            for label, point in self.points.items()
+        }
+        return {"source": self.family, "task": self.task, "axis": self.axis, "rule": BREAKS[self.task][1]} | points
+
+
+def task_breaking(cells: Iterable[RunRecord], sources: Mapping[tuple[str, str], SourceRow]) -> tuple[TaskBreaking, ...]:
+    """Return the breaking points of every scenario that trackers of many or detectors met at two severities or more.
+
+    sources   of the results file, by (name, hash)
+    """
+    families: defaultdict[tuple[str, Task], list[RunRecord]] = defaultdict(list)
+    for cell in distinct(cells):
+        task = cell.key.task
+        if cell.severity is None or task == "single":
+            continue
+        if cell.status == "failed" or isfinite(value(cell, BREAKS[task][0])):
+            families[cell.family, task].append(cell)
+    found = []
+    for (family, task), members in sorted(families.items()):
+        rows = {cell.severity or 0: sources[cell.source, cell.key.source_hash] for cell in members}
+        levels = sorted(rows)
+        if len(levels) < 2:
+            continue
+        axis, x = _axis([rows[level] for level in levels])
+        sign = -1.0 if x[-1] < x[0] else 1.0
+        place = {level: sign * each for level, each in zip(levels, x, strict=True)}
+        points = {}
+        for label in sorted({cell.label for cell in members}):
+            own = [cell for cell in members if cell.label == label]
+            broken = [cell.status == "failed" or value(cell, BREAKS[task][0]) <= HALF for cell in own]
+            point = breaking_point([place[cell.severity or 0] for cell in own], broken)
+            if point is not None:
+                points[label] = point
+        found.append(TaskBreaking(family, task, axis, tuple(levels), tuple(x), points))
+    return tuple(found)
+
+
+_UNITS = {"deg": "deg", "px": "px", "m": "m", "k": "K", "mk": "mK"}
+
+
+def _axis(rows: Sequence[SourceRow]) -> tuple[str, list[float]]:
+    """Return what the severities of a scenario change, and its values: the one key that is a number, or the number of
+    targets, if it rises or falls throughout; else the severity itself."""
+    severities = [float(row.severity or 0) for row in rows]
+    try:
+        scenarios = [loads(row.text, row.name, trusted=False) for row in rows]
+    except IrsimError:
+        return "severity", severities
+    varied = scenarios[0].severities
+    if len(varied) == 1:
+        (key, values), *_ = varied.items()
+        chosen = [values[row.severity or 0] for row in rows]
+        if all(isinstance(each, int | float) for each in chosen):
+            name, _, unit = key.rpartition(".")[2].rpartition("_")
+            text = f"{name.replace('_', ' ')}, {_UNITS[unit]}" if name and unit in _UNITS else key.rpartition(".")[2]
+            return _monotonic(text, [float(each) for each in chosen], severities)
+    counts = [float(sum(each.id not in scenario.without for each in scenario.targets)) for scenario in scenarios]
+    return _monotonic("targets", counts, severities)
+
+
+def _monotonic(axis: str, x: list[float], severities: list[float]) -> tuple[str, list[float]]:
+    steps = np.diff(x)
+    return (axis, x) if (steps > 0).all() or (steps < 0).all() else ("severity", severities)

@@ -9,7 +9,7 @@ import faulthandler
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,7 +18,7 @@ from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
-from irtrack.cli.many import check_options, show_many
+from irtrack.cli.many import check_options, detector_kind, show_found
 from irtrack.cli.options import (
     AsJson,
     FilledResults,
@@ -53,7 +53,7 @@ def main() -> None:
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
     """List the trackers: name, method, and publication."""
-    from irtrack.detectors import DETECTORS
+    from irtrack.detectors import DETECTOR_KINDS
     from irtrack.external import HINT, offered
     from irtrack.registry.table import describe
 
@@ -70,7 +70,7 @@ def list_trackers(as_json: AsJson = False) -> None:
     for row in rows:
         print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
     print("detectors, for irtrack bench --detectors and for gnn:detector=NAME")
-    for name, kind in DETECTORS.items():
+    for name, kind in DETECTOR_KINDS.items():
         print(f"{name:{width}}  {(kind.__doc__ or '').partition(chr(10))[0]}\n{'':{width}}  {kind.source}")
     if not peers and not broken:
         print(HINT)
@@ -82,7 +82,8 @@ def run(
     tracker: Annotated[
         str,
         argument(
-            "NAME[:KEY=VALUE...]", "Name from `irtrack list`, or module:Class; parameters here or after the source."
+            "NAME[:KEY=VALUE...]",
+            "Tracker or detector of `irtrack list`, or module:Class; parameters here or after the source.",
         ),
     ],
     source: Annotated[str, argument("SCENARIO|REC", "File or name of a scenario, or file of a recording.")],
@@ -106,11 +107,13 @@ def run(
         int | None, option("N", "Seed of scene and tracker; default: the scenario's own, or 0.", min=0)
     ] = None,
     tracker_seed: Annotated[int | None, option("N", "Seed of the tracker; default: that of the scene.", min=0)] = None,
-    output: Annotated[Path | None, path_option("REC", "Write the track as a recording.", "-o", "--output")] = None,
-    csv: Annotated[Path | None, path_option("FILE", "Write the track as CSV.", "--csv")] = None,
+    output: Annotated[Path | None, path_option("REC", "Write the tracks as a recording.", "-o", "--output")] = None,
+    csv: Annotated[
+        Path | None, path_option("FILE", "Write tracks or detections: .csv, .txt (MOT), .parquet.", "--csv")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run one tracker over one source; print its scores and the command that repeats it."""
+    """Run one tracker or detector over one source; print its scores and the command that repeats it."""
     from irsim.recording.output import check_output
 
     check_output(output, Path(source), csv, endings=(".mcap",))
@@ -121,10 +124,11 @@ def run(
         from irtrack.bench.plan import task_of
         from irtrack.bench.spec import read_spec
         from irtrack.cli.options import split_settings, start_box
+        from irtrack.detectors import make_detector
         from irtrack.metrics import Reference, Trace, score_trace
         from irtrack.registry.identity import source_file
         from irtrack.registry.table import find, make
-        from irtrack.replay.many import ManyPlayer, auto_start
+        from irtrack.replay.many import DetectorPlayer, ManyPlayer, auto_start
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
 
@@ -132,11 +136,12 @@ def run(
             start = start_box(init)
         keys = () if is_recording(Path(source)) else Scenario.model_fields
         spec = read_spec(tracker)
-        found = find(spec.name)
+        detector = detector_kind(spec.name)
+        found = find(spec.name) if detector is None else detector
         for written in (csv, output):
             check_output(written, source_file(found))
         split = split_settings(settings or (), found, keys, spec.parameters)
-        made = make(spec.name, split.tracker)
+        made: Any = make(spec.name, split.tracker) if detector is None else make_detector(spec.name, split.tracker)
         opened = open_source(source, split.scenario)
         for written in (csv, output):
             check_output(written, *opened.needs)
@@ -148,11 +153,10 @@ def run(
         if sys.__stderr__ is not None and not faulthandler.is_enabled():
             faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker
         player: Any
-        if task_of(made) == "many":
-            check_options(spec.name, init, target, output)
-            player, first = ManyPlayer(cast(Any, made), tracker_seed, spec.label), 0
+        if (task := task_of(made)) != "single":
+            check_options(spec.name, task, init, start_by, target, output)
+            player, first = (ManyPlayer if task == "many" else DetectorPlayer)(made, tracker_seed, spec.label), 0
         else:
-            check_output(csv, endings=(".csv",))
             if start_by is None:
                 begin = find_start(opened, opened.truths(), target, start)
             else:
@@ -169,8 +173,8 @@ def run(
         except TrackerError as error:
             print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
             raise typer.Exit(1) from None
-    if isinstance(player, ManyPlayer):
-        show_many(player.result(opened, looked_at), opened, truths, csv, as_json, lambda: repeat)
+    if task != "single":
+        show_found(player.result(opened, looked_at), opened, truths, (csv, output), as_json, lambda: repeat)
         return
     track = player.track(opened, looked_at)
     trace = Trace.of(track, Reference.of(truths, track.target))
@@ -181,9 +185,10 @@ def run(
 
         expected = explain_all(opened.scenario, trace, track.target, "single")
     if csv is not None:
+        from irtrack.bench.track_files import write_track_set
         from irtrack.cli.track_files import track_to_csv
 
-        track_to_csv(track, csv)
+        (track_to_csv if csv.suffix.lower() == ".csv" else write_track_set)(track, csv)
     if output is not None:
         from irtrack.cli.track_files import record_track
 

@@ -29,7 +29,7 @@ from irtrack.cli.options import (
     option,
     path_option,
 )
-from irtrack.cli.output import Tally, print_json, print_summary, print_tasks, warn_unused
+from irtrack.cli.output import Tally, print_breaking, print_json, print_summary, print_tasks, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
@@ -170,8 +170,8 @@ def bench(
     """Run trackers over sources with many seeds; print the ranked table and the path of the results."""
     words = read_words(sources)
     check_results(results, *(Path(source) for _, source in words.sources))
-    from irtrack.bench import summary
-    from irtrack.bench.task_summary import task_summary
+    from irtrack.bench import Results, summary
+    from irtrack.bench.task_summary import task_breaking, task_summary
 
     suite = suite_of(words, trackers, severities, detectors)
     warn_unused([source for _, source in words.sources], words.changes)
@@ -189,13 +189,17 @@ def bench(
         auto_detector(start, None, target)
     cells = sweep(suite, results, jobs, scheduler, target, start)
     rows, tasks = summary(cells), task_summary(cells)
+    with Results(results) as kept:
+        breaking = task_breaking(cells, kept.sources())
     if as_json:
         every = [*(row.as_dict() for row in rows), *(row.as_dict() for row in tasks)]
-        print_json({"results": str(results), "rows": every})
+        broken = {"breaking": [each.as_dict() for each in breaking]} if breaking else {}
+        print_json({"results": str(results), "rows": every} | broken)
     else:
         if rows:
             print_summary(rows)
         print_tasks(tasks)
+        print_breaking(breaking)
         print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
     end_by_failures(cells)
 

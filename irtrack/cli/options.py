@@ -152,9 +152,12 @@ def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
         given = inspect.signature(tracker).parameters.values()
     except (TypeError, ValueError):  # a class of an extension module may hide its parameters
         return [], True
+    from irtrack.registry.table import takes_detector
     from irtrack.trackers.many_adapters import is_plain_many, takes_detections
 
     named = [each.name for each in given if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     if is_plain_many(tracker) and takes_detections(tracker) and "detector" not in named:
         named.append("detector")  # the parameter of the adapter
+    if isinstance(tracker, type) and takes_detector(tracker):
+        named.append("detections")
     return named, any(each.kind is each.VAR_KEYWORD for each in given)

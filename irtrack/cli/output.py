@@ -13,7 +13,7 @@ from irsim.errors import counted
 
 if TYPE_CHECKING:
     from irtrack.bench import RunRecord, SummaryRow
-    from irtrack.bench.task_summary import TaskRow
+    from irtrack.bench.task_summary import TaskBreaking, TaskRow
     from irtrack.falsify.rules import Explanation
     from irtrack.metrics import Score
     from irtrack.types import Track
@@ -170,6 +170,15 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
         units = ", ".join(f"{name} {ALL_FIGURES[name].unit}" for name in shown if ALL_FIGURES[name].unit)
         matching = "; tracks match targets by the distance of centres" if task == "many" else ""
         print(f"units: {units}{matching}")
+
+
+def print_breaking(families: Sequence[TaskBreaking]) -> None:
+    """Print where half of the runs of each tracker of many or detector break, in a line for each scenario."""
+    from irtrack.bench.task_summary import BREAKS
+
+    for each in families:
+        points = ", ".join(f"{label} {each.in_words(label)}" for label in each.points)
+        print(f"{each.family}: {each.axis} at which {BREAKS[each.task][1]} in half of the runs: {points}")
 
 
 def _explain_pose(rows: Sequence[SummaryRow] | Sequence[TaskRow]) -> None:

@@ -19,6 +19,7 @@ from irsim.types import Frame
 from irtrack.detectors.bandpass import Butterworth, DoG, Ring
 from irtrack.detectors.base import DetectorPart, FilterDetector
 from irtrack.detectors.frame_difference import FrameDifference
+from irtrack.detectors.from_file import FileDetector
 from irtrack.detectors.local_contrast import LCM, MPCM
 from irtrack.detectors.matched_filter import MatchedFilter
 from irtrack.detectors.morphology import MaxMean, MaxMedian, Threshold, TopHat
@@ -31,6 +32,7 @@ from irtrack.validity import fault_of_detections
 
 __all__ = [
     "DETECTORS",
+    "DETECTOR_KINDS",
     "DetectorPart",
     "FilterDetector",
     "PlainDetector",
@@ -55,6 +57,9 @@ DETECTORS: dict[str, type[DetectorPart]] = {
     "onnx": Onnx,
 }
 
+DETECTOR_KINDS: dict[str, type[DetectorPart]] = {**DETECTORS, "file": FileDetector}
+"""The detectors of frames, and that which reads its detections from a file."""
+
 CONTRACTS = "a function of an image, a class with detect(image), or one with step(state, frame)"
 
 _PAIR = re.compile(r"\w+=")
@@ -69,12 +74,23 @@ def make_detector(name: str | Callable[..., Any], parameters: Mapping[str, objec
     given = dict(parameters or {})
     if not isinstance(name, str):
         return _own(name, f"{getattr(name, '__module__', '')}:{getattr(name, '__qualname__', repr(name))}", given)
-    if name in DETECTORS:
-        return cast(Detector, irsim.build(DETECTORS[name], given, name))
+    if name in DETECTOR_KINDS:
+        return cast(Detector, irsim.build(DETECTOR_KINDS[name], given, name))
+    return _own(find_detector(name), name, given)
+
+
+def find_detector(name: str) -> Any:
+    """Return the class of a name from the table, or the object of ``module:name``, which need not be a detector.
+
+    InputError for an unknown name and for a module that cannot be imported.
+    """
+    if name in DETECTOR_KINDS:
+        return DETECTOR_KINDS[name]
     module, colon, attribute = name.partition(":")
     if not colon or not all(part.isidentifier() for part in (*module.split("."), *attribute.split("."))):
         raise InputError(
-            f"unknown detector '{name}'; allowed: {', '.join(DETECTORS)} or module:name{suggestion(name, DETECTORS)}"
+            f"unknown detector '{name}'; allowed: {', '.join(DETECTOR_KINDS)} or module:name"
+            + suggestion(name, DETECTOR_KINDS)
         )
     here = os.getcwd()
     if here not in sys.path:
@@ -87,7 +103,7 @@ def make_detector(name: str | Callable[..., Any], parameters: Mapping[str, objec
                 found = getattr(found, part)
     except (Exception, SystemExit) as error:  # a user's module may raise anything
         raise InputError(f"cannot import detector '{name}': {error_line(error)}") from None
-    return _own(found, name, given)
+    return found
 
 
 def parse_detector(text: str) -> Detector:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import copy
-import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar, get_type_hints
+from typing import Any, ClassVar
 
 import numpy as np
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.types import Detection, Detections
+from irtrack.types import Detection, Detections, plain_view
 from irtrack.validity import fault_of_detections
 
 ALLOWED = (
@@ -58,8 +57,7 @@ class PlainDetector:
         answer."""
         detector = self.again() if state is None else state
         call = getattr(detector, "detect", detector)
-        image = frame.image.copy()
-        answer = call(replace(frame, image=image) if frame.pose is not None or _takes_frame(call) else image)
+        answer = call(plain_view(call, frame))
         try:
             return detector, read_detections(answer, frame.image.shape)
         except (TypeError, ValueError) as error:
@@ -132,17 +130,6 @@ def _of_item(item: Any, index: int) -> Detection:
 def _box(numbers: Any) -> Box:
     cx, cy, w, h = map(float, numbers)
     return Box(cx, cy, w, h)
-
-
-def _takes_frame(call: Callable[..., Any]) -> bool:
-    """Return whether the first argument is annotated as a `Frame`."""
-    function = call.func if isinstance(call, partial) else call
-    try:
-        first = next(iter(inspect.signature(function).parameters))
-        hint = get_type_hints(function).get(first)
-    except Exception:  # annotations may be any text, and builtins have no signature
-        return False
-    return hint is Frame
 
 
 def _name(given: Any) -> str:

@@ -23,6 +23,9 @@ from irtrack.tracks import DetectionSet
 RATES = (0.01, 0.1, 1.0, 10.0)
 """False alarms a frame at which the probability of detection is reported."""
 
+CONDITIONS = ("size", "scr", "visible", "nearest")
+"""Larger side of the box, px; SCR; visible fraction; distance of the nearest other target in diagonals of the box."""
+
 
 @dataclass(frozen=True, eq=False)
 class DetectionFigures:
@@ -32,6 +35,7 @@ class DetectionFigures:
     frame, number (t,)   frame (0 .. k-1) and number of the target, for each target in each frame
     score (t,)           largest score of a detection on it, -inf without one
     error (t,)           distance to the centre of the nearest detection on it, px; nan without one
+    condition (t, 4)     columns `CONDITIONS` of the target in that frame, nan where unknown
     false_frame, false_score (f,)   frame and score of each false alarm
     names                ids of the targets
     """
@@ -45,6 +49,7 @@ class DetectionFigures:
     false_frame: Numbers
     false_score: Floats
     names: tuple[str, ...]
+    condition: Floats
 
     @classmethod
     def of(cls, truths: Iterable[Truth], found: DetectionSet, rate_hz: float) -> DetectionFigures:
@@ -52,7 +57,7 @@ class DetectionFigures:
         by_frame = {each.index: each for each in truths}
         ends = np.searchsorted(found.frame, found.frames, side="right")
         names: dict[str, int] = {}
-        rows: list[tuple[float, float, float, float]] = []
+        rows: list[tuple[float, ...]] = []
         false: list[tuple[Numbers, Floats]] = []
         begin = 0
         for place, (index, end) in enumerate(zip(found.frames.tolist(), ends.tolist(), strict=True)):
@@ -60,16 +65,20 @@ class DetectionFigures:
             scores = found.score[begin:end]
             begin = end
             on_target = np.zeros(len(scores), bool)
-            for each in by_frame[index].targets if index in by_frame else ():
+            targets = by_frame[index].targets if index in by_frame else ()
+            nearest = _nearest(np.array([each.center for each in targets]).reshape(-1, 2))
+            for each, apart_from in zip(targets, nearest, strict=True):
                 apart = np.hypot(centers[:, 0] - each.center[0], centers[:, 1] - each.center[1])
                 on = apart <= max(CENTROID_PX, np.hypot(each.box.w, each.box.h) / 2)
                 on_target |= on
                 if each.in_view is not False and not (each.visible is not None and each.visible < SHOWN):
                     best = float(scores[on].max()) if on.any() else -np.inf
                     error = float(apart[on].min()) if on.any() else np.nan
-                    rows.append((place, names.setdefault(each.id, len(names)), best, error))
+                    known = (np.nan if value is None else value for value in (each.scr, each.visible))
+                    condition = (max(each.box.w, each.box.h), *known, apart_from / each.box.diagonal)
+                    rows.append((place, names.setdefault(each.id, len(names)), best, error, *condition))
             false.append((np.full(int((~on_target).sum()), place), scores[~on_target]))
-        table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+        table = np.array(rows, dtype=np.float64).reshape(-1, 8)
         return cls(
             len(found.frames),
             rate_hz,
@@ -80,6 +89,7 @@ class DetectionFigures:
             np.concatenate([frame for frame, _ in false]) if false else np.zeros(0, np.int64),
             np.concatenate([scores for _, scores in false]) if false else np.zeros(0),
             tuple(names),
+            table[:, 4:],
         )
 
     @property
@@ -123,6 +133,14 @@ class DetectionFigures:
         """Root mean square distance, px, from detected targets to the nearest detection on each."""
         known = self.error[~np.isnan(self.error)]
         return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
+
+
+def _nearest(centers: Floats) -> list[float]:
+    """Return the distance of the nearest other centre of (n, 2), inf of one alone."""
+    apart = np.hypot(*np.moveaxis(centers[:, None] - centers[None], -1, 0))
+    np.fill_diagonal(apart, np.inf)
+    nearest: list[float] = apart.min(axis=1, initial=np.inf).tolist()
+    return nearest
 
 
 def roc(target_score: Floats, false_score: Floats, frames: int) -> tuple[Floats, Floats]:

@@ -227,6 +227,17 @@ class ManyFigures:
         some = self.present.any(axis=0)
         return _mean((self.matches != NOBODY).any(axis=0)[some].astype(np.float64))
 
+    @property
+    def kept(self) -> float:
+        """Share of the targets with one identity: in half of their frames or more, never with another track."""
+        seen, present = self.matches != NOBODY, self.present
+        some = present.any(axis=0)
+        if not present.size:
+            return np.nan
+        first = self.matches[seen.argmax(axis=0), np.arange(present.shape[1])]
+        one = (~seen | (self.matches == first)).all(axis=0)
+        return _mean((one & (seen.sum(axis=0) >= present.sum(axis=0) / 2))[some].astype(np.float64))
+
     @cached_property
     def false_tracks(self) -> int:
         """Confirmed tracks that have a target in less than half of their counted frames."""
@@ -273,6 +284,7 @@ MANY_FIGURES: dict[str, Figure] = {
     "gospa": Figure(lambda figures: figures.gospa, "px", "less"),
     "ospa": Figure(lambda figures: figures.ospa, "px", "less", CUTOFF_PX),
     "found": Figure(lambda figures: figures.found, "", "more", 1.0),
+    "kept": Figure(lambda figures: figures.kept, "", "more", 1.0),
     "start_delay": Figure(lambda figures: figures.start_delay, "frames", "less"),
     "false_tracks": Figure(lambda figures: figures.false_tracks, "", "less"),
     "false_tracks_min": Figure(lambda figures: figures.false_tracks_min, "1/min", "less"),

@@ -49,7 +49,8 @@ def task_scores(
     """Return the figures of tracks of many targets, matched by distance of centres (`Comparison`), or of detections.
 
     The second value holds arrays for charts: matches (k, n), the id of each target's track, present (k, n) and names
-    (n,) of the targets; or target_score and false_score, `score` and `false_score` of `DetectionFigures`.
+    (n,) of the targets; or target_score, false_score, target_frame,
+    target_number and target_condition: `score`, ... of `DetectionFigures`.
     """
     if isinstance(found, TrackSet):
         many = ManyFigures(Comparison.of(truths, found), rate_hz)
@@ -61,7 +62,13 @@ def task_scores(
         }
         return _scores(many, MANY_FIGURES, found.step_ms, found.cpu_ms), arrays
     figures = DetectionFigures.of(truths, found, rate_hz)
-    arrays = {"target_score": figures.score, "false_score": figures.false_score}
+    arrays = {
+        "target_score": figures.score,
+        "false_score": figures.false_score,
+        "target_frame": figures.frame,
+        "target_number": figures.number,
+        "target_condition": figures.condition,
+    }
     return _scores(figures, DETECTION_FIGURES, found.step_ms, found.cpu_ms), arrays
 
 

@@ -22,7 +22,8 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
-from irtrack.detectors import DETECTORS, make_detector
+from irtrack.detectors import DETECTOR_KINDS, DETECTORS, make_detector
+from irtrack.detectors.from_file import file_spec
 from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
 from irtrack.external import HINT, PEERS, offered, required
@@ -70,7 +71,7 @@ MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht":
 NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL}
 """The tables and the trackers that run as programs."""
 
-ALL_KINDS: dict[str, type[Part]] = {**NAMED, **DETECTORS}
+ALL_KINDS: dict[str, type[Part]] = {**NAMED, **DETECTOR_KINDS}
 """Trackers and detectors by name."""
 
 ENTRY_POINTS = "irtrack.trackers"
@@ -99,6 +100,10 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     """
     cls = find(name)
     given = _command(name) | dict(parameters or {})
+    if "detections" in given and takes_detector(cls):
+        if "detector" in given:
+            raise InputError(f"{name}: detector and detections; allowed: one of them")
+        given["detector"] = file_spec(given.pop("detections"))
     if issubclass(cls, Part):
         return cast(Tracker, build(cls, given, name))
     plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_plain(hint)}
@@ -115,6 +120,13 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
         plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
     return cast(Tracker, made if adapted is None else adapted)
+
+
+def takes_detector(cls: type[Any]) -> bool:
+    """Return whether a tracker runs on a detector, so that `detections=FILE` stands for the detector of a file."""
+    if issubclass(cls, Part):
+        return "detector" in cls.model_fields and "detections" not in cls.model_fields
+    return is_plain_many(cls) and takes_detections(cls)
 
 
 def of(tracker: object) -> Tracker:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, distinct, summary
+from irtrack.bench.task_summary import TaskBreaking, TaskRow, task_breaking, task_summary
 from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_point, by_attribute, kaplan_meier
 
 
@@ -108,23 +109,31 @@ class Failure:
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Metrics of a results file; `overall`: ranked table over all sources."""
+    """Metrics of a results file; `overall`: ranked table over all sources.
+
+    tasks, task_breaking   of trackers of many and detectors; the rest is of trackers of one target
+    """
 
     results: str
     overall: tuple[SummaryRow, ...]
     sources: tuple[SourceFigures, ...]
     severities: tuple[SeverityFigures, ...]
     failures: tuple[Failure, ...]
+    tasks: tuple[TaskRow, ...] = ()
+    task_breaking: tuple[TaskBreaking, ...] = ()
 
 
 def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
     """Return all metrics of the run records."""
+    single = [cell for cell in cells if cell.key.task == "single"]
     return Figures(
         results.path.name,
-        tuple(summary(cells, overall=True)),
-        tuple(source_figures(each) for each in measured(results, cells)),
-        severity_figures(cells),
+        tuple(summary(single, overall=True)),
+        tuple(source_figures(each) for each in measured(results, single)),
+        severity_figures(single),
         failures(cells),
+        tuple(task_summary(cells)),
+        task_breaking(cells, results.sources()),
     )
 
 

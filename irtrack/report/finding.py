@@ -19,7 +19,7 @@ from irtrack.report.line_styles import styles
 from irtrack.report.page import render, versions
 from irtrack.report.repeat import run_command
 from irtrack.report.sections import Budget, section
-from irtrack.report.task_sections import task_sections
+from irtrack.report.task_sections import task_chapters
 from irtrack.runner.pool import InProcess
 
 Rows = tuple[tuple[str, str], ...]
@@ -151,16 +151,18 @@ def _write_page(results: Results, out: Path, finding: Finding, source: Source) -
     by_label = styles([cell.label for cell in cells])
     (run,) = measured(results, cells)
     shown = section(run, source_figures(run), by_label, Budget(), source)
+    tasks = task_chapters(results, cells, by_label)
     page = render(
         "finding.html.j2",
         finding=finding,
         beside=finding.beside(out.name),
         section=shown,
-        tasks=task_sections(results, cells, by_label),
+        tasks=tasks,
         label=cells[0].label,
         styles=by_label,
         failures=failures(cells),
-        has_replay=shown.pictures.replay is not None,
+        has_replay=shown.pictures.replay is not None
+        or any(each.replay for chapter in tasks for each in chapter.section.identities),
         versions=versions(results.runs()),
     )
     with atomic_text(out) as file:

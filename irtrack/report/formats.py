@@ -15,8 +15,10 @@ import numpy as np
 from irsim.errors import counted
 from irtrack.bench import Run, SummaryRow
 from irtrack.bench.summary import MARKS, NOTHING, POSE_MARK, POSE_RULE, RANKED, RULES, percent, ranked_texts
+from irtrack.bench.task_summary import BREAKS, SHOWN, TaskRow
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.lost import LOSS_RULE
+from irtrack.metrics.tasks import Task
 from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, SourceFigures, loss_tables
 
 
@@ -28,12 +30,12 @@ def lead(rows: Sequence[SummaryRow]) -> str:
         best, worst = scored[0], scored[-1]
         sentence = f"{best.label} lost the target in {best.lost} of {counted(best.scored, 'run')}"
         sentences.append(sentence if worst is best else f"{sentence}, {worst.label} in {worst.lost} of {worst.scored}")
-    else:
+    elif rows:
         sentences.append("No run could be scored: there is no truth to compare with, or every run failed")
     failed = sum(row.failed for row in rows)
     if failed:
         sentences.append(f"{counted(failed, 'run')} failed")
-    return ". ".join(sentences) + "."
+    return ". ".join(sentences) + "." * bool(sentences)
 
 
 def as_json(figures: Figures, runs: Sequence[Run]) -> str:
@@ -45,6 +47,8 @@ def as_json(figures: Figures, runs: Sequence[Run]) -> str:
         "overall": [row.as_dict() for row in figures.overall],
         "sources": [_source(source) for source in figures.sources],
         "severities": [_severity(each) for each in figures.severities],
+        "tasks": [row.as_dict() for row in figures.tasks],
+        "task_breaking": [each.as_dict() for each in figures.task_breaking],
         "failures": [asdict(failure) for failure in figures.failures],
         "runs": [asdict(run) for run in runs],
     }
@@ -128,6 +132,13 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
             for name in ("runs", "lost", "shares", "low", "high"):
                 for severity, value in zip(point.severities.tolist(), getattr(point, name).tolist(), strict=True):
                     yield ["severity", family.family, label, f"{severity:g}", name, value]
+    for one in figures.tasks:
+        for name, found in one.means.items():
+            for part, number in zip(("mean", "low", "high"), found or (), strict=False):
+                yield [one.task, one.source, one.label, part, name, _cell(_finite(number))]
+    for scene in figures.task_breaking:
+        for label in scene.points:
+            yield ["breaking_point", scene.family, label, scene.axis, BREAKS[scene.task][0], scene.in_words(label)]
     for failure in figures.failures:
         yield ["failure", failure.source, failure.label, failure.seed, failure.brief, failure.more + 1]
 
@@ -150,6 +161,12 @@ def as_markdown(figures: Figures) -> str:
         parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
         if source.attributes:
             parts.append(_attributes(source))
+    for name, task in dict.fromkeys((row.source, row.task) for row in figures.tasks):
+        parts += [f"## {_escaped(name)}: {task}", _task_table(figures.tasks, name, task)]
+    for each in figures.task_breaking:
+        rule = f"{each.axis} at which {BREAKS[each.task][1]} in half of the runs"
+        table = _table(("", rule), [(label, each.in_words(label)) for label in each.points])
+        parts += [f"## {_escaped(each.family)}: {each.task}, breaking points", table]
     if figures.failures:
         parts.append("## Failures")
         parts.append(
@@ -161,7 +178,16 @@ def as_markdown(figures: Figures) -> str:
     parts += [LOSS_RULE, *(f"{MARKS[standing]} {rule}" for standing, rule in RULES.items())]
     if any("pose" in row.needs for row in figures.overall):
         parts.append(_escaped(f"{POSE_MARK} {POSE_RULE}"))
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(filter(None, parts)) + "\n"
+
+
+def _task_table(rows: Sequence[TaskRow], source: str, task: Task) -> str:
+    shown = SHOWN[task]
+    own = [row for row in rows if (row.source, row.task) == (source, task)]
+    means = [[NOTHING if (found := row.means[name]) is None else f"{found[0]:.3g}" for name in shown] for row in own]
+    pairs = zip(own, means, strict=True)
+    table = [(f"{row.rank}{MARKS[row.standing]}", row.label, row.runs, *texts) for row, texts in pairs]
+    return _table(("", "tracker" if task == "many" else "detector", "runs", *shown), table)
 
 
 def _ranked(rows: Sequence[SummaryRow]) -> str:

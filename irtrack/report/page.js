@@ -7,6 +7,7 @@ const KEYS = "Keys: ← → one frame, with shift ten; space plays; home, end; L
 function openReplay(root) {
   const data = JSON.parse(root.querySelector("script").textContent);
   const last = data.indices.length - 1;
+  const many = data.tracks !== undefined, trackers = many ? [] : data.trackers;
   const find = (name) => root.querySelector(`.${name}`);
   const stage = find("stage"), line = find("line"), slider = find("slider"), play = find("play");
   const zoom = find("zoom"), truthShown = find("show-truth"), particlesShown = find("show-particles");
@@ -31,9 +32,9 @@ function openReplay(root) {
   function view() {
     const [columns, rows] = data.size;
     if (!zoom.checked) return { x: 0, y: 0, w: columns, h: rows };
-    const boxes = [data.truth.boxes[at], ...data.trackers.map((one) => one.boxes[at])];
+    const boxes = many ? [] : [data.truth.boxes[at], ...trackers.map((one) => one.boxes[at])];
     const middle = boxes.find((box) => box) || [columns / 2, rows / 2, 1, 1];
-    const w = Math.min(columns, Math.max(48, 8 * Math.max(middle[2], middle[3])));
+    const w = Math.min(columns, Math.max(many ? columns / 3 : 48, 8 * Math.max(middle[2], middle[3])));
     const h = w * rows / columns;
     const inside = (value, size, all) => Math.min(Math.max(value - size / 2, 0), all - size);
     return { x: inside(middle[0] + .5, w, columns), y: inside(middle[1] + .5, h, rows), w, h };
@@ -53,7 +54,7 @@ function openReplay(root) {
       pen.drawImage(image, part.x * shrunk, part.y * shrunk, part.w * shrunk, part.h * shrunk, 0, 0, width, height);
     }
     const place = (x, y) => [(x + .5 - part.x) * scale, (y + .5 - part.y) * scale];
-    data.trackers.forEach((tracker, n) => {
+    trackers.forEach((tracker, n) => {
       if (!shown[n].checked) return;
       if (particlesShown && particlesShown.checked && tracker.particles && tracker.particles[at]) {
         drawParticles(pen, tracker, place, ratio);
@@ -61,9 +62,27 @@ function openReplay(root) {
       drawBox(pen, tracker.boxes[at], tracker.color, tracker.dash, place, scale, ratio);
     });
     if (truthShown && truthShown.checked) {
-      drawBox(pen, data.truth.boxes[at], "#000", [], place, scale, 2 * ratio);
-      drawBox(pen, data.truth.boxes[at], "#fff", [5, 4], place, scale, ratio);
+      for (const box of many ? data.truth.boxes[at] : [data.truth.boxes[at]]) {
+        if (!many) drawBox(pen, box, "#000", [], place, scale, 2 * ratio);
+        drawBox(pen, box, "#fff", [5, 4], place, scale, many ? ratio / 2 : ratio);
+      }
     }
+    if (many) drawTracks(pen, place, scale, ratio);
+  }
+
+  // Boxes in the colours of the identities, with their numbers; those of predicted positions are dashed.
+  function drawTracks(pen, place, scale, ratio) {
+    pen.font = `${11 * ratio}px system-ui, sans-serif`;
+    data.tracks[at].forEach(([n, x, y, w, h, seen]) => {
+      const { id, color, dash } = data.identities[n];
+      drawBox(pen, [x, y, w, h], color, seen ? dash : [2, 3], place, scale, ratio);
+      const [left, top] = place(x + w / 2, y - h / 2);
+      pen.setLineDash([]);
+      pen.strokeStyle = "#000";
+      pen.strokeText(id, left + 6 * ratio, top);
+      pen.fillStyle = "#fff";
+      pen.fillText(id, left + 6 * ratio, top);
+    });
   }
 
   function drawBox(pen, box, color, dash, place, scale, thick) {
@@ -92,17 +111,25 @@ function openReplay(root) {
 
   // One row a tracker: thick where it is on the target, thin where off; grey behind where the target is hidden.
   function drawLine() {
-    const ratio = window.devicePixelRatio || 1, row = 10 * ratio;
+    const ratio = window.devicePixelRatio || 1, rows = many ? data.lanes.length : trackers.length;
+    const high = many && rows > 12 ? 5 : 10, row = high * ratio;
     line.width = Math.round(line.clientWidth * ratio);
-    line.height = Math.round(row * data.trackers.length);
-    line.style.height = `${10 * data.trackers.length}px`;
+    line.height = Math.round(row * rows);
+    line.style.height = `${high * rows}px`;
     const pen = line.getContext("2d"), edge = (k) => Math.round(k * line.width / (last + 1));
     const fill = (k, y, high) => pen.fillRect(edge(k), y, edge(k + 1) - edge(k), high);
+    if (many) {
+      data.lanes.forEach((lane, n) => lane.forEach((own, k) => {
+        if (own === -1) return;
+        pen.fillStyle = own === null ? LIGHT_GREY : data.identities[own].color;
+        fill(k, n * row + row * .2, row * .6);
+      }));
+    }
     pen.fillStyle = LIGHT_GREY;
-    data.truth.visible.forEach((visible, k) => {
+    (data.truth.visible || []).forEach((visible, k) => {
       if (!data.truth.boxes[k] || (visible !== null && visible < .5)) fill(k, 0, line.height);
     });
-    data.trackers.forEach((tracker, n) => {
+    trackers.forEach((tracker, n) => {
       pen.fillStyle = tracker.color;
       tracker.boxes.forEach((box, k) => {
         if (!box) return;
@@ -115,14 +142,16 @@ function openReplay(root) {
 
   function tell() {
     const seconds = (data.times[at] - data.times[0]).toFixed(2);
-    const told = data.truth.visible[at];
-    const seen = !data.truth.boxes.some((box) => box) ? "" : !data.truth.boxes[at] ? ", target absent"
+    const told = many ? null : data.truth.visible[at];
+    const right = many ? data.lanes.filter((lane) => lane[at] !== null && lane[at] >= 0).length : 0;
+    const seen = many ? `, ${right} of ${data.truth.boxes[at].length} targets tracked, ${data.tracks[at].length} tracks`
+      : !data.truth.boxes.some((box) => box) ? "" : !data.truth.boxes[at] ? ", target absent"
       : told !== null && told < 1 ? `, ${Math.round(100 * told)} % of the target visible` : "";
     find("when").textContent = `frame ${data.indices[at]}, ${seconds} s${seen}`;
     slider.value = at;
     slider.setAttribute("aria-valuetext", find("when").textContent);
     const number = (list, digits) => !list || list[at] === null ? "–" : list[at].toFixed(digits);
-    data.trackers.forEach((tracker, n) => {
+    trackers.forEach((tracker, n) => {
       const lost = tracker.lost !== null && data.indices[at] >= tracker.lost;
       cells[n][0].textContent = tracker.status[at] || "not started";
       cells[n][1].textContent = number(tracker.errors, 1) + (lost ? " lost" : tracker.off[at] ? " off" : "");
@@ -154,7 +183,7 @@ function openReplay(root) {
   }
 
   function nextLoss() {
-    const losses = data.trackers.map((one) => one.lost).filter((lost) => lost !== null)
+    const losses = (many ? data.switches : trackers.map((one) => one.lost)).filter((lost) => lost !== null)
       .map((lost) => data.indices.findIndex((index) => index >= lost)).filter((k) => k >= 0).sort((a, b) => a - b);
     const next = losses.find((k) => k > at);
     if (losses.length) go(next === undefined ? losses[0] : next);
@@ -186,8 +215,8 @@ function openReplay(root) {
     pause();
     go(Math.floor((last + 1) * event.offsetX / line.clientWidth));
   });
-  find("keys").textContent = KEYS;
-  find("loss").disabled = data.trackers.every((one) => one.lost === null);
+  find("keys").textContent = many ? KEYS.replace("L next loss", "L next switch") : KEYS;
+  find("loss").disabled = many ? !data.switches.length : trackers.every((one) => one.lost === null);
   slider.max = last;
   new ResizeObserver(() => { draw(); drawLine(); }).observe(root);
   go(0);

@@ -20,7 +20,7 @@ from irtrack.report.frames import gallery
 from irtrack.report.line_styles import styles
 from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Budget, chapters
-from irtrack.report.task_sections import task_sections
+from irtrack.report.task_sections import task_chapters
 
 SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """Script of the page; it plays the replays."""
@@ -31,7 +31,7 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))
     posed = {cell.label for cell in cells if "pose" in cell.needs}
-    tasks = task_sections(results, cells, by_label)
+    tasks = task_chapters(results, cells, by_label)
     cells = [cell for cell in cells if cell.key.task == "single"]
     severities = severity_figures(cells)
     found = chapters(measured(results, cells), severities, by_label, Budget())
@@ -46,8 +46,9 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         styles=by_label,
         loss_tables=loss_tables(severities),
         chapters=found,
-        task_sections=tasks,
-        has_replay=any(chapter.section.pictures.replay for chapter in found),
+        task_chapters=tasks,
+        has_replay=any(chapter.section.pictures.replay for chapter in found)
+        or any(each.replay for chapter in tasks for each in chapter.section.identities),
         failures=failures(cells),
         losses=losses,
         lost_pairs=lost_pairs,

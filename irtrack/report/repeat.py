@@ -31,10 +31,6 @@ def render_command(source: SourceRow, seed: int | None) -> str | None:
 def run_command(cell: RunRecord, source: SourceRow) -> str:
     """Return the command that repeats one run and prints its scores."""
     key, config = cell.key, cell.config
-    if key.task == "detect":
-        spec = ":".join([config["tracker"], *_settings(config)])
-        given = ["--input", key.input] if key.input != "display" else []
-        return shlex.join(["irtrack", "bench", source.word, *source.changes, "--detectors", spec, *given])
     words = ["irtrack", "run", config["tracker"], source.word, *source.changes, *_seeds(key)]
     if key.target is not None:
         words += ["--target", key.target]

@@ -60,7 +60,7 @@ def replayed(
     clouds      largest number of runs to repeat, since the results file keeps no particles
     """
     indices = np.unique(np.concatenate([follower.trace.indices for follower in followers]))
-    scale, stride = _fitted(source, indices)
+    scale, stride = fitted(source, indices)
     kept = indices[::stride]
     repeats = _repeats(cells, followers, source, clouds)
     pictures: dict[int, str] = {}
@@ -69,7 +69,7 @@ def replayed(
 
     def keep(frame: Frame) -> None:
         if frame.index in wanted:
-            pictures[frame.index] = base64.b64encode(_jpeg(frame.image, scale)).decode()
+            pictures[frame.index] = base64.b64encode(jpeg(frame.image, scale)).decode()
             times[frame.index] = frame.time
 
     shown = [repeat.see for repeat in repeats if repeat.input == "display"]
@@ -93,19 +93,19 @@ def replayed(
     return Replay(text, stride, labels, any(particles.values())), len(repeats)
 
 
-def _fitted(source: Source, indices: np.ndarray) -> tuple[float, int]:
-    """Return the picture scale and frame stride that keep a replay within its size limit, estimated from a few
-    frames."""
+def fitted(source: Source, indices: np.ndarray, most_bytes: int = PICTURE_BYTES) -> tuple[float, int]:
+    """Return the picture scale and frame stride that keep a replay within a size, estimated from a few frames."""
     probes = indices[np.linspace(0, len(indices) - 1, min(4, len(indices))).round().astype(int)]
     images = [source.frame(int(index), "display").image for index in probes]
     for scale in SCALES:
-        total = len(indices) * float(np.mean([len(_jpeg(image, scale)) for image in images]))
-        if total <= PICTURE_BYTES:
+        total = len(indices) * float(np.mean([len(jpeg(image, scale)) for image in images]))
+        if total <= most_bytes:
             return scale, 1
-    return SCALES[-1], int(np.ceil(total / PICTURE_BYTES))
+    return SCALES[-1], int(np.ceil(total / most_bytes))
 
 
-def _jpeg(image: Image, scale: float) -> bytes:
+def jpeg(image: Image, scale: float) -> bytes:
+    """Return an image as JPEG, scaled."""
     small = image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return cv2.imencode(".jpg", np.ascontiguousarray(small), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.types import Estimate
+from irtrack.types import Estimate, plain_view
 
 ALLOWED = "a Box, cx, cy, w, h in px, an Estimate, or None for a target that is not seen"
 
@@ -38,9 +38,9 @@ class Plain:
     kind        plain class;  parameters  arguments of the class, or attributes of an object
     again       function that returns a new object before its start
 
-    `start` gets a writable copy of the image (rows, cols) and the start `Box`, and a random generator where it has a
-    parameter `rng`. `step` gets the image, and returns a value of `ALLOWED`. A class with ``needs = ("pose",)`` gets a
-    `Frame` with the camera's pose in place of the image.
+    `start` gets a writable copy of the image (rows, cols) or a `Frame` (`irtrack.types.plain_view`) and the start
+    `Box`, and a random generator where it has a parameter `rng`. `step` gets the image or the `Frame`, and returns a
+    value of `ALLOWED`. A class with ``needs = ("pose",)`` gets a `Frame` with the camera's pose.
     """
 
     kind: type
@@ -61,11 +61,11 @@ class Plain:
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> PlainState:
         tracker = self.again()
         wanted = {"rng": rng} if _takes_rng(self.kind) else {}
-        tracker.start(_shown(frame), box, **wanted)
+        tracker.start(plain_view(tracker.start, frame), box, **wanted)
         return PlainState(tracker, Estimate((box.cx, box.cy), (box.w, box.h)))
 
     def step(self, state: PlainState, frame: Frame, rng: np.random.Generator) -> tuple[PlainState, Estimate]:
-        answer = state.tracker.step(_shown(frame))
+        answer = state.tracker.step(plain_view(state.tracker.step, frame))
         estimate = state.last if answer is None else _estimate(answer)
         if estimate is None:
             place = f"{self.kind.__module__}:{self.kind.__qualname__}: frame {frame.index}"
@@ -73,11 +73,6 @@ class Plain:
         if answer is None:
             estimate = replace(estimate, status="lost")
         return PlainState(state.tracker, estimate), estimate
-
-
-def _shown(frame: Frame) -> Any:
-    image = frame.image.copy()
-    return image if frame.pose is None else replace(frame, image=image)
 
 
 @cache

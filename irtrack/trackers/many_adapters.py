@@ -10,9 +10,9 @@ from __future__ import annotations
 import copy
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, ClassVar, get_type_hints
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from irsim.types import Box, Frame
 from irtrack.detectors import detected, parse_detector
 from irtrack.errors import TrackerError
 from irtrack.tracks import TrackFrame
-from irtrack.types import Detector
+from irtrack.types import Detector, plain_view
 
 ALLOWED = "a list of (id, box, score), the box a Box or (cx, cy, w, h) in px, or a TrackFrame"
 
@@ -43,23 +43,6 @@ def _parameters(function: Any) -> list[inspect.Parameter]:
     """Return the required parameters of a method, without `self` and a generator `rng`."""
     given = list(inspect.signature(function).parameters.values())[1:]
     return [each for each in given if each.default is each.empty and each.name != "rng"]
-
-
-def takes_frame(function: Any) -> bool:
-    """Return whether the first argument of a method is annotated as `irsim.types.Frame`; a method without this
-    annotation gets the image alone."""
-    parameters = list(inspect.signature(function).parameters.values())[1:]
-    try:
-        hints = get_type_hints(function)
-    except Exception:  # an annotation may be any text
-        return False
-    return bool(parameters) and hints.get(parameters[0].name) is Frame
-
-
-def shown(frame: Frame, whole: bool) -> Any:
-    """Return a writable copy of the frame (where `whole` or it has a pose), or of its image, for a plain tracker."""
-    image = frame.image.copy()
-    return replace(frame, image=image) if whole or frame.pose is not None else image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +95,7 @@ class PlainMany:
             memory, found = detected(detector, None, frame)
             tracker.step(found)
             return PlainManyState(tracker, memory)
-        tracker.start(shown(frame, takes_frame(self.kind.start)))  # type: ignore[attr-defined]  # it has one
+        tracker.start(plain_view(tracker.start, frame))
         return PlainManyState(tracker, None)
 
     def step(self, state: PlainManyState, frame: Frame, rng: np.random.Generator) -> tuple[PlainManyState, TrackFrame]:
@@ -121,7 +104,7 @@ class PlainMany:
             memory, found = detected(detector, state.memory, frame)
             answer = state.tracker.step(found)
         else:
-            answer = state.tracker.step(shown(frame, takes_frame(self.kind.step)))  # type: ignore[attr-defined]
+            answer = state.tracker.step(plain_view(state.tracker.step, frame))
         tracks = _tracks(answer)
         if tracks is None:
             place = f"{self.kind.__module__}:{self.kind.__qualname__}: frame {frame.index}"

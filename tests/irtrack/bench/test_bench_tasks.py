@@ -101,6 +101,13 @@ def test_run_of_many_writes_tracks(two: Call) -> None:
     ("words", "said"),
     [
         (("run", "gnn", "two.yaml", "--init", "5,5,9,9"), "--init: gnn follows all targets without a box; allowed: "),
+        (
+            ("run", "tophat", "two.yaml", "-o", "t.mcap"),
+            "-o: tophat is a detector, which has no tracks; allowed: ",
+        ),
+        (("run", "tophat", "two.yaml", "--start", "auto"), "--start: tophat follows all targets without a box"),
+        (("run", "gnn:detections=d.csv:detector=dog", "two.yaml"), "detector and detections; allowed: one of them"),
+        (("run", "gnn:detections=none.csv", "two.yaml"), "none.csv: there is no such file"),
         (("run", "gnn:detector=tophatt", "two.yaml"), "did you mean 'tophat'?"),
         (("run", "kalman", "two.yaml", "--start", "now"), "--start now: allowed: auto, or auto:DETECTOR"),
         (("run", "kalman", "two.yaml", "--start", "auto", "--target", "a"), "--start auto: finds its own target"),

@@ -111,3 +111,57 @@ def test_results_are_keyed_by_its_class_and_parameters() -> None:
     assert tracker_config(named) == {"tracker": "test_plain_trackers:Walks", "parameters": {"speed": 3.0}}
     assert tracker_config(of(Walks(3.0))) == tracker_config(named)
     assert code_hash(named) == code_hash(of(Walks))
+
+
+class Clocked(Walks):
+    """Notes index and time of the frames that it gets by annotation."""
+
+    def start(self, frame: Frame, box: Box) -> None:
+        self.box, self.seen = box, [(frame.index, frame.time, frame.bits)]
+
+    def step(self, frame: Frame) -> Any:
+        frame.image[:] = 0
+        self.seen.append((frame.index, frame.time, frame.bits))
+        return self.box
+
+
+class ClockedMany:
+    def start(self, frame: Frame) -> None:
+        self.seen = [(frame.index, frame.time, frame.bits)]
+
+    def step(self, frame: Frame) -> Any:
+        self.seen.append((frame.index, frame.time, frame.bits))
+        return []
+
+
+class ClockedDetector:
+    def __init__(self) -> None:
+        self.seen: list[Any] = []
+
+    def detect(self, frame: Frame) -> Any:
+        self.seen.append((frame.index, frame.time, frame.bits))
+        return []
+
+
+@pytest.mark.parametrize("given", [Clocked, ClockedMany, ClockedDetector])
+def test_annotated_arguments_get_frames(given: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Trackers of one target, of many, and detectors, by one mechanism."""
+    made: list[Any] = []
+
+    def remembered(kind: Any) -> Any:
+        made.append(object.__new__(kind))
+        return made[-1]
+
+    monkeypatch.setattr(given, "__new__", remembered, raising=False)
+    run: Any = {Clocked: irtrack.run, ClockedMany: irtrack.run_many, ClockedDetector: irtrack.run_detector}[given]
+    source = Strip()
+    run(given, source)
+    assert made[-1].seen == [(frame.index, frame.time, frame.bits) for frame in source.frames("display")]
+
+
+def test_text_annotations_of_other_names_get_images() -> None:
+    def detect(image: "Undefined") -> Any:  # type: ignore[name-defined]  # noqa: F821, UP037
+        return [(float(image.shape[1]), 1.0, 2.0, 2.0)]
+
+    found = irtrack.run_detector(detect, Strip(), frames=1)
+    assert found.cx.tolist() == [Strip().size[0]]
