@@ -16,6 +16,7 @@ from irtrack.bench.records import Key, RunRecord, SourceRow
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
 from irtrack.errors import InputError, whole_number
 from irtrack.metrics import Trace, score_trace
+from irtrack.metrics.ceiling import CEILING, IdealMatchedFilter, has_ceiling
 from irtrack.metrics.tasks import Task
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name, weights_digest
 from irtrack.replay.start import find_start
@@ -132,6 +133,10 @@ def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[Tracke
     ]
 
 
+def _ceiling() -> list[TrackerSpec]:
+    return tracker_specs([Entry(CEILING, IdealMatchedFilter())])
+
+
 @dataclass(frozen=True)
 class Seeds:
     """Scene seeds 0, 1, ... (or others), and the number of runs of each scene with other tracker seeds.
@@ -172,6 +177,8 @@ def plans(
 ) -> list[Plan]:
     """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
+    Beside the detectors on a rendered source stands the ideal matched filter (`irtrack.metrics.ceiling`).
+
     target, init as in `run_bench`.
     """
     found: list[Plan] = []
@@ -184,6 +191,7 @@ def plans(
         if init is None and not each.source.has_truth:
             raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by init=BOX")
         tasks = list(dict.fromkeys(tracker.task for tracker in trackers))
+        compared = [*trackers, *_ceiling()] if "detect" in tasks and has_ceiling(each.source) else trackers
         single = "single" in tasks
         followed = _followed(each.source, seeds.scenes, each.target or target, init) if single else None
         for (seeded, row, tracker_seeds), task in itertools.product(_seeded(each, seeds), tasks):
@@ -204,7 +212,7 @@ def plans(
                         weights=tracker.weights,
                     ),
                 )
-                for tracker in trackers
+                for tracker in compared
                 if tracker.task == task
                 for seed in tracker_seeds
             )

@@ -12,6 +12,7 @@ import numpy as np
 from irtrack.bench.records import RunRecord
 from irtrack.bench.summary import Standing, difference, distinct, pairs, value
 from irtrack.metrics import mean_interval
+from irtrack.metrics.ceiling import CEILING
 from irtrack.metrics.tasks import ALL_FIGURES, FIGURES_OF, RANKED_BY, Task
 
 SHOWN: Mapping[Task, tuple[str, ...]] = {
@@ -25,7 +26,8 @@ SHOWN: Mapping[Task, tuple[str, ...]] = {
 class TaskRow:
     """One tracker of many or detector on one source, over its runs.
 
-    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`
+    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; 0: the ceiling of detectors,
+                     which is not ranked (`irtrack.metrics.ceiling`)
     runs, failed     runs that do not repeat another, and those of them that failed
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
     """
@@ -59,10 +61,10 @@ def task_summary(cells: Iterable[RunRecord]) -> list[TaskRow]:
             groups.setdefault((cell.source, cell.key.task), {}).setdefault(cell.label, []).append(cell)
     rows = []
     for (source, task), labels in groups.items():
-        ranked = sorted(labels, key=lambda label: (_order(labels[label], task), label))
-        for rank, label in enumerate(ranked, start=1):
-            standing: Standing = "told" if rank == 1 else _standing(labels[ranked[rank - 2]], labels[label], task)
-            once = distinct(labels[label])
+        ranked = sorted(labels, key=lambda label: (label != CEILING, _order(labels[label], task), label))
+        for rank, label in enumerate(ranked, start=int(CEILING not in labels)):
+            standing: Standing = "told" if rank <= 1 else _standing(labels[above], labels[label], task)
+            above, once = label, distinct(labels[label])
             failed = sum(cell.status == "failed" for cell in once)
             means = {name: _mean(once, name) for name in FIGURES_OF[task]}
             rows.append(TaskRow(source, task, label, rank, standing, len(once), failed, means))

@@ -138,6 +138,7 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
     """Print a table of trackers of many, and one of detectors: means over the runs, the first with its interval."""
     from irtrack.bench.summary import MARKS
     from irtrack.bench.task_summary import SHOWN
+    from irtrack.metrics.ceiling import NEEDS_TRUTH
     from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY
 
     for task, shown in SHOWN.items():
@@ -149,7 +150,7 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
             [
                 (
                     row.source,
-                    f"{row.rank}{MARKS[row.standing] or '.'} {row.label}",
+                    f"{row.rank}{MARKS[row.standing] or '.'} {row.label}" if row.rank else row.label,
                     f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
                     *_mean_and_interval(row, shown[0]),
                     *(number(None if (mean := row.means[name]) is None else mean[0], ".3g") for name in shown[1:]),
@@ -162,6 +163,8 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
         for mark, meaning in (("=", f"a tie with the row above by {ranked}"), ("?", "too few runs to tell")):
             if any(MARKS[row.standing] == mark for row in own):
                 print(f"{mark} {meaning}")
+        if any(row.rank == 0 for row in own):
+            print(NEEDS_TRUTH)
         units = ", ".join(f"{name} {ALL_FIGURES[name].unit}" for name in shown if ALL_FIGURES[name].unit)
         matching = "; tracks match targets by the distance of centres" if task == "many" else ""
         print(f"units: {units}{matching}")

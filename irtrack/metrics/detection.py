@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import SHOWN, Floats, Truth
+from irsim.types import SHOWN, Floats, TargetTruth, Truth
 from irtrack.metrics.comparison import Numbers
 from irtrack.metrics.figures import Figure
 from irtrack.metrics.masks import CENTROID_PX
@@ -22,6 +22,16 @@ from irtrack.tracks import DetectionSet
 
 RATES = (0.01, 0.1, 1.0, 10.0)
 """False alarms a frame at which the probability of detection is told."""
+
+
+def radius(target: TargetTruth) -> float:
+    """Return the distance from a target's centre within which a detection is on it, px."""
+    return float(max(CENTROID_PX, np.hypot(target.box.w, target.box.h) / 2))
+
+
+def is_to_be_found(target: TargetTruth) -> bool:
+    """Return whether a target is in view, and not hidden."""
+    return target.in_view is not False and not (target.visible is not None and target.visible < SHOWN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +72,9 @@ class DetectionFigures:
             on_target = np.zeros(len(scores), bool)
             for each in by_frame[index].targets if index in by_frame else ():
                 apart = np.hypot(centers[:, 0] - each.center[0], centers[:, 1] - each.center[1])
-                on = apart <= max(CENTROID_PX, np.hypot(each.box.w, each.box.h) / 2)
+                on = apart <= radius(each)
                 on_target |= on
-                if each.in_view is not False and not (each.visible is not None and each.visible < SHOWN):
+                if is_to_be_found(each):
                     best = float(scores[on].max()) if on.any() else -np.inf
                     error = float(apart[on].min()) if on.any() else np.nan
                     rows.append((place, names.setdefault(each.id, len(names)), best, error))

@@ -10,6 +10,7 @@ import numpy as np
 from irsim.types import Floats
 from irtrack.bench import Results, RunRecord
 from irtrack.bench.task_summary import SHOWN, TaskRow, task_summary
+from irtrack.metrics.ceiling import Ceiling
 from irtrack.metrics.detection import roc
 from irtrack.metrics.multiple import NOBODY
 from irtrack.metrics.tasks import ALL_FIGURES, Task
@@ -109,6 +110,8 @@ def _texts(row: TaskRow, shown: Sequence[str]) -> tuple[str, ...]:
             mean, low, high = found
             texts.append(f"{mean:.3g} ({low:.3g} to {high:.3g})" if np.isfinite(low) else f"{mean:.3g}")
     runs = f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs)
+    if row.rank == 0:
+        return ("ceiling", runs, *texts)
     return (f"{row.rank}{ {'told': '', 'tie': '=', 'too few': '?'}[row.standing] }", runs, *texts)
 
 
@@ -167,7 +170,9 @@ def _roc_chart(
         curves = []
         for cell in cells:
             arrays = results.arrays(cell.key) if cell.label == row.label else None
-            if arrays is not None and len(arrays["target_score"]):
+            if arrays is not None and len(arrays.get("d2", ())):
+                curves.append(Ceiling(arrays["d2"], arrays["share"]).pd_at(RATES))
+            elif arrays is not None and len(arrays.get("target_score", ())):
                 curves.append(_at_rates(*roc(arrays["target_score"], arrays["false_score"], len(arrays["frames"]))))
         if curves:
             mean, low, high = mean_interval(np.array(curves))
