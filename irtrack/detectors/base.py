@@ -19,6 +19,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Part
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Frame, Image
+from irtrack._native import COMPILED, kernels
 from irtrack.errors import InputError
 from irtrack.types import Detections
 
@@ -33,8 +34,9 @@ THINNED = 4
 """Step of rows and columns sampled for median and deviation: 4800 of 320x240 px give them to 2 %."""
 WHOLE = 16_384
 """Pixels up to which a frame is not thinned."""
-FEW = 400
-"""Pixels above the threshold whose squares are compared one by one, in less time than the whole frame's maxima."""
+MANY = 2
+"""Comparisons a pixel of the frame: with fewer, the squares of the pixels above the threshold are compared one by one,
+in less time than the whole frame's maxima take."""
 ROUNDING = 0.2887
 """Counts. Standard deviation of rounding to whole counts."""
 FWHM = 2.3548
@@ -212,18 +214,28 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
     above = np.flatnonzero(heights > least)
     side, columns = 2 * separation + 1, heights.shape[1]
     values = heights.ravel()[above]
-    if len(above) > FEW:
+    if len(above) * side**2 > MANY * heights.size:
         is_top = values == cv2.dilate(heights, np.ones((side, side), np.uint8)).ravel()[above]
     else:
-        is_top = values >= squares(heights, above // columns, above % columns, separation).max(axis=(1, 2))
+        is_top = highest(heights, above, separation)
     above, values = above[is_top], values[is_top]
-    if len(np.unique(values)) < len(values):
+    if (np.diff(np.sort(values)) == 0).any():
         equal = squares(heights, above // columns, above % columns, separation) == values[:, None, None]
         if (equal.sum(axis=(1, 2)) > 1).any():
             above = _merged(above, heights.shape, side)
             values = heights.ravel()[above]
     above = above[np.argsort(-values, kind="stable")[:most]]
     return above // columns, above % columns
+
+
+def highest(heights: Picture, places: Places, reach: int) -> npt.NDArray[np.bool_]:
+    """Return whether each place (n,) is the highest pixel of the square of `reach` px on all sides, or one of these."""
+    found = np.empty(len(places), np.bool_)
+    if COMPILED:
+        kernels.highest(heights, places, reach, found.view(np.uint8))
+        return found
+    rows, columns = np.divmod(places, heights.shape[1])
+    return np.asarray(heights.ravel()[places] >= squares(heights, rows, columns, reach).max(axis=(1, 2)))
 
 
 def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Picture:
@@ -252,6 +264,10 @@ def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
 
 def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
     """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole at an edge."""
+    if COMPILED:
+        centers = np.empty((len(rows), 2))
+        kernels.vertices(heights, rows * heights.shape[1] + columns, centers)
+        return centers
     at = heights[rows, columns].astype(np.float64)
     centers = np.stack([columns, rows], axis=1).astype(np.float64)
     last = heights.shape[0] - 1, heights.shape[1] - 1
@@ -271,6 +287,11 @@ def measured(picture: Picture, rows: Places, columns: Places, reach: int) -> tup
     The size is the full width at half maximum along row and column, at least 1 px, the local background being the
     median of the edge of the square of `reach` px on all sides. SCR is the peak's height over the edge's deviation.
     """
+    if COMPILED:
+        edge, sizes = np.empty((len(rows), 8 * reach), np.float32), np.empty((len(rows), 2))
+        height = np.empty(len(rows))
+        kernels.peak_sizes(picture, rows * picture.shape[1] + columns, reach, edge, sizes, height)
+        return sizes, height / np.maximum(edge.std(axis=1), ROUNDING)
     around = squares(picture, rows, columns, reach)
     edge = np.concatenate([around[:, 0], around[:, -1], around[:, 1:-1, 0], around[:, 1:-1, -1]], axis=1)
     level = np.partition(edge, edge.shape[1] // 2, axis=1)[:, edge.shape[1] // 2].astype(np.float64)
