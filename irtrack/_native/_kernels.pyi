@@ -135,7 +135,13 @@ def local_contrast(mean: Singles, side: int, largest: Singles, peak: Singles, /)
     mean (rows + 2 side, columns + 2 side) and peak (rows, columns): mean and largest pixel of each patch."""
 
 def highest(heights: Singles, places: Indices, reach: int, found: npt.NDArray[np.uint8], /) -> None:
-    """Write 1 for each place (n,) of a picture (rows, columns) where no pixel of the square of `reach` px is higher."""
+    """Write for each place (n,) of a picture (rows, columns): 0 where a pixel of the square of `reach` px is higher, 2
+    where one is as high or the place is at the frame's edge, else 1."""
+
+def merge_places(heights: Singles, places: Indices, reach: int, found: npt.NDArray[np.uint8], /) -> None:
+    """Write 1 for the place nearest to the middle of each group of places (n,), which rise, else 0.
+
+    Places are of one group where their morphological closing by the square of `reach` px is connected."""
 
 def vertices(heights: Singles, places: Indices, centers: Floats, /) -> None:
     """Write the centres (n, 2) of parabolas along row and column through places (n,) of a picture (rows, columns)."""

@@ -32,21 +32,25 @@ static inline Py_ssize_t clipped(Py_ssize_t at, Py_ssize_t count)
     return at < 0 ? 0 : at >= count ? count - 1 : at;
 }
 
-/* Whether no pixel of the square around a place is higher. */
-static int is_highest(const Peaks *peaks, Py_ssize_t place, Py_ssize_t reach)
+/* 0 where a pixel of the square around a place is higher; 2 where one is as high, or the place is at the frame's edge, which
+ * is repeated; else 1. */
+static uint8_t rank_of(const Peaks *peaks, Py_ssize_t place, Py_ssize_t reach)
 {
-    Py_ssize_t row = place / peaks->columns, column = place % peaks->columns;
+    Py_ssize_t row = place / peaks->columns, column = place % peaks->columns, equal = 0;
     Py_ssize_t left = clipped(column - reach, peaks->columns), right = clipped(column + reach, peaks->columns);
     Py_ssize_t top = clipped(row - reach, peaks->rows), bottom = clipped(row + reach, peaks->rows);
     float own = peaks->pixels[place];
     for (Py_ssize_t y = top; y <= bottom; y++)
-        for (const float *at = peaks->pixels + y * peaks->columns + left, *end = at + (right - left); at <= end; at++)
+        for (const float *at = peaks->pixels + y * peaks->columns + left, *end = at + (right - left); at <= end; at++) {
             if (*at > own)
                 return 0;
-    return 1;
+            equal += *at == own;
+        }
+    int at_edge = row == 0 || column == 0 || row == peaks->rows - 1 || column == peaks->columns - 1;
+    return equal > 1 || at_edge ? 2 : 1;
 }
 
-/* Arguments: heights (rows, columns), places (n,), reach, highest (n,) uint8. */
+/* Arguments: heights (rows, columns), places (n,), reach, found (n,) uint8. */
 KERNEL(highest, 4)
 {
     Py_ssize_t count;
@@ -58,7 +62,103 @@ KERNEL(highest, 4)
     if (reach < 1 || reach > MOST_PIXELS || count != peaks.count)
         return wrong(call, "highest: lengths do not agree");
     for (Py_ssize_t k = 0; k < count; k++)
-        found[k] = (uint8_t)is_highest(&peaks, peaks.places[k], reach);
+        found[k] = rank_of(&peaks, peaks.places[k], reach);
+    return done(call);
+}
+
+/* A morphological closing of places by a square: pixels near one of them, closed, and numbered by their group from 2. */
+typedef struct {
+    int32_t *marks;
+    Py_ssize_t rows, columns, reach;
+} Closing;
+enum { NEAR = 1, CLOSED = -1 };
+
+/* Whether all pixels of the frame in the square around one are near a place. */
+static int is_closed(const Closing *closing, Py_ssize_t row, Py_ssize_t column)
+{
+    Py_ssize_t left = clipped(column - closing->reach, closing->columns);
+    Py_ssize_t right = clipped(column + closing->reach, closing->columns);
+    Py_ssize_t bottom = clipped(row + closing->reach, closing->rows);
+    for (Py_ssize_t y = clipped(row - closing->reach, closing->rows); y <= bottom; y++)
+        for (Py_ssize_t x = left; x <= right; x++)
+            if (closing->marks[y * closing->columns + x] == 0)
+                return 0;
+    return 1;
+}
+
+/* Marks the pixels of the square around a place as near, or those of them that are closed. */
+static void mark(Closing *closing, Py_ssize_t place, int closed)
+{
+    Py_ssize_t row = place / closing->columns, column = place % closing->columns;
+    Py_ssize_t left = clipped(column - closing->reach, closing->columns);
+    Py_ssize_t right = clipped(column + closing->reach, closing->columns);
+    Py_ssize_t bottom = clipped(row + closing->reach, closing->rows);
+    for (Py_ssize_t y = clipped(row - closing->reach, closing->rows); y <= bottom; y++)
+        for (Py_ssize_t x = left; x <= right; x++) {
+            int32_t *own = closing->marks + y * closing->columns + x;
+            if (!closed || (*own == NEAR && is_closed(closing, y, x)))
+                *own = closed ? CLOSED : NEAR;
+        }
+}
+
+/* Numbers all closed pixels that touch a closed one, directly or not; `stack` has room for each pixel once. */
+static void number_group(Closing *closing, Py_ssize_t place, int32_t group, Py_ssize_t *stack)
+{
+    Py_ssize_t count = 1;
+    stack[0] = place;
+    closing->marks[place] = group;
+    while (count > 0) {
+        Py_ssize_t at = stack[--count], row = at / closing->columns, column = at % closing->columns;
+        for (Py_ssize_t y = clipped(row - 1, closing->rows); y <= clipped(row + 1, closing->rows); y++)
+            for (Py_ssize_t x = clipped(column - 1, closing->columns); x <= clipped(column + 1, closing->columns); x++)
+                if (closing->marks[y * closing->columns + x] == CLOSED) {
+                    closing->marks[y * closing->columns + x] = group;
+                    stack[count++] = y * closing->columns + x;
+                }
+    }
+}
+
+/* Arguments: heights (rows, columns), places (n,) in rising order, reach, found (n,) uint8. */
+KERNEL(merge_places, 4)
+{
+    Py_ssize_t count;
+    Peaks peaks = peaks_of(call);
+    Py_ssize_t reach = whole(call, 2), pixels = call->failed ? 0 : peaks.rows * peaks.columns;
+    uint8_t *found = output(call, 3, "B", &count);
+    if (!call->failed && (reach < 1 || reach > MOST_PIXELS || count != peaks.count || count > INT32_MAX - 2))
+        wrong(call, "merge_places: lengths do not agree");
+    Closing closing = {room(call, pixels, sizeof(int32_t)), peaks.rows, peaks.columns, reach};
+    Py_ssize_t *stack = room(call, pixels, sizeof(*stack));
+    double *sums = room(call, 3 * (count + 2), sizeof(double)), *least = room(call, count + 2, sizeof(double));
+    Py_ssize_t *chosen = room(call, count + 2, sizeof(*chosen));
+    if (call->failed)
+        return NULL;
+    for (int closed = 0; closed < 2; closed++)
+        for (Py_ssize_t k = 0; k < count; k++)
+            mark(&closing, peaks.places[k], closed);
+    int32_t groups = 2;
+    for (Py_ssize_t k = 0; k < count; k++) {
+        Py_ssize_t place = peaks.places[k];
+        if (closing.marks[place] == CLOSED)
+            number_group(&closing, place, groups++, stack);
+        double *sum = sums + 3 * closing.marks[place];
+        sum[0] += 1;
+        sum[1] += (double)(place / peaks.columns);
+        sum[2] += (double)(place % peaks.columns);
+    }
+    for (Py_ssize_t k = 0; k < count; k++) {
+        Py_ssize_t place = peaks.places[k], group = closing.marks[place];
+        const double *sum = sums + 3 * group;
+        double down = (double)(place / peaks.columns) - sum[1] / sum[0], across = (double)(place % peaks.columns) - sum[2] / sum[0];
+        double distance = down * down + across * across;
+        found[k] = sum[0] > 0 && (chosen[group] == 0 || distance < least[group]);
+        if (found[k]) {
+            if (chosen[group] > 0)
+                found[chosen[group] - 1] = 0;
+            chosen[group] = k + 1;
+            least[group] = distance;
+        }
+    }
     return done(call);
 }
 

@@ -37,6 +37,10 @@ WHOLE = 16_384
 MANY = 2
 """Comparisons a pixel of the frame: with fewer, the squares of the pixels above the threshold are compared one by one,
 in less time than the whole frame's maxima take."""
+CLOSING = 8
+"""Comparisons a pixel of the frame, up to which a closing is computed around its places alone."""
+TIED = 2
+"""Rank of a maximum with an equal one in its square."""
 ROUNDING = 0.2887
 """Counts. Standard deviation of rounding to whole counts."""
 FWHM = 2.3548
@@ -213,29 +217,32 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
     """
     above = np.flatnonzero(heights > least)
     side, columns = 2 * separation + 1, heights.shape[1]
-    values = heights.ravel()[above]
     if len(above) * side**2 > MANY * heights.size:
-        is_top = values == cv2.dilate(heights, np.ones((side, side), np.uint8)).ravel()[above]
-    else:
-        is_top = highest(heights, above, separation)
-    above, values = above[is_top], values[is_top]
-    if (np.diff(np.sort(values)) == 0).any():
-        equal = squares(heights, above // columns, above % columns, separation) == values[:, None, None]
-        if (equal.sum(axis=(1, 2)) > 1).any():
-            above = _merged(above, heights.shape, side)
-            values = heights.ravel()[above]
+        largest = cv2.dilate(heights, np.ones((side, side), np.uint8))
+        above = above[heights.ravel()[above] == largest.ravel()[above]]
+    ranks = highest(heights, above, separation)
+    above = above[ranks > 0]
+    values = heights.ravel()[above]
+    if (ranks == TIED).any() and (np.diff(np.sort(values)) == 0).any():
+        above = merged(heights, above, separation)
+        values = heights.ravel()[above]
     above = above[np.argsort(-values, kind="stable")[:most]]
     return above // columns, above % columns
 
 
-def highest(heights: Picture, places: Places, reach: int) -> npt.NDArray[np.bool_]:
-    """Return whether each place (n,) is the highest pixel of the square of `reach` px on all sides, or one of these."""
-    found = np.empty(len(places), np.bool_)
+def highest(heights: Picture, places: Places, reach: int) -> npt.NDArray[np.uint8]:
+    """Return 0 for each place (n,) where a pixel of the square of `reach` px on all sides is higher, else 1.
+
+    `TIED` where another one is as high; at the frame's edge, whose pixels are repeated, it always is.
+    """
+    ranks = np.empty(len(places), np.uint8)
     if COMPILED:
-        kernels.highest(heights, places, reach, found.view(np.uint8))
-        return found
+        kernels.highest(heights, places, reach, ranks)
+        return ranks
     rows, columns = np.divmod(places, heights.shape[1])
-    return np.asarray(heights.ravel()[places] >= squares(heights, rows, columns, reach).max(axis=(1, 2)))
+    around, own = squares(heights, rows, columns, reach), heights.ravel()[places, None, None]
+    ranks[:] = (around <= own).all(axis=(1, 2)) * np.where((around == own).sum(axis=(1, 2)) > 1, TIED, 1)
+    return ranks
 
 
 def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Picture:
@@ -247,8 +254,16 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
     return found
 
 
-def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
-    """Return the place nearest to the middle of each group of places within a square of that side."""
+def merged(heights: Picture, places: Places, separation: int) -> Places:
+    """Return the place nearest to the middle of each group of places (n,), which rise; the first of equally near ones.
+
+    Places are of one group where their morphological closing by the square of `separation` px on all sides is connected.
+    """
+    side, shape = 2 * separation + 1, heights.shape
+    if COMPILED and len(places) * side**4 < CLOSING * heights.size:
+        found = np.empty(len(places), np.bool_)
+        kernels.merge_places(heights, places, separation, found.view(np.uint8))
+        return places[found]
     mask = np.zeros(shape, np.uint8)
     mask.ravel()[places] = 1
     joined = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
