@@ -21,9 +21,10 @@ COARSE = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastFrames:
-    """Pictures of the last frames, the oldest first; counts."""
+    """Pictures of the last frames, the oldest first, and the same reduced for registration; counts."""
 
     pictures: tuple[Picture, ...]
+    reduced: tuple[Picture, ...]
 
 
 class FrameDifference(FilterDetector):
@@ -49,23 +50,27 @@ class FrameDifference(FilterDetector):
         return max(self.psf, super().smoothing)
 
     def respond(self, memory: LastFrames | None, picture: Picture) -> tuple[Any, Picture | None]:
+        now = reduced(picture) if self.align else picture
         if memory is None:
-            return LastFrames((picture,)), None
+            return LastFrames((picture,), (now,)), None
         earlier = memory.pictures[0]
         if earlier.shape != picture.shape:
             raise InputError(
                 f"a frame of {picture.shape[1]}x{picture.shape[0]} px; "
                 f"allowed: {earlier.shape[1]}x{earlier.shape[0]}, as before"
             )
-        difference: Any = picture - (registered(earlier, picture) if self.align else earlier)
+        difference: Any = picture - (registered(earlier, picture, memory.reduced[0], now) if self.align else earlier)
         if self.psf > 0:
             difference = cv2.GaussianBlur(difference, (0, 0), self.psf, borderType=cv2.BORDER_REFLECT_101)
-        return LastFrames((*memory.pictures, picture)[-self.lag :]), difference
+        kept = ((*memory.pictures, picture)[-self.lag :], (*memory.reduced, now)[-self.lag :])
+        return LastFrames(*kept), difference
 
 
-def registered(earlier: Picture, picture: Picture) -> Picture:
-    """Return the earlier picture in the place and the grey scale of a later one; where it had no pixel, the later."""
-    before, now = (_coarse(each) for each in (earlier, picture))
+def registered(earlier: Picture, picture: Picture, before: Picture, now: Picture) -> Picture:
+    """Return the earlier picture in the place and the grey scale of a later one; where it had no pixel, the later.
+
+    before, now   both reduced
+    """
     steps = np.abs(np.diff(before[::4], axis=1)).ravel()
     noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
     ones = np.ones_like(before)
@@ -87,6 +92,6 @@ def registered(earlier: Picture, picture: Picture) -> Picture:
     return moved
 
 
-def _coarse(picture: Picture) -> Picture:
+def reduced(picture: Picture) -> Picture:
     size = max(picture.shape[1] // COARSE, 1), max(picture.shape[0] // COARSE, 1)
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]  # OpenCV's stubs know no element types
