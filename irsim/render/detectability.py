@@ -71,7 +71,9 @@ class Detectability:
             _around(span, SEGMENTS * side, count)
             for span, side, count in zip(spans, sides, signature.shape, strict=True)
         )
-        near = tuple(_around(span, side, count) for span, side, count in zip(spans, sides, signature.shape, strict=True))
+        near = tuple(
+            _around(span, side, count) for span, side, count in zip(spans, sides, signature.shape, strict=True)
+        )
         spectrum = clutter_spectrum(self._background(index)[local], (sides[0], sides[1]))
         return deflection(signature[near], self._noise(index)[near], spectrum)
 

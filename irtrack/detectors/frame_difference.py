@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -75,8 +75,8 @@ def registered(earlier: Picture, picture: Picture, before: Picture, now: Picture
     noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
     ones = np.ones_like(before)
     brighter = float(now.mean() - before.mean())
-    model, frame = BackgroundModel(before, ones, ones, noise, offset=brighter).register(cast(Any, now), align=True)
-    dx, dy = COARSE * frame.moved[0], COARSE * frame.moved[1]
+    model = BackgroundModel(before, ones, ones, noise, offset=brighter).aligned(now)
+    dx, dy = COARSE * model.shift[0], COARSE * model.shift[1]
     if max(abs(dx), abs(dy)) < 1e-2:
         return earlier * np.float32(model.gain) + np.float32(model.offset)
     matrix = np.array([[1.0, 0, dx], [0, 1.0, dy]])

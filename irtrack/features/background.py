@@ -107,7 +107,7 @@ class BackgroundModel:
     def register(self, image: Image, align: bool) -> tuple[BackgroundModel, RegisteredFrame]:
         """Return the model moved to a frame, and the frame in the model's grey scale; unchanged without `align`."""
         raw = image.astype(np.float32)
-        moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
+        moved = self.aligned(raw) if align else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
         whole = (round(moved.shift[0]), round(moved.shift[1]))
         if any(whole):
@@ -133,8 +133,10 @@ class BackgroundModel:
         mean = (self.mean + rates * residual).astype(np.float32)
         return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
-    def _aligned(self, raw: Grid) -> BackgroundModel:
-        """Return the model with the shift, gain and offset that fit it best to a frame."""
+    def aligned(self, raw: Grid) -> BackgroundModel:
+        """Return the model with the shift, gain and offset that fit it best to a frame; a small one is not registered."""
+        if min(raw.shape) < LEAST_SIDE:
+            return self
         # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
         still, raw = _smooth(self.mean), _smooth(raw)
         best, under = self, _shifted(still, self.shift)

@@ -35,7 +35,7 @@ def detectors(sizes: tuple[tuple[int, int], ...] = SIZES) -> Iterator[tuple[str,
                     state, _ = detector.step(state, frame)
                     least = min(least, process_time() - begin)
             yield f"detector_{name}_{columns}x{rows}_step", 1e3 * least
-        yield f"ideal_matched_filter_{columns}x{rows}_target", ceiling_ms(scenario)
+    yield f"ideal_matched_filter_{columns}x{rows}_target", ceiling_ms(scenario)
     cv2.setNumThreads(threads)
 
 

@@ -3,7 +3,7 @@
 python tests/bench/order_on_real.py FOLDER [FRAMES]
 
 FOLDER   searched for folders with frames.mp4 and gt.csv (frame,x,y,w,h,id,cls)
-FRAMES   the first so many of each sequence and scene; by default 40
+FRAMES   the first so many of each sequence and scene; by default 12
 
 A detector's figure is its probability of detection, mean over .1, 1 and 10 false alarms a frame, then over sequences or
 scenes. The interval is of a bootstrap over sequences and over scenes.
@@ -32,21 +32,28 @@ RATES = (0.1, 1.0, 10.0)
 RESAMPLES = 2000
 
 
-def real(folder: Path, scratch: Path) -> Iterator[Source]:
-    """Yield the sequences of a folder as recordings, written to `scratch`."""
+def real(folder: Path, frames: int, scratch: Path) -> Iterator[Source]:
+    """Yield the first frames of the sequences of a folder as recordings, written to `scratch`."""
     for number, video in enumerate(sorted(folder.rglob("frames.mp4"))):
-        truth = video.with_name("gt.csv")
+        truth, place = video.with_name("gt.csv"), scratch / f"{number}-{video.parent.name}"
         if truth.exists():
-            path = irsim.import_frames(video, scratch / f"{number}.mcap", truth=truth)
-            yield irsim.open_recording(path)
+            film = cv2.VideoCapture(str(video))
+            pictures = [film.read()[1] for _ in range(frames)]
+            film.release()
+            np.save(place.with_suffix(".npy"), [cv2.cvtColor(each, cv2.COLOR_BGR2GRAY) for each in pictures])
+            head, *lines = truth.read_text().splitlines()
+            shown = [line for line in lines if int(line.partition(",")[0]) < frames]
+            place.with_suffix(".csv").write_text("\n".join([head, *shown]) + "\n")
+            pictures_file, boxes = place.with_suffix(".npy"), place.with_suffix(".csv")
+            yield irsim.open_recording(irsim.import_frames(pictures_file, place.with_suffix(".mcap"), truth=boxes))
 
 
-def rendered(frames: int) -> Iterator[Source]:
+def rendered() -> Iterator[Source]:
     """Yield the example scenes that have targets."""
     for path in sorted(SCENES.glob("*.yaml")):
         scenario = irsim.load(path)
         if scenario.targets and not scenario.background.has_noise:
-            yield irsim.open_source(irsim.load(path, [f"frames={min(frames, scenario.frames)}"]))
+            yield irsim.open_source(scenario)
 
 
 def figures(source: Source, frames: int) -> list[float]:
@@ -66,12 +73,12 @@ def tau(one: np.ndarray, other: np.ndarray) -> float:
     return float(kendalltau(one.mean(axis=0), other.mean(axis=0)).statistic)
 
 
-def main(folder: str, frames: str = "40") -> None:
+def main(folder: str, frames: str = "12") -> None:
     cv2.setNumThreads(1)
     with tempfile.TemporaryDirectory() as scratch:
         tables = [
             np.array([figures(source, int(frames)) for source in sources])
-            for sources in (real(Path(folder), Path(scratch)), rendered(int(frames)))
+            for sources in (real(Path(folder), int(frames), Path(scratch)), rendered())
         ]
     own, drawn = (table[np.isfinite(table).all(axis=1)] for table in tables)
     if not len(own):
