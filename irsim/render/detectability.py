@@ -38,9 +38,10 @@ class Detectability:
 
     The clutter is the noiseless background without any target. Its covariance is that of a stationary field: the mean
     power spectrum of overlapping segments with a Hann window (Welch 1967) in a square of four segments around the
-    target; a segment has 48 px, or 32 px more than the target (leakage between frequencies lowers d by 1 % in f^-3 clutter). The noise is temporal: fixed patterns count as known,
-    and so does an offset that is common to the whole frame. Noise that is correlated along rows or columns counts as
-    white. Pixels that do not respond, dead or saturated, carry nothing. Of an occluded target the visible part counts.
+    target; a segment has 48 px, or 32 px more than the target. Leakage between frequencies lowers d by 1 % in f^-3
+    clutter. The noise is temporal: fixed patterns count as known, and so does an offset that is common to the whole
+    frame. Noise that is correlated along rows or columns counts as white. Pixels that do not respond, dead or
+    saturated, carry nothing. Of an occluded target the visible part counts.
 
     InputError for a recorded background, whose noise is unknown (when d^2 is computed).
     """
@@ -62,18 +63,14 @@ class Detectability:
         if not held.any():
             return 0.0
         rows, columns = (np.flatnonzero(held.any(axis=axis)) for axis in (1, 0))
-        spans = [(int(line[0]), int(line[-1]) + 1) for line in (rows, columns)]
-        sides = [
-            min(max(SEGMENT_PX, stop - first + 2 * RIM_PX), count)
-            for (first, stop), count in zip(spans, signature.shape, strict=True)
+        lines = [
+            ((int(line[0]), int(line[-1]) + 1), count)
+            for line, count in zip((rows, columns), signature.shape, strict=True)
         ]
-        local = tuple(
-            _around(span, SEGMENTS * side, count)
-            for span, side, count in zip(spans, sides, signature.shape, strict=True)
-        )
-        near = tuple(
-            _around(span, side, count) for span, side, count in zip(spans, sides, signature.shape, strict=True)
-        )
+        sides = [min(max(SEGMENT_PX, stop - first + 2 * RIM_PX), count) for (first, stop), count in lines]
+        both = list(zip(lines, sides, strict=True))
+        near = tuple(_around(span, side, count) for (span, count), side in both)
+        local = tuple(_around(span, SEGMENTS * side, count) for (span, count), side in both)
         spectrum = clutter_spectrum(self._background(index)[local], (sides[0], sides[1]))
         return deflection(signature[near], self._noise(index)[near], spectrum)
 

@@ -26,8 +26,8 @@ SHOWN: Mapping[Task, tuple[str, ...]] = {
 class TaskRow:
     """One tracker of many or detector on one source, over its runs.
 
-    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; 0: the ceiling of detectors,
-                     which is not ranked (`irtrack.metrics.ceiling`)
+    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; rank 0: the ceiling
+                     of detectors, which is not ranked (`irtrack.metrics.ceiling`)
     runs, failed     runs that do not repeat another, and those of them that failed
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
     """
@@ -62,9 +62,10 @@ def task_summary(cells: Iterable[RunRecord]) -> list[TaskRow]:
     rows = []
     for (source, task), labels in groups.items():
         ranked = sorted(labels, key=lambda label: (label != CEILING, _order(labels[label], task), label))
-        for rank, label in enumerate(ranked, start=int(CEILING not in labels)):
-            standing: Standing = "told" if rank <= 1 else _standing(labels[above], labels[label], task)
-            above, once = label, distinct(labels[label])
+        for place, label in enumerate(ranked):
+            rank = place + (CEILING not in labels)
+            standing: Standing = "told" if rank <= 1 else _standing(labels[ranked[place - 1]], labels[label], task)
+            once = distinct(labels[label])
             failed = sum(cell.status == "failed" for cell in once)
             means = {name: _mean(once, name) for name in FIGURES_OF[task]}
             rows.append(TaskRow(source, task, label, rank, standing, len(once), failed, means))

@@ -257,7 +257,8 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
 def merged(heights: Picture, places: Places, separation: int) -> Places:
     """Return the place nearest to the middle of each group of places (n,), which rise; the first of equally near ones.
 
-    Places are of one group where their morphological closing by the square of `separation` px on all sides is connected.
+    Places are of one group where their morphological closing by the square of `separation` px on all sides connects
+    them.
     """
     side, shape = 2 * separation + 1, heights.shape
     if COMPILED and len(places) * side**4 < CLOSING * heights.size:

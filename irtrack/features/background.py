@@ -134,7 +134,7 @@ class BackgroundModel:
         return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
     def aligned(self, raw: Grid) -> BackgroundModel:
-        """Return the model with the shift, gain and offset that fit it best to a frame; a small one is not registered."""
+        """Return the model with the shift, gain and offset that fit it best to a frame; as it is for a small frame."""
         if min(raw.shape) < LEAST_SIDE:
             return self
         # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.

@@ -1,4 +1,4 @@
-"""Values of other implementations (`oracle_values.py` writes them): the stored ones, or those of ORACLE_VALUES, a file."""
+"""Values of other implementations (`oracle_values.py` writes them): the stored ones, or the file ORACLE_VALUES."""
 
 from __future__ import annotations
 
