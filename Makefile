@@ -5,6 +5,7 @@
 # make bench   speeds, one `name: value unit` a line
 # make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
 # make peers   other people's trackers (OpenCV's, dlib's) in an environment of their own, .venv-peers
+# make oracles other implementations of metrics, IMM and JPDA, in .venv-oracles; ours equal them on 1,000 cases
 # make clean   remove what was generated (the environment .venv stays)
 
 # The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
@@ -13,6 +14,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 JOBS ?= 2
 VENV := .venv
 PEERS := .venv-peers
+ORACLES := .venv-oracles
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 # The tests start hundreds of processes: where an environment forbids to keep bytecode, each compiles all anew.
@@ -22,7 +24,7 @@ export PYTHONDONTWRITEBYTECODE :=
 test validate: export OPENBLAS_NUM_THREADS ?= 1
 TESTS := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: demo test validate lint bench docs pictures peers install clean
+.PHONY: demo test validate lint bench docs pictures peers oracles install clean
 
 demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
@@ -59,6 +61,13 @@ peers:
 	@$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check dlib-bin \
 		|| echo "without dlib: no wheel of it for this Python" >&2
 	@$(PEERS)/bin/python irtrack/external/server.py
+
+# pyirstdmetrics alone: scikit-image brings all that it needs.
+oracles: $(INSTALLED)
+	@$(ORACLES)/bin/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(ORACLES)
+	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check trackeval scikit-image filterpy stonesoup
+	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps pyirstdmetrics
+	$(BIN)/python -m pytest tests/validation/test_oracles.py
 
 install: $(INSTALLED)
 

@@ -48,6 +48,7 @@ _PUBLIC = {
     "Rendering": "irsim.render.stream",
     "frames": "irsim.render.stream",
     "Moments": "irsim.render.moments",
+    "Detectability": "irsim.render.detectability",
     "Mask": "irsim.render.masks",
     "masks": "irsim.render.masks",
     "Recording": "irsim.recording",

@@ -161,7 +161,9 @@ def _topics(tracker: str) -> tuple[str, str]:
 
 
 def _encode(state: TrackState) -> bytes:
-    values = {name: getattr(state, name) for name in ("index", "time", "status", "score", "neff", "id", "cls", "confirmed")}
+    values = {
+        name: getattr(state, name) for name in ("index", "time", "status", "score", "neff", "id", "cls", "confirmed")
+    }
     covariance = [value for row in state.covariance or () for value in row]
     message: Any = TrackStateMessage(
         box=box(state.box), velocity=point(state.velocity), covariance=covariance, **values

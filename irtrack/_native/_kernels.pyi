@@ -133,3 +133,26 @@ def local_contrast(mean: Singles, side: int, largest: Singles, peak: Singles, /)
     """Replace largest (rows, columns) by the greater of it and peak^2 over the greatest of the neighbours' means, or 1.
 
     mean (rows + 2 side, columns + 2 side) and peak (rows, columns): mean and largest pixel of each patch."""
+
+def highest(heights: Singles, places: Indices, reach: int, found: npt.NDArray[np.uint8], /) -> None:
+    """Write for each place (n,) of a picture (rows, columns): 0 where a pixel of the square of `reach` px is higher, 2
+    where one is as high or the place is at the frame's edge, else 1."""
+
+def merge_places(heights: Singles, places: Indices, reach: int, found: npt.NDArray[np.uint8], /) -> None:
+    """Write 1 for the place nearest to the middle of each group of places (n,), which rise, else 0.
+
+    Places are of one group where their morphological closing by the square of `reach` px is connected."""
+
+def vertices(heights: Singles, places: Indices, centers: Floats, /) -> None:
+    """Write the centres (n, 2) of parabolas along row and column through places (n,) of a picture (rows, columns)."""
+
+def peak_sizes(
+    picture: Singles, places: Indices, reach: int, edges: Singles, sizes: Floats, heights: Floats, /
+) -> None:
+    """Write the pixels (n, 8 reach) at the edges of squares around places (n,), the full widths (n, 2) at half maximum
+    along row and column, and the heights (n,) above the median of the edge."""
+
+def line_medians(wide: Table, reach: int, largest: Table, /) -> None:
+    """Write the largest of the medians of four lines of 2 reach + 1 px through each pixel, (rows, columns).
+
+    wide (rows + 2 reach, columns + 2 reach); reach at most 5."""

@@ -16,6 +16,7 @@ from irtrack.bench.records import Key, RunRecord, SourceRow
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec, entry, source_specs
 from irtrack.errors import InputError, whole_number
 from irtrack.metrics import Trace, score_trace
+from irtrack.metrics.ceiling import CEILING, IdealMatchedFilter, has_ceiling
 from irtrack.metrics.tasks import Task
 from irtrack.registry.identity import code_hash, tracker_config, tracker_name, tracker_needs, weights_digest
 from irtrack.replay.replay import no_pose
@@ -134,6 +135,10 @@ def tracker_specs(trackers: Sequence[str | GivenTracker | Entry]) -> list[Tracke
     ]
 
 
+def _ceiling() -> list[TrackerSpec]:
+    return tracker_specs([Entry(CEILING, IdealMatchedFilter())])
+
+
 @dataclass(frozen=True)
 class Seeds:
     """Scene seeds 0, 1, ... (or others), and the number of runs of each scene with other tracker seeds.
@@ -174,6 +179,8 @@ def plans(
 ) -> list[Plan]:
     """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
+    Beside the detectors on a rendered source stands the ideal matched filter (`irtrack.metrics.ceiling`).
+
     target, init as in `run_bench`.
     """
     found: list[Plan] = []
@@ -190,6 +197,7 @@ def plans(
             if truth is None or truth.pose is None:
                 raise no_pose(each.name)
         tasks = list(dict.fromkeys(tracker.task for tracker in trackers))
+        compared = [*trackers, *_ceiling()] if "detect" in tasks and has_ceiling(each.source) else trackers
         single = "single" in tasks
         followed = _followed(each.source, seeds.scenes, each.target or target, init) if single else None
         for (seeded, row, tracker_seeds), task in itertools.product(_seeded(each, seeds), tasks):
@@ -210,7 +218,7 @@ def plans(
                         weights=tracker.weights,
                     ),
                 )
-                for tracker in trackers
+                for tracker in compared
                 if tracker.task == task
                 for seed in tracker_seeds
             )

@@ -10,7 +10,7 @@ from copy import copy
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from weakref import WeakSet
 
 import cv2
@@ -25,6 +25,7 @@ from irtrack.bench.results import Results
 from irtrack.bench.spec import AnySource, Entry, SourceEntry, SourceSpec
 from irtrack.errors import InputError, IrtrackError, TrackerError, WorkerError, whole_number
 from irtrack.metrics import Reference, Trace
+from irtrack.metrics.ceiling import Ceiling, IdealMatchedFilter
 from irtrack.metrics.tasks import task_scores
 from irtrack.replay.many import DetectorPlayer, ManyPlayer, auto_start
 from irtrack.replay.replay import Pair, Player, replay, show
@@ -74,8 +75,9 @@ def run_group(group: Group, heartbeat: Heartbeat | None = None, cache: FrameCach
 
 
 def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, heartbeat: Heartbeat) -> list[Outcome]:
-    """Run detectors or trackers of many, which need no box."""
+    """Run detectors or trackers of many, which need no box, and compute the ceiling of detectors."""
     kind = DetectorPlayer if group.task == "detect" else ManyPlayer
+    whole, group = group, group.of([m for m in group.members if not isinstance(m.tracker, IdealMatchedFilter)])
     players = [kind(member.tracker, seed=member.key.tracker_seed) for member in group.members]
     attempts = [_Attempt(player, number, heartbeat) for number, player in enumerate(players)]
     viewers = [attempt.see for attempt in attempts]
@@ -88,6 +90,9 @@ def _run_from_frame_0(group: Group, source: Source, pairs: list[Pair] | None, he
             found = player.result(source, group.input)
             figures, arrays = task_scores(found, truths, source.rate_hz)
             outcomes.append(group.scored(member, figures, found.arrays() | arrays))
+    for member in whole.members[len(group.members) :]:
+        ceiling = Ceiling.of(cast(irsim.Rendering, source).scenario, truths)
+        outcomes.append(group.scored(member, ceiling.figures(), {"d2": ceiling.d2, "share": ceiling.share}))
     return outcomes
 
 

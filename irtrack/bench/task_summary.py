@@ -14,6 +14,7 @@ from irsim import IrsimError, loads
 from irtrack.bench.records import RunRecord, SourceRow
 from irtrack.bench.summary import Standing, difference, distinct, pairs, value
 from irtrack.metrics import Breaking, breaking_point, mean_interval
+from irtrack.metrics.ceiling import CEILING
 from irtrack.metrics.statistics import HALF
 from irtrack.metrics.tasks import ALL_FIGURES, FIGURES_OF, RANKED_BY, Task
 
@@ -34,8 +35,9 @@ BREAKS: Mapping[Task, tuple[str, str]] = {
 class TaskRow:
     """One tracker of many or detector on one source, over its runs.
 
-    rank, standing   as in `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`
-    runs, failed     numbers of runs that do not repeat another, and of failed runs among them
+    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; rank 0: the ceiling
+                     of detectors, which is not ranked (`irtrack.metrics.ceiling`)
+    runs, failed     runs that do not repeat another, and those of them that failed
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
     needs            what the tracker or detector gets besides pictures: "pose" or ""
     """
@@ -71,9 +73,10 @@ def task_summary(cells: Iterable[RunRecord]) -> list[TaskRow]:
             groups.setdefault((cell.source, cell.key.task), {}).setdefault(cell.label, []).append(cell)
     rows = []
     for (source, task), labels in groups.items():
-        ranked = sorted(labels, key=lambda label: (_order(labels[label], task), label))
-        for rank, label in enumerate(ranked, start=1):
-            standing: Standing = "told" if rank == 1 else _standing(labels[ranked[rank - 2]], labels[label], task)
+        ranked = sorted(labels, key=lambda label: (label != CEILING, _order(labels[label], task), label))
+        for place, label in enumerate(ranked):
+            rank = place + (CEILING not in labels)
+            standing: Standing = "told" if rank <= 1 else _standing(labels[ranked[place - 1]], labels[label], task)
             once = distinct(labels[label])
             failed = sum(cell.status == "failed" for cell in once)
             means = {name: _mean(once, name) for name in FIGURES_OF[task]}

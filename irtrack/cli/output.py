@@ -116,7 +116,7 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         [
             (
                 row.source,
-                f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}",
+                f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}" if row.rank else row.label,
                 _runs(row),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
@@ -142,6 +142,7 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
     interval."""
     from irtrack.bench.summary import MARKS, marked
     from irtrack.bench.task_summary import SHOWN
+    from irtrack.metrics.ceiling import NEEDS_TRUTH
     from irtrack.metrics.tasks import ALL_FIGURES, RANKED_BY
 
     for task, shown in SHOWN.items():
@@ -153,7 +154,7 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
             [
                 (
                     row.source,
-                    f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}",
+                    f"{row.rank}{MARKS[row.standing] or '.'} {marked(row)}" if row.rank else row.label,
                     f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs),
                     *_mean_and_interval(row, shown[0]),
                     *(number(None if (mean := row.means[name]) is None else mean[0], ".3g") for name in shown[1:]),
@@ -167,6 +168,8 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
             if any(MARKS[row.standing] == mark for row in own):
                 print(f"{mark} {meaning}")
         _explain_pose(own)
+        if any(row.rank == 0 for row in own):
+            print(NEEDS_TRUTH)
         units = ", ".join(f"{name} {ALL_FIGURES[name].unit}" for name in shown if ALL_FIGURES[name].unit)
         matching = "; tracks match targets by the distance of centres" if task == "many" else ""
         print(f"units: {units}{matching}")

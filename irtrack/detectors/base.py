@@ -19,6 +19,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Part
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Frame, Image
+from irtrack._native import COMPILED, kernels
 from irtrack.errors import InputError
 from irtrack.types import Detections
 
@@ -32,9 +33,14 @@ LEAST_DEVIATION = 0.05
 THINNED = 4
 """Step of the rows and columns sampled for median and deviation: 4800 of 320x240 px give both to 2 %."""
 WHOLE = 16_384
-"""Largest number of pixels of a frame that is not thinned."""
-FEW = 400
-"""Number of pixels above the threshold up to which a loop over them is faster than a maximum filter over the frame."""
+"""Pixels up to which a frame is not thinned."""
+MANY = 2
+"""Comparisons a pixel of the frame: with fewer, the squares of the pixels above the threshold are compared one by one,
+in less time than the whole frame's maxima take."""
+CLOSING = 8
+"""Comparisons a pixel of the frame, up to which a closing is computed around its places alone."""
+TIED = 2
+"""Rank of a maximum with an equal one in its square."""
 ROUNDING = 0.2887
 """Standard deviation of rounding to whole counts, counts."""
 FWHM = 2.3548
@@ -210,19 +216,32 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
     """
     above = np.flatnonzero(heights > least)
     side, columns = 2 * separation + 1, heights.shape[1]
+    if len(above) * side**2 > MANY * heights.size:
+        largest = cv2.dilate(heights, np.ones((side, side), np.uint8))
+        above = above[heights.ravel()[above] == largest.ravel()[above]]
+    ranks = highest(heights, above, separation)
+    above = above[ranks > 0]
     values = heights.ravel()[above]
-    if len(above) > FEW:
-        is_top = values == cv2.dilate(heights, np.ones((side, side), np.uint8)).ravel()[above]
-    else:
-        is_top = values >= squares(heights, above // columns, above % columns, separation).max(axis=(1, 2))
-    above, values = above[is_top], values[is_top]
-    if len(np.unique(values)) < len(values):
-        equal = squares(heights, above // columns, above % columns, separation) == values[:, None, None]
-        if (equal.sum(axis=(1, 2)) > 1).any():
-            above = _merged(above, heights.shape, side)
-            values = heights.ravel()[above]
+    if (ranks == TIED).any() and (np.diff(np.sort(values)) == 0).any():
+        above = merged(heights, above, separation)
+        values = heights.ravel()[above]
     above = above[np.argsort(-values, kind="stable")[:most]]
     return above // columns, above % columns
+
+
+def highest(heights: Picture, places: Places, reach: int) -> npt.NDArray[np.uint8]:
+    """Return 0 for each place (n,) where a pixel of the square of `reach` px on all sides is higher, else 1.
+
+    `TIED` where another one is as high; at the frame's edge, whose pixels are repeated, it always is.
+    """
+    ranks = np.empty(len(places), np.uint8)
+    if COMPILED:
+        kernels.highest(heights, places, reach, ranks)
+        return ranks
+    rows, columns = np.divmod(places, heights.shape[1])
+    around, own = squares(heights, rows, columns, reach), heights.ravel()[places, None, None]
+    ranks[:] = (around <= own).all(axis=(1, 2)) * np.where((around == own).sum(axis=(1, 2)) > 1, TIED, 1)
+    return ranks
 
 
 def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Picture:
@@ -234,8 +253,17 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
     return found
 
 
-def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
-    """Join places closer than `side` px to groups; return the place nearest to the middle of each group."""
+def merged(heights: Picture, places: Places, separation: int) -> Places:
+    """Return the place nearest to the middle of each group of places (n,), which rise; the first of equally near ones.
+
+    Places are of one group where their morphological closing by the square of `separation` px on all sides connects
+    them.
+    """
+    side, shape = 2 * separation + 1, heights.shape
+    if COMPILED and len(places) * side**4 < CLOSING * heights.size:
+        found = np.empty(len(places), np.bool_)
+        kernels.merge_places(heights, places, separation, found.view(np.uint8))
+        return places[found]
     mask = np.zeros(shape, np.uint8)
     mask.ravel()[places] = 1
     joined = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
@@ -250,7 +278,11 @@ def _merged(places: Places, shape: tuple[int, ...], side: int) -> Places:
 
 
 def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
-    """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole pixels at an edge of the frame."""
+    """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole at an edge."""
+    if COMPILED:
+        centers = np.empty((len(rows), 2))
+        kernels.vertices(heights, rows * heights.shape[1] + columns, centers)
+        return centers
     at = heights[rows, columns].astype(np.float64)
     centers = np.stack([columns, rows], axis=1).astype(np.float64)
     last = heights.shape[0] - 1, heights.shape[1] - 1
@@ -270,6 +302,11 @@ def measured(picture: Picture, rows: Places, columns: Places, reach: int) -> tup
     The size is the full width at half maximum along row and column, at least 1 px, above the median on the edge of the
     square of `reach` px on all sides. SCR is the peak's height over the standard deviation on that edge.
     """
+    if COMPILED:
+        edge, sizes = np.empty((len(rows), 8 * reach), np.float32), np.empty((len(rows), 2))
+        height = np.empty(len(rows))
+        kernels.peak_sizes(picture, rows * picture.shape[1] + columns, reach, edge, sizes, height)
+        return sizes, height / np.maximum(edge.std(axis=1), ROUNDING)
     around = squares(picture, rows, columns, reach)
     edge = np.concatenate([around[:, 0], around[:, -1], around[:, 1:-1, 0], around[:, 1:-1, -1]], axis=1)
     level = np.partition(edge, edge.shape[1] // 2, axis=1)[:, edge.shape[1] // 2].astype(np.float64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -21,9 +21,10 @@ COARSE = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastFrames:
-    """Pictures of the last frames, the oldest first; counts."""
+    """Pictures of the last frames, the oldest first, and the same reduced for registration; counts."""
 
     pictures: tuple[Picture, ...]
+    reduced: tuple[Picture, ...]
 
 
 class FrameDifference(FilterDetector):
@@ -49,24 +50,29 @@ class FrameDifference(FilterDetector):
         return max(self.psf, super().smoothing)
 
     def respond(self, memory: LastFrames | None, picture: Picture) -> tuple[Any, Picture | None]:
+        now = reduced(picture) if self.align else picture
         if memory is None:
-            return LastFrames((picture,)), None
+            return LastFrames((picture,), (now,)), None
         earlier = memory.pictures[0]
         if earlier.shape != picture.shape:
             raise InputError(
                 f"a frame of {picture.shape[1]}x{picture.shape[0]} px; "
                 f"allowed: {earlier.shape[1]}x{earlier.shape[0]}, as before"
             )
-        difference: Any = picture - (registered(earlier, picture) if self.align else earlier)
+        difference: Any = picture - (registered(earlier, picture, memory.reduced[0], now) if self.align else earlier)
         if self.psf > 0:
             difference = cv2.GaussianBlur(difference, (0, 0), self.psf, borderType=cv2.BORDER_REFLECT_101)
-        return LastFrames((*memory.pictures, picture)[-self.lag :]), difference
+        kept = ((*memory.pictures, picture)[-self.lag :], (*memory.reduced, now)[-self.lag :])
+        return LastFrames(*kept), difference
 
 
-def registered(earlier: Picture, picture: Picture) -> Picture:
+def registered(earlier: Picture, picture: Picture, before: Picture, now: Picture) -> Picture:
     """Return the earlier picture registered to a later one in place and grey scale; pixels it lacks are the later
-    one's."""
-    model, dx, dy = displacement(earlier, picture)
+    one's.
+
+    before, now   both reduced
+    """
+    model, dx, dy = displacement(before, now)
     if max(abs(dx), abs(dy)) < 1e-2:
         return earlier * np.float32(model.gain) + np.float32(model.offset)
     matrix = np.array([[1.0, 0, dx], [0, 1.0, dy]])
@@ -82,17 +88,16 @@ def registered(earlier: Picture, picture: Picture) -> Picture:
     return moved
 
 
-def displacement(earlier: Picture, picture: Picture) -> tuple[BackgroundModel, float, float]:
-    """Return the earlier picture, reduced, as a model registered to a later one, and the scene's shift (dx, dy) px."""
-    before, now = (_coarse(each) for each in (earlier, picture))
+def displacement(before: Picture, now: Picture) -> tuple[BackgroundModel, float, float]:
+    """Return an earlier reduced picture as a model registered to a later one, and the scene's shift (dx, dy), px."""
     steps = np.abs(np.diff(before[::4], axis=1)).ravel()
     noise = max((MEDIAN_TO_SIGMA * median(steps)) ** 2 / 2, ROUNDING**2) if steps.size else ROUNDING**2
     ones = np.ones_like(before)
     brighter = float(now.mean() - before.mean())
-    model, frame = BackgroundModel(before, ones, ones, noise, offset=brighter).register(cast(Any, now), align=True)
-    return model, COARSE * frame.moved[0], COARSE * frame.moved[1]
+    model = BackgroundModel(before, ones, ones, noise, offset=brighter).aligned(now)
+    return model, COARSE * model.shift[0], COARSE * model.shift[1]
 
 
-def _coarse(picture: Picture) -> Picture:
+def reduced(picture: Picture) -> Picture:
     size = max(picture.shape[1] // COARSE, 1), max(picture.shape[0] // COARSE, 1)
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]  # OpenCV's stubs know no element types

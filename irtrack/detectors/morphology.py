@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.types import Counts
+from irtrack._native import COMPILED, kernels
 from irtrack.detectors.base import FilterDetector, Picture, Score
 
 DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
@@ -111,6 +112,9 @@ class MaxMedian(FilterDetector):
         reach, (rows, columns) = self.radius, picture.shape
         wide = cv2.copyMakeBorder(levels, reach, reach, reach, reach, cv2.BORDER_REFLECT_101)
         background = np.empty_like(levels)
+        if COMPILED:
+            kernels.line_medians(wide, reach, background)
+            return np.subtract(levels, background, dtype=np.float32)
         strip = max(STRIP // columns, 1)
         for top in range(0, rows, strip):
             of_strip = wide[top : top + min(strip, rows - top) + 2 * reach]

@@ -109,7 +109,7 @@ class BackgroundModel:
         """Return the model moved to a frame, and the frame in the model's grey scale; both unchanged if `align` is
         false."""
         raw = image.astype(np.float32)
-        moved = self._aligned(raw) if align and min(raw.shape) >= LEAST_SIDE else self
+        moved = self.aligned(raw) if align else self
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
         whole = (round(moved.shift[0]), round(moved.shift[1]))
         if any(whole):
@@ -135,10 +135,11 @@ class BackgroundModel:
         mean = (self.mean + rates * residual).astype(np.float32)
         return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
-    def _aligned(self, raw: Grid) -> BackgroundModel:
-        """Return the model with the shift, gain and offset that fit it best to a frame."""
-        # Model and frame are smoothed first: otherwise half-pixel shifts, whose interpolation smooths noise, would fit
-        # best.
+    def aligned(self, raw: Grid) -> BackgroundModel:
+        """Return the model with the shift, gain and offset that fit it best to a frame; as it is for a small frame."""
+        if min(raw.shape) < LEAST_SIDE:
+            return self
+        # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
         still, raw = _smooth(self.mean), _smooth(raw)
         best, under = self, _shifted(still, self.shift)
         deviation = best._deviation(under, raw)

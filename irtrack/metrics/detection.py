@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import SHOWN, Floats, Truth
+from irsim.types import SHOWN, Floats, TargetTruth, Truth
 from irtrack.metrics.comparison import Numbers
 from irtrack.metrics.figures import Figure
 from irtrack.metrics.masks import CENTROID_PX
@@ -25,6 +25,16 @@ RATES = (0.01, 0.1, 1.0, 10.0)
 
 CONDITIONS = ("size", "scr", "visible", "nearest")
 """Larger side of the box, px; SCR; visible fraction; distance of the nearest other target in diagonals of the box."""
+
+
+def radius(target: TargetTruth) -> float:
+    """Return the distance from a target's centre within which a detection is on it, px."""
+    return float(max(CENTROID_PX, np.hypot(target.box.w, target.box.h) / 2))
+
+
+def is_to_be_found(target: TargetTruth) -> bool:
+    """Return whether a target is in view, and not hidden."""
+    return target.in_view is not False and not (target.visible is not None and target.visible < SHOWN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +79,9 @@ class DetectionFigures:
             nearest = _nearest(np.array([each.center for each in targets]).reshape(-1, 2))
             for each, apart_from in zip(targets, nearest, strict=True):
                 apart = np.hypot(centers[:, 0] - each.center[0], centers[:, 1] - each.center[1])
-                on = apart <= max(CENTROID_PX, np.hypot(each.box.w, each.box.h) / 2)
+                on = apart <= radius(each)
                 on_target |= on
-                if each.in_view is not False and not (each.visible is not None and each.visible < SHOWN):
+                if is_to_be_found(each):
                     best = float(scores[on].max()) if on.any() else -np.inf
                     error = float(apart[on].min()) if on.any() else np.nan
                     known = (np.nan if value is None else value for value in (each.scr, each.visible))

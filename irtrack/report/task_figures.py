@@ -11,6 +11,7 @@ from irsim.rng import stream
 from irsim.types import Floats
 from irtrack.metrics import Survival, kaplan_meier
 from irtrack.metrics.attributes import LOW_SCR, NEAR
+from irtrack.metrics.ceiling import Ceiling
 from irtrack.metrics.detection import CONDITIONS, roc
 
 RATES = np.geomspace(1e-2, 1e2, 60)
@@ -65,10 +66,16 @@ def bootstrap(parts: Floats, wholes: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def roc_band(runs: Arrays) -> tuple[Floats, Floats, Floats] | None:
-    """Return the probability of detection at `RATES`, mean over the runs and its interval; None without targets."""
+    """Return the probability of detection at `RATES`, mean over the runs and its interval; None without targets.
+
+    Of `matched_filter_ideal`: its ceiling.
+    """
     curves = []
     for each in runs:
-        if len(each["target_score"]):
+        if "d2" in each:
+            if len(each["d2"]):
+                curves.append(Ceiling(each["d2"], each["share"]).pd_at(RATES))
+        elif len(each["target_score"]):
             rates, found = roc(each["target_score"], each["false_score"], len(each["frames"]))
             curves.append(found[np.maximum(np.searchsorted(rates, RATES, side="right") - 1, 0)])
     return bootstrap(np.array(curves), np.ones((len(curves), len(RATES)))) if curves else None

@@ -221,6 +221,8 @@ def _texts(row: TaskRow, shown: Sequence[str]) -> tuple[str, ...]:
             mean, low, high = found
             texts.append(f"{mean:.3g} ({low:.3g} to {high:.3g})" if np.isfinite(low) else f"{mean:.3g}")
     runs = f"{row.runs} ({row.failed} failed)" if row.failed else str(row.runs)
+    if row.rank == 0:
+        return ("ceiling", runs, *texts)
     return (f"{row.rank}{ {'told': '', 'tie': '=', 'too few': '?'}[row.standing] }", runs, *texts)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import irsim
 from irsim.types import Floats, Frame, Pose
 from irtrack.detectors.base import Picture, checked_picture
-from irtrack.detectors.frame_difference import displacement
+from irtrack.detectors.frame_difference import displacement, reduced
 from irtrack.errors import InputError
 
 EgoMotion = Literal["none", "pose", "image"]
@@ -41,5 +41,5 @@ def scene_motion(last: View, view: View, size: tuple[int, int]) -> Floats:
         return found
     assert isinstance(last, np.ndarray)
     assert isinstance(view, np.ndarray)
-    _, dx, dy = displacement(last, view)
+    _, dx, dy = displacement(reduced(last), reduced(view))
     return np.array([[1.0, 0, dx], [0, 1.0, dy], [0, 0, 1.0]])

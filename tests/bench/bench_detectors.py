@@ -1,4 +1,4 @@
-"""The time of a detector's step on whole frames of a rendered sky: part of `make bench`."""
+"""The time of a detector's step on whole frames of a rendered sky, and of their ceiling: part of `make bench`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import irsim
 from irtrack.detectors import DETECTORS, FilterDetector, make_detector
 
 FRAMES, ROUNDS = 10, 20
+SIZES = ((160, 120), (320, 240), (640, 512))
+"""Columns and rows: the points of a curve of time against pixels."""
 
 
-def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> Iterator[tuple[str, float]]:
+def detectors(sizes: tuple[tuple[int, int], ...] = SIZES) -> Iterator[tuple[str, float]]:
     """Yield (name, ms on one core) of each filter: the least of a few rounds over the frames."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
@@ -33,7 +35,18 @@ def detectors(sizes: tuple[tuple[int, int], ...] = ((320, 240), (640, 512))) -> 
                     state, _ = detector.step(state, frame)
                     least = min(least, process_time() - begin)
             yield f"detector_{name}_{columns}x{rows}_step", 1e3 * least
+    yield f"ideal_matched_filter_{columns}x{rows}_target", ceiling_ms(scenario)
     cv2.setNumThreads(threads)
+
+
+def ceiling_ms(scenario: irsim.Scenario) -> float:
+    """Return the time of d^2 of one target in a new frame, ms on one core: the least of the frames."""
+    found, least = irsim.Detectability(scenario), math.inf
+    for index in range(FRAMES):
+        begin = process_time()
+        found.d2(index, scenario.targets[0].id)
+        least = min(least, process_time() - begin)
+    return 1e3 * least
 
 
 if __name__ == "__main__":

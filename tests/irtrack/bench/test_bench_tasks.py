@@ -48,12 +48,16 @@ def test_tasks_in_one_bench(two: Call) -> None:
     assert set(many["figures"]) == set(FIGURES_OF["many"])
     assert many["figures"]["found"]["mean"] == 1
     assert dog["figures"]["pd"]["mean"] > 0.9
+    ceiling = rows["matched_filter_ideal"]
+    assert (ceiling["task"], ceiling["rank"], dog["rank"] + rows["tophat"]["rank"]) == ("detect", 0, 3)
+    assert ceiling["figures"]["pd_01"]["mean"] >= dog["figures"]["pd_01"]["mean"]
+    assert ceiling["figures"]["pd"] is None
     with irtrack.Results("irtrack.db") as results:
         kept = {cell.label: cell for cell in results.cells()}
         again = results.cells()
-    assert len(again) == 8
+    assert len(again) == 10
     assert kept["dog"].key.start == "none"
-    two(*WORDS, "--input", "counts")
+    assert "matched_filter_ideal needs truth: a ceiling, not a detector" in two(*WORDS, "--input", "counts").out
     with irtrack.Results("irtrack.db") as results:
         assert [cell.outcome for cell in results.cells()] == [cell.outcome for cell in again]
         arrays = results.arrays(kept["gnn:detector=dog"].key)
@@ -63,6 +67,7 @@ def test_tasks_in_one_bench(two: Call) -> None:
     page = Path("r.html").read_text()
     assert "identities over time" in page
     assert "Probability of detection against false alarms" in page
+    assert "matched_filter_ideal needs truth: a ceiling, not a detector" in page
     assert two("export", "irtrack.db", "-o", "r.csv").status == 0
     with Path("r.csv").open(newline="") as file:
         table = {row["label"]: row for row in csv.DictReader(file)}
@@ -176,8 +181,8 @@ def test_ranks_need_enough_runs(two: Call) -> None:
     two(*WORDS, "--input", "counts")
     with irtrack.Results("irtrack.db") as results:
         rows = [row for row in task_summary(results.cells()) if row.task == "detect"]
-    assert [row.rank for row in rows] == [1, 2]
-    assert rows[1].standing == "too few"
+    assert [row.rank for row in rows] == [0, 1, 2]
+    assert rows[2].standing == "too few"
 
 
 def test_track_set_of_python_code() -> None:
