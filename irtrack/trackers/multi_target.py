@@ -212,14 +212,7 @@ class MultiTargetTracker(TrackerPart):
 
     def strongest(self, found: Detections) -> Detections:
         """Return the `most_detections` detections of the highest scores, without those near a stronger one."""
-        order = np.argsort(-found.scores, kind="stable")[: self.most_detections]
-        apart = found.centers[order, None] - found.centers[None, order]
-        near = np.triu((apart**2).sum(axis=-1) < self.merge_px**2, 1)
-        kept = np.ones(len(order), bool)
-        for row in np.flatnonzero(near.any(axis=1)).tolist():
-            if kept[row]:
-                kept &= ~near[row]
-        return found.take(np.sort(order[kept]))
+        return strongest(found, self.most_detections, self.merge_px)
 
     def log_ratios(self, tracks: TrackTable, found: Detections, clutter_score: float) -> Floats:
         """Return the log-likelihood ratios (n, m) of `irtrack.filters.data_association`."""
@@ -292,6 +285,18 @@ class OneHypothesisTracker(MultiTargetTracker):
             score = mean if score == 0 else score + LEVEL_RATE * (mean - score)
         confirmed = replace(everyone, confirmed=everyone.confirmed | earned)
         return replace(state, tracks=confirmed, next_id=state.next_id + len(free), clutter_score=score)
+
+
+def strongest(found: Detections, count: int, merge_px: float) -> Detections:
+    """Return the `count` detections of the highest scores, without those within `merge_px` of a stronger one."""
+    order = np.argsort(-found.scores, kind="stable")[: count]
+    apart = found.centers[order, None] - found.centers[None, order]
+    near = np.triu((apart**2).sum(axis=-1) < merge_px**2, 1)
+    kept = np.ones(len(order), bool)
+    for row in np.flatnonzero(near.any(axis=1)).tolist():
+        if kept[row]:
+            kept &= ~near[row]
+    return found.take(np.sort(order[kept]))
 
 
 def updated_table(
