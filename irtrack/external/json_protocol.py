@@ -144,8 +144,8 @@ def _tracks(answer: dict[str, Any]) -> TrackFrame:
             statuses.append(status)
     except (KeyError, TypeError, ValueError, OverflowError):
         raise TrackerError(
-            f'its program answered {quoted(json.dumps(answer).encode())}; allowed: {{"tracks": [[id, x, y, w, h, score, '
-            f"status], ...]}}, the status of {', '.join(STATUSES)}"
+            f"its program answered {quoted(json.dumps(answer).encode())}; "
+            f'allowed: {{"tracks": [[id, x, y, w, h, score, status], ...]}}, the status of {", ".join(STATUSES)}'
         ) from None
     values = np.array(table, dtype=np.float64).reshape(-1, 5)
     sizes = values[:, 2:4]

@@ -1,4 +1,4 @@
-"""Trackers of one target that run as programs: `program`, `trax` and the peers, by the protocols of `irtrack.external`."""
+"""Trackers of one target that run as programs, by the protocols of `irtrack.external`: `program`, `trax`, peers."""
 
 from __future__ import annotations
 

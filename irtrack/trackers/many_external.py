@@ -99,21 +99,29 @@ class ManyPeer(ManyExternalTracker):
         return command(self.name, required(self.name))
 
 
-class RoboflowSort(ManyPeer):
+class BoxPeer(ManyPeer):
+    """Peer that associates by the overlap of boxes."""
+
+    box_px: Annotated[float, Field(ge=0, le=1000)] = 12.0
+    """As in `ManyExternalTracker`. The boxes of a detector of points are 2 px wide: those of a target that moves by
+    1.5 px a frame overlap by less than these trackers require."""
+
+
+class RoboflowSort(BoxPeer):
     """SORT of Roboflow's `trackers`: Kalman filters of boxes, assigned by their overlap."""
 
     name: ClassVar[str] = "rf_sort"
     source: ClassVar[str] = "Bewley, Ge, Ott, Ramos, Upcroft 2016"
 
 
-class RoboflowByteTrack(ManyPeer):
+class RoboflowByteTrack(BoxPeer):
     """ByteTrack of Roboflow's `trackers`: SORT that assigns detections of high and of low score in turn."""
 
     name: ClassVar[str] = "rf_bytetrack"
     source: ClassVar[str] = "Zhang, Sun, Jiang, Yu, Weng, Yuan, Luo, Liu, Wang 2022"
 
 
-class RoboflowOcSort(ManyPeer):
+class RoboflowOcSort(BoxPeer):
     """OC-SORT of Roboflow's `trackers`: SORT with the direction and the last observation of a track."""
 
     name: ClassVar[str] = "rf_ocsort"
@@ -127,7 +135,7 @@ class Norfair(ManyPeer):
     source: ClassVar[str] = "Tryolabs, norfair"
 
 
-class Motpy(ManyPeer):
+class Motpy(BoxPeer):
     """motpy: Kalman filters of boxes, assigned by their overlap."""
 
     name: ClassVar[str] = "motpy"
