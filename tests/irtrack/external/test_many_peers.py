@@ -104,6 +104,7 @@ def test_a_missing_peer_of_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> N
     assert {row.name for row in describe()} & MANY_EXTERNAL.keys() == {"program_many"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not INSTALLED, reason=f"no peers of many here: {peers.HINT}")
 @pytest.mark.parametrize("name", INSTALLED or ["none"])
 def test_an_installed_peer_keeps_identities(name: str) -> None:
