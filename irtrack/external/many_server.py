@@ -43,8 +43,8 @@ STONE_SOUP = {
     "candidate_misses": 2,
     "misses": 20,
 }
-"""Values of Stone Soup's parts, px and frames: noises, speed, P_D, clutter, hits to confirm and misses to delete as of
-irtrack's own trackers; the gate of `ss_gnn`, in standard deviations, as in Stone Soup's tutorials."""
+"""Values of Stone Soup's parts, px and frames: an acceleration of 0.3 px/frame^2, the rest as of irtrack's own trackers;
+the gate of `ss_gnn`, in standard deviations, as in Stone Soup's tutorials."""
 
 Row = list[Any]
 """Track: [id, x, y, w, h, score or None, status], its box by the top-left pixel."""

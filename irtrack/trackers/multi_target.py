@@ -148,7 +148,7 @@ class MultiTargetTracker(TrackerPart):
     """Detector, as `irtrack bench --detectors` takes it: NAME or NAME:KEY=VALUE."""
     motion: Literal["cv", "imm"] = "cv"
     """cv: constant velocity. imm: constant velocity, constant acceleration, and turns to both sides, mixed."""
-    acceleration: Deviation = 0.3
+    acceleration: Deviation = 0.1
     """Standard deviation of the acceleration, px/frame^2."""
     turn_rate: Annotated[float, Field(gt=0, le=1)] = 0.15
     """Turn rate of the two turns of `imm`, rad/frame."""
