@@ -87,7 +87,8 @@ def row(id: int, box: Any, score: float | None, status: str = "tracking") -> Row
 def roboflow(name: str) -> Follow:
     """Return the function of a tracker of Roboflow, which answers with the detections that have a track."""
     import numpy as np
-    import supervision as sv
+
+    supervision = import_module("supervision")
 
     made = getattr(
         import_module("trackers"), {"sort": "SORT", "bytetrack": "ByteTrack", "ocsort": "OCSORT"}[name] + "Tracker"
@@ -95,7 +96,7 @@ def roboflow(name: str) -> Follow:
 
     def follow(boxes: Boxes) -> list[Row]:
         scores = np.array([each[4] for each in boxes], dtype=np.float64)
-        given = sv.Detections(corners(boxes), confidence=scores, class_id=np.zeros(len(boxes), int))
+        given = supervision.Detections(corners(boxes), confidence=scores, class_id=np.zeros(len(boxes), int))
         found = made.update(given)
         scores = found.confidence if found.confidence is not None else np.ones(len(found))
         triples = zip(found.tracker_id.tolist(), found.xyxy, scores.tolist(), strict=True)
@@ -107,12 +108,14 @@ def roboflow(name: str) -> Follow:
 def norfair() -> Follow:
     """Return the function of Norfair, which follows the centres; a track's size and score are its last detection's."""
     import numpy as np
-    from norfair import Detection, Tracker
 
-    tracker = Tracker(distance_function="euclidean", distance_threshold=20)
+    library = import_module("norfair")
+    tracker = library.Tracker(distance_function="euclidean", distance_threshold=20)
 
     def follow(boxes: Boxes) -> list[Row]:
-        given = [Detection(np.array([[x + w / 2, y + h / 2]]), data=(w, h, score)) for x, y, w, h, score in boxes]
+        given = [
+            library.Detection(np.array([[x + w / 2, y + h / 2]]), data=(w, h, score)) for x, y, w, h, score in boxes
+        ]
         rows = []
         for each in tracker.update(given):
             (x, y), (w, h, score) = each.estimate[0], each.last_detection.data
@@ -126,13 +129,12 @@ def norfair() -> Follow:
 
 def motpy() -> Follow:
     """Return the function of motpy."""
-    from motpy import Detection, MultiObjectTracker
-
-    tracker = MultiObjectTracker(dt=1 / 30)
+    library = import_module("motpy")
+    tracker = library.MultiObjectTracker(dt=1 / 30)
     numbers: dict[str, int] = {}
 
     def follow(boxes: Boxes) -> list[Row]:
-        tracker.step([Detection(box, each[4]) for box, each in zip(corners(boxes), boxes, strict=True)])
+        tracker.step([library.Detection(box, each[4]) for box, each in zip(corners(boxes), boxes, strict=True)])
         stale = {each.id for each in tracker.trackers if each.staleness > 0}
         return [
             row(
@@ -200,7 +202,9 @@ def stone_soup(method: str) -> Follow:
             predictor, updater, clutter_spatial_density=keys["clutter"], prob_detect=keys["detection_probability"]
         )
         tracker = MultiTargetMixtureTracker(*common, JPDAwithLBP(probability), updater)
-    steps, numbers, sizes, count = iter(tracker), {}, {}, 0
+    steps, count = iter(tracker), 0
+    numbers: dict[str, int] = {}
+    sizes: dict[str, dict[str, Any]] = {}
     epoch = datetime(2000, 1, 1)
 
     def follow(boxes: Boxes) -> list[Row]:
