@@ -43,7 +43,7 @@ STONE_SOUP = {
     "candidate_misses": 2,
     "misses": 20,
 }
-"""Values of Stone Soup's parts, px and frames: an acceleration of 0.3 px/frame^2, the rest as of irtrack's own trackers;
+"""Values of Stone Soup's parts, px and frames: acceleration 0.3 px/frame^2, the rest as of irtrack's own trackers;
 the gate of `ss_gnn`, in standard deviations, as in Stone Soup's tutorials."""
 
 Row = list[Any]
