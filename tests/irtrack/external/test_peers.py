@@ -25,7 +25,7 @@ from irtrack.registry.table import describe, make
 from irtrack.trackers.external import EXTERNAL
 
 FAKE = Path(__file__).parents[2] / "support" / "fake_peer.py"
-INSTALLED = peers.offered()
+INSTALLED = peers.offered(*peers.PEERS)
 
 
 def fake(mode: str = "good", at: int = 4, **more: object) -> irtrack.Tracker:
