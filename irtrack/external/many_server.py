@@ -155,21 +155,26 @@ def stone_soup(method: str) -> Follow:
     Joint probabilities by loopy belief propagation: Stone Soup's exact ones list 2^40 events of 40 lone targets.
     """
     import numpy as np
-    from stonesoup.dataassociator.neighbour import GNNWith2DAssignment
-    from stonesoup.dataassociator.probability import JPDAwithLBP
-    from stonesoup.deleter.time import UpdateTimeStepsDeleter
-    from stonesoup.hypothesiser.distance import DistanceHypothesiser
-    from stonesoup.hypothesiser.probability import PDAHypothesiser
-    from stonesoup.initiator.simple import MultiMeasurementInitiator
-    from stonesoup.measures import Mahalanobis
-    from stonesoup.models.measurement.linear import LinearGaussian
-    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, ConstantVelocity
-    from stonesoup.predictor.kalman import KalmanPredictor
-    from stonesoup.tracker.simple import MultiTargetMixtureTracker, MultiTargetTracker
-    from stonesoup.types.detection import Detection
-    from stonesoup.types.state import GaussianState
-    from stonesoup.types.update import Update
-    from stonesoup.updater.kalman import KalmanUpdater
+
+    GNNWith2DAssignment = import_module("stonesoup.dataassociator.neighbour").GNNWith2DAssignment
+    JPDAwithLBP = import_module("stonesoup.dataassociator.probability").JPDAwithLBP
+    UpdateTimeStepsDeleter = import_module("stonesoup.deleter.time").UpdateTimeStepsDeleter
+    DistanceHypothesiser = import_module("stonesoup.hypothesiser.distance").DistanceHypothesiser
+    PDAHypothesiser = import_module("stonesoup.hypothesiser.probability").PDAHypothesiser
+    MultiMeasurementInitiator = import_module("stonesoup.initiator.simple").MultiMeasurementInitiator
+    Mahalanobis = import_module("stonesoup.measures").Mahalanobis
+    LinearGaussian = import_module("stonesoup.models.measurement.linear").LinearGaussian
+    CombinedLinearGaussianTransitionModel = import_module(
+        "stonesoup.models.transition.linear"
+    ).CombinedLinearGaussianTransitionModel
+    ConstantVelocity = import_module("stonesoup.models.transition.linear").ConstantVelocity
+    KalmanPredictor = import_module("stonesoup.predictor.kalman").KalmanPredictor
+    MultiTargetMixtureTracker = import_module("stonesoup.tracker.simple").MultiTargetMixtureTracker
+    MultiTargetTracker = import_module("stonesoup.tracker.simple").MultiTargetTracker
+    Detection = import_module("stonesoup.types.detection").Detection
+    GaussianState = import_module("stonesoup.types.state").GaussianState
+    Update = import_module("stonesoup.types.update").Update
+    KalmanUpdater = import_module("stonesoup.updater.kalman").KalmanUpdater
 
     keys = STONE_SOUP
     axis = ConstantVelocity(keys["diffusion"])
