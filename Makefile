@@ -4,8 +4,8 @@
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
 # make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
-# make peers   other people's trackers (OpenCV's, dlib's) in an environment of their own, .venv-peers
 # make oracles other implementations of metrics, IMM and JPDA, in .venv-oracles; ours equal them on 1,000 cases
+# make peers   other people's trackers, of one target and of many, in an environment of their own, .venv-peers
 # make clean   remove what was generated (the environment .venv stays)
 
 # The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
@@ -54,13 +54,19 @@ docs: $(INSTALLED)
 pictures: docs demo
 	$(BIN)/python docs/pictures.py
 
-# OpenCV's contrib wheel owns the same files as the plain one: side by side they break each other.
+# OpenCV's contrib wheel owns the same files as the plain one, which `trackers` needs: side by side they break each other.
+# A package that needs torch is as one without a wheel.
 peers:
 	@$(PEERS)/bin/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(PEERS)
-	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check numpy "opencv-contrib-python-headless>=4.10"
-	@$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check dlib-bin \
-		|| echo "without dlib: no wheel of it for this Python" >&2
+	@echo "torch<0" > $(PEERS)/without.txt
+	@for each in trackers norfair-enough motpy stonesoup dlib-bin; do \
+		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -c $(PEERS)/without.txt $$each >/dev/null 2>&1 \
+		|| echo "without $$each: it does not install for this Python without torch" >&2; done
+	@$(PEERS)/bin/python -m pip uninstall --quiet --disable-pip-version-check --yes opencv-python 2>/dev/null || true
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check numpy
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "opencv-contrib-python-headless>=4.10"
 	@$(PEERS)/bin/python irtrack/external/server.py
+	@$(PEERS)/bin/python irtrack/external/many_server.py
 
 # pyirstdmetrics alone: scikit-image brings all that it needs.
 oracles: $(INSTALLED)

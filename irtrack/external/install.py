@@ -1,4 +1,4 @@
-"""Python environment of the peers, the trackers of OpenCV and dlib, and the peers installed in it."""
+"""Python environment of the peers, the trackers of other libraries, and the peers installed in it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 from irtrack.errors import InputError, exit_status_text
-from irtrack.external import server
+from irtrack.external import many_server, server
 
 VARIABLE = "IRTRACK_PEERS"
-HINT = f"make peers installs {', '.join(server.PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
+_SERVERS: dict[ModuleType, tuple[str, ...]] = {server: server.PEERS, many_server: tuple(many_server.MANY_PEERS)}
+ALL_PEERS = tuple(name for peers in _SERVERS.values() for name in peers)
+"""Peers of one target, then of many."""
+HINT = f"make peers installs {', '.join(ALL_PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
 _BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
 LONGEST_S = 60.0
 """Longest time to list the peers, s: their Python imports OpenCV and dlib, perhaps from a cold disk."""
@@ -35,16 +39,26 @@ def python() -> Path | None:
 
 def command(name: str, interpreter: Path) -> tuple[str, ...]:
     """Return the command that runs a peer."""
-    return (str(interpreter), str(Path(server.__file__).resolve()), name)
+    chosen = next(each for each, peers in _SERVERS.items() if name in peers)
+    return (*_listing(chosen, interpreter), name)
 
 
-def offered() -> list[str]:
-    """Return the names of the installed peers; empty where no environment of peers exists.
+def _listing(chosen: ModuleType, interpreter: Path) -> tuple[str, ...]:
+    """Return the command that lists the peers of a server."""
+    return (str(interpreter), str(Path(str(chosen.__file__)).resolve()))
+
+
+def offered(*names: str) -> list[str]:
+    """Return the names of the installed peers, of `names` alone where given; empty without an environment of peers.
 
     InputError where the Python of the environment cannot list them.
     """
     interpreter = python()
-    return [] if interpreter is None else list(_answered(interpreter))
+    if interpreter is None:
+        return []
+    wanted = set(names or ALL_PEERS)
+    found = [name for each, peers in _SERVERS.items() if wanted & set(peers) for name in _answered(interpreter, each)]
+    return [name for name in found if name in wanted]
 
 
 def required(name: str) -> Path:
@@ -56,11 +70,12 @@ def required(name: str) -> Path:
 
 
 @cache
-def _answered(interpreter: Path) -> tuple[str, ...]:
-    """Run a Python to list its peers, and return their names."""
+def _answered(interpreter: Path, chosen: ModuleType) -> tuple[str, ...]:
+    """Run a server by a Python to list its peers, and return their names."""
     try:
-        done = subprocess.run(command("", interpreter)[:2], capture_output=True, timeout=LONGEST_S, check=True)
-        return tuple(name for name in json.loads(done.stdout) if name in server.PEERS)
+        listing = _listing(chosen, interpreter)
+        done = subprocess.run(listing, capture_output=True, timeout=LONGEST_S, check=True)
+        return tuple(name for name in json.loads(done.stdout) if name in _SERVERS[chosen])
     except OSError as error:
         raise _refused(interpreter, f"it cannot be started: {error.strerror or error}") from None
     except subprocess.TimeoutExpired:

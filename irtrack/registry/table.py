@@ -26,7 +26,7 @@ from irtrack.detectors import DETECTOR_KINDS, DETECTORS, make_detector
 from irtrack.detectors.from_file import file_spec
 from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
-from irtrack.external import HINT, PEERS, offered, required
+from irtrack.external import ALL_PEERS, HINT, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
@@ -39,6 +39,7 @@ from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
+from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
 from irtrack.trackers.mht import MHT
 from irtrack.trackers.optical_flow import OpticalFlow
@@ -68,7 +69,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}
 """Trackers of many targets, which start by themselves."""
 
-NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL}
+NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL, **MANY_EXTERNAL}
 """The tables and the trackers that run as programs."""
 
 ALL_KINDS: dict[str, type[Part]] = {**NAMED, **DETECTOR_KINDS}
@@ -186,7 +187,7 @@ def find(name: str) -> type[Any]:
     """Return the class of a tracker's name; InputError where there is none."""
     if not isinstance(name, str):
         raise InputError(f"tracker {name!r}: is no name; allowed: text, such as 'kalman'")
-    if name in PEERS and name not in offered():
+    if name in ALL_PEERS and name not in offered(name):
         raise InputError(f"{name}: is not in {required(name)}'s environment; allowed: after {HINT}")
     if name in NAMED:
         return NAMED[name]
@@ -211,7 +212,7 @@ def find(name: str) -> type[Any]:
 def _command(name: str) -> dict[str, object]:
     """Return {"command": COMMAND} for a name such as ``trax:COMMAND``; {} for any other name."""
     kind, colon, command = name.partition(":")
-    return {"command": command} if colon and issubclass(NAMED.get(kind, object), Command) else {}
+    return {"command": command} if colon and issubclass(NAMED.get(kind, object), (Command, ManyCommand)) else {}
 
 
 def describe(peers: Sequence[str] = ()) -> list[Row]:
@@ -219,7 +220,7 @@ def describe(peers: Sequence[str] = ()) -> list[Row]:
     present = [
         *TRACKERS,
         *MULTI_TRACKERS,
-        *(name for name, cls in EXTERNAL.items() if issubclass(cls, Command)),
+        *(name for name, cls in {**EXTERNAL, **MANY_EXTERNAL}.items() if issubclass(cls, (Command, ManyCommand))),
         *peers,
     ]
     rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]

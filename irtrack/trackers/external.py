@@ -1,4 +1,4 @@
-"""Trackers that run as programs: `program`, `trax` and the peers, by the protocols of `irtrack.external`."""
+"""Trackers of one target that run as programs, by the protocols of `irtrack.external`: `program`, `trax`, peers."""
 
 from __future__ import annotations
 
@@ -65,25 +65,30 @@ class ExternalTracker(TrackerPart):
         return state, Estimate((box.cx, box.cy), size, answer.status, answer.score)
 
 
-def _as_written(value: Any) -> Any:
+def as_written(value: Any) -> Any:
     """Return true and false of YAML as texts, since `true` and `false` are also names of programs."""
     return str(value).lower() if isinstance(value, bool) else value
+
+
+def words_of(name: str, command: str) -> tuple[str, ...]:
+    """Return the words of a command in the syntax of a shell; InputError of the tracker `name` where there are none."""
+    try:
+        words = tuple(shlex.split(command))
+    except ValueError as error:  # a quote that is not closed
+        raise InputError(f"{name}: command: {error}; allowed: quotes that are closed") from None
+    if not words:
+        raise InputError(f"{name}: command: is empty; allowed: a command such as 'python3 mine.py'")
+    return words
 
 
 class Command(ExternalTracker):
     """Program started by a command of the user."""
 
-    command: Annotated[str, BeforeValidator(_as_written)]
+    command: Annotated[str, BeforeValidator(as_written)]
     """Command that starts it, in the syntax of a shell."""
 
     def runs(self) -> tuple[str, ...]:
-        try:
-            words = tuple(shlex.split(self.command))
-        except ValueError as error:  # a quote that is not closed
-            raise InputError(f"{self.name}: command: {error}; allowed: quotes that are closed") from None
-        if not words:
-            raise InputError(f"{self.name}: command: is empty; allowed: a command such as 'python3 mine.py'")
-        return words
+        return words_of(self.name, self.command)
 
 
 class Program(Command):
@@ -146,4 +151,4 @@ class Dlib(Peer):
 
 
 EXTERNAL: dict[str, type[ExternalTracker]] = {cls.name: cls for cls in (Program, Trax, Mil, Kcf, Csrt, Mosse, Dlib)}
-"""Trackers that run as programs, by name. They are not in `TRACKERS`: a peer may not be installed."""
+"""Trackers of one target that run as programs, by name. They are not in `TRACKERS`: a peer may not be installed."""

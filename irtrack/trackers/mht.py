@@ -14,7 +14,7 @@ of 1 + exp(score) over its leaves: each is a target or not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import log, log1p
 from typing import Annotated, Any, ClassVar
@@ -145,24 +145,18 @@ class MHT(MultiTargetTracker):
         gain = np.logaddexp(0, seen) - np.logaddexp(0, missed)[:, None] - fresh
         gain[~np.isfinite(seen)] = -np.inf
         change = np.logaddexp(0, missed) - np.logaddexp(0, score)
+        choices = _ClusterChoices(gain, self.hypotheses)
         found: list[tuple[float, Rows, Rows]] = []
-        best = -np.inf
-        for hypothesis in hypotheses:
-            rows = hypothesis.rows
-            base = hypothesis.weight + float(change[rows].sum()) + count * fresh
-            gated = np.isfinite(gain[rows])
-            near, columns = np.flatnonzero(gated.any(axis=1)), np.flatnonzero(gated.any(axis=0))
-            cost = np.full((len(near), len(columns) + len(near)), np.inf)
-            cost[:, : len(columns)] = -gain[np.ix_(rows[near], columns)]
-            np.fill_diagonal(cost[:, len(columns) :], 0.0)
-            choices = np.append(columns, np.full(len(near), MISSED))
-            for each in k_best(cost, self.hypotheses, base - best + MARGIN):
-                best = max(best, base - each.cost)
-                taken = np.full(len(rows), MISSED)
-                taken[near] = choices[each.columns]
-                found.append((base - each.cost, rows, taken))
-        found.sort(key=lambda each: -each[0])
-        return [each for each in found[: self.hypotheses] if each[0] > best - MARGIN]
+        bases = [each.weight + float(change[each.rows].sum()) + count * fresh for each in hypotheses]
+        least = -np.inf  # log probability that a next hypothesis must have
+        for base, hypothesis in sorted(zip(bases, hypotheses, strict=True), key=lambda each: -each[0]):
+            for value, taken in choices.best(hypothesis.rows, base, least):
+                found.append((value, hypothesis.rows, taken))
+            found.sort(key=lambda each: -each[0])
+            del found[self.hypotheses :]
+            if found:
+                least = max(found[0][0] - MARGIN, found[-1][0] if len(found) == self.hypotheses else -np.inf)
+        return [each for each in found if each[0] > found[0][0] - MARGIN]
 
     def _next_leaves(
         self,
@@ -218,6 +212,83 @@ class MHT(MultiTargetTracker):
         candidate = ~leaves.tracks.confirmed
         kept = self._in_reach(leaves.tracks, size)
         return np.asarray(kept & ~(candidate & (leaves.score < log(self.new_target) - CANDIDATE_DROP)))
+
+
+class _ClusterChoices:
+    """The best assignments of the detections of a frame to the leaves of hypotheses, cluster by cluster.
+
+    Leaves that share no detection, directly or by others, are assigned independently of each other. A cluster is
+    ranked once for all hypotheses that contain it.
+
+    gain (n, m): gain of a leaf's log probability by a detection, -inf outside its gate;  k  number of assignments
+    """
+
+    def __init__(self, gain: Floats, k: int) -> None:
+        self._gain, self._k = gain, k
+        self._gated = [np.flatnonzero(row).tolist() for row in np.isfinite(gain)]
+        self._ranked: dict[tuple[int, ...], list[tuple[float, tuple[int, ...]]]] = {}
+
+    def best(self, rows: Rows, base: float, least: float) -> Iterator[tuple[float, Rows]]:
+        """Yield the best assignments to leaves, of log probability base + gain above `least`: it, and the detection of
+        each leaf or MISSED."""
+        places = {row: place for place, row in enumerate(rows.tolist())}
+        parts = [(cluster, self._of(cluster)) for cluster in self._clusters(places)]
+        first = np.full(len(rows), MISSED)
+        for cluster, ranked in parts:
+            base += ranked[0][0]
+            first[[places[row] for row in cluster]] = ranked[0][1]
+        # An assignment that is among the k best has, in each cluster, one of the k - 1 least losses of all clusters.
+        losses = [
+            (ranked[0][0] - gain, number, taken)
+            for number, (_, ranked) in enumerate(parts)
+            for gain, taken in ranked[1:]
+            if base - ranked[0][0] + gain > least
+        ]
+        options: dict[int, list[tuple[float, tuple[int, ...]]]] = {}
+        for loss, number, taken in sorted(losses)[: self._k - 1]:
+            options.setdefault(number, []).append((loss, taken))
+        sums: list[tuple[float, dict[int, tuple[int, ...]]]] = [(0.0, {})]
+        for number, others in options.items():
+            more = [(total + loss, {**own, number: taken}) for total, own in sums for loss, taken in others]
+            sums = sorted(sums + [each for each in more if base - each[0] > least], key=lambda each: each[0])[: self._k]
+        for loss, changed in sums:
+            if base - loss > least:
+                columns = first.copy()
+                for number, taken in changed.items():
+                    columns[[places[row] for row in parts[number][0]]] = taken
+                yield base - loss, columns
+
+    def _clusters(self, rows: Iterable[int]) -> list[tuple[int, ...]]:
+        """Return the groups of leaves with a detection in their gates that share detections."""
+        group_of: dict[int, list[int]] = {}  # by detection
+        for row in rows:
+            group = [row]
+            for other in {id(each): each for each in map(group_of.get, self._gated[row]) if each}.values():
+                group += other
+            for leaf in group:
+                group_of.update(dict.fromkeys(self._gated[leaf], group))
+        return [tuple(sorted(each)) for each in {id(each): each for each in group_of.values()}.values()]
+
+    def _of(self, cluster: tuple[int, ...]) -> list[tuple[float, tuple[int, ...]]]:
+        """Return the best assignments within a cluster: gain, and the detection of each leaf or MISSED."""
+        if cluster not in self._ranked:
+            if len(cluster) == 1:
+                row = self._gain[cluster[0]]
+                ranked = [(float(row[column]), (column,)) for column in self._gated[cluster[0]]]
+                ranked = sorted([*ranked, (0.0, (MISSED,))], key=lambda each: -each[0])[: self._k]
+            else:
+                columns = sorted({column for row in cluster for column in self._gated[row]})
+                cost = np.full((len(cluster), len(columns) + len(cluster)), np.inf)
+                cost[:, : len(columns)] = -self._gain[np.ix_(cluster, columns)]
+                np.fill_diagonal(cost[:, len(columns) :], 0.0)
+                choices = [*columns, *[MISSED] * len(cluster)]
+                worst = next(k_best(cost, 1)).cost + MARGIN
+                ranked = [
+                    (-each.cost, tuple(choices[column] for column in each.columns.tolist()))
+                    for each in k_best(cost, self._k, worst)
+                ]
+            self._ranked[cluster] = [each for each in ranked if each[0] > ranked[0][0] - MARGIN]
+        return self._ranked[cluster]
 
 
 def _agrees(leaves: Leaves, best: Hypothesis) -> npt.NDArray[np.bool_]:

@@ -36,6 +36,8 @@ from irtrack.types import Detections, Detector
 
 Probability = Annotated[float, Field(gt=0, lt=1)]
 
+UNRESOLVED_PX = 8.0
+"""Distance of two tracks, px, within which they may have one detection. Chosen here: twice `merge_px`."""
 LEVEL_RATE = 0.1
 """Share of a new score or size that enters a track's running value."""
 SIZE_RATE = 0.2
@@ -76,16 +78,36 @@ class TrackTable:
         joined = (np.concatenate([getattr(self, name), getattr(others, name)]) for name in _COLUMNS)
         return TrackTable(self.states.joined(others.states), *joined)
 
-    def frame(self) -> TrackFrame:
-        """Return the tracks as the answer of a step."""
+    def existence(self, survival: float) -> Floats:
+        """Return the probability (n,) that each track's target is still there, after the misses of its last frames.
+
+        Bayes' rule over the frame in which it vanished; it lasts a frame with the probability `survival`, and is
+        detected as often as it has been (D. Musicki, R. Evans, S. Stankovic, "Integrated probabilistic data
+        association", IEEE Trans. Automatic Control 39(6), 1994, for a target without false detections). A miss within
+        `UNRESOLVED_PX` of a track that has a detection says nothing: one detection may be of both.
+        """
+        seen = np.minimum(self.age + 1, _KEPT) - self.misses
+        missed = survival * (1 - (_bits(self.hits) + 1) / (np.maximum(seen, 0) + 2))
+        there = missed**self.misses
+        gone = (1 - survival) * (1 - there) / (1 - missed)
+        centers = self.states.moments()[0][:, :2]
+        rows, others = np.flatnonzero(self.misses > 0), self.misses == 0
+        apart = ((centers[rows, None] - centers[None, others & self.confirmed]) ** 2).sum(axis=-1)
+        gone[rows[(apart < UNRESOLVED_PX**2).any(axis=1)]] = 0.0
+        return np.asarray(there / (there + gone))
+
+    def frame(self, survival: float | None = None) -> TrackFrame:
+        """Return the tracks as the answer of a step: confirmed ones count as targets while their target is more
+        likely there than gone; all of them where `survival` is None."""
         mean, covariance = self.states.moments()
+        confirmed = self.confirmed if survival is None else self.confirmed & (self.existence(survival) > 0.5)
         return TrackFrame(
             ids=self.id,
             centers=mean[:, :2],
             sizes=self.size,
             scores=self.level,
             statuses=tuple(STATUSES[0] if miss == 0 else STATUSES[1] for miss in self.misses.tolist()),
-            confirmed=self.confirmed,
+            confirmed=confirmed,
             velocities=mean[:, 2:4],
             covariances=covariance[:, :2, :2],
         )
@@ -126,7 +148,7 @@ class MultiTargetTracker(TrackerPart):
     """Detector, as `irtrack bench --detectors` takes it: NAME or NAME:KEY=VALUE."""
     motion: Literal["cv", "imm"] = "cv"
     """cv: constant velocity. imm: constant velocity, constant acceleration, and turns to both sides, mixed."""
-    acceleration: Deviation = 0.3
+    acceleration: Deviation = 0.1
     """Standard deviation of the acceleration, px/frame^2."""
     turn_rate: Annotated[float, Field(gt=0, le=1)] = 0.15
     """Turn rate of the two turns of `imm`, rad/frame."""
@@ -149,8 +171,11 @@ class MultiTargetTracker(TrackerPart):
     """Distance from a stronger detection within which a detection is left out as part of the same object, px."""
     amplitude: bool = True
     """True: scores enter the association, since the scores of a target are near its level."""
-    confirm_hits: Annotated[int, Field(ge=1, le=60)] = 4
-    confirm_frames: Annotated[int, Field(ge=1, le=60)] = 6
+    confirm_hits: Annotated[int, Field(ge=1, le=60)] = 3
+    confirm_frames: Annotated[int, Field(ge=1, le=60)] = 4
+    survival: Probability = 0.99
+    """Probability that a target lasts another frame: a track without detections counts as a target no longer than it
+    is likely there. It is kept, and counts again after its next detection."""
     delete_misses: Annotated[int, Field(ge=1, le=10_000)] = 20
     delete_px: Spread = 20.0
     """Standard deviation of a predicted centre, px, from which on a track is deleted."""
@@ -193,7 +218,7 @@ class MultiTargetTracker(TrackerPart):
         state = self._compensated(state, frame)
         memory, found = detected(self.detector_used, state.memory, frame)
         after = replace(self.advance(state, self.strongest(found)), memory=memory)
-        return after, after.tracks.frame()
+        return after, after.tracks.frame(self.survival)
 
     def _compensated(self, state: Any, frame: Frame) -> Any:
         """Return the state with its tracks where the camera's motion since the last frame has moved them."""
@@ -212,14 +237,7 @@ class MultiTargetTracker(TrackerPart):
 
     def strongest(self, found: Detections) -> Detections:
         """Return the `most_detections` detections of the highest scores, without those near a stronger one."""
-        order = np.argsort(-found.scores, kind="stable")[: self.most_detections]
-        apart = found.centers[order, None] - found.centers[None, order]
-        near = np.triu((apart**2).sum(axis=-1) < self.merge_px**2, 1)
-        kept = np.ones(len(order), bool)
-        for row in np.flatnonzero(near.any(axis=1)).tolist():
-            if kept[row]:
-                kept &= ~near[row]
-        return found.take(np.sort(order[kept]))
+        return strongest(found, self.most_detections, self.merge_px)
 
     def log_ratios(self, tracks: TrackTable, found: Detections, clutter_score: float) -> Floats:
         """Return the log-likelihood ratios (n, m) of `irtrack.filters.data_association`."""
@@ -294,6 +312,18 @@ class OneHypothesisTracker(MultiTargetTracker):
         return replace(state, tracks=confirmed, next_id=state.next_id + len(free), clutter_score=score)
 
 
+def strongest(found: Detections, count: int, merge_px: float) -> Detections:
+    """Return the `count` detections of the highest scores, without those within `merge_px` of a stronger one."""
+    order = np.argsort(-found.scores, kind="stable")[:count]
+    apart = found.centers[order, None] - found.centers[None, order]
+    near = np.triu((apart**2).sum(axis=-1) < merge_px**2, 1)
+    kept = np.ones(len(order), bool)
+    for row in np.flatnonzero(near.any(axis=1)).tolist():
+        if kept[row]:
+            kept &= ~near[row]
+    return found.take(np.sort(order[kept]))
+
+
 def updated_table(
     tracks: TrackTable, states: States, hit: npt.NDArray[np.bool_], level: Floats, size: Floats
 ) -> TrackTable:
@@ -309,8 +339,9 @@ def updated_table(
     )
 
 
-_HISTORY = (1 << 60) - 1
-"""Mask of the bits of hits that are kept."""
+_KEPT = 60
+"""Bits kept of the hits."""
+_HISTORY = (1 << _KEPT) - 1
 
 
 def _bits(values: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

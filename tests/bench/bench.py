@@ -151,7 +151,7 @@ def growth() -> None:
 def others() -> None:
     """The peers that are installed, in a box of 3 times the target; wall time, with the way there and back."""
     frames, box = tracking_frames(160, 120, 14, 10), irsim.Box(*circle(0), 14, 10)
-    for name in peers.offered():
+    for name in peers.offered(*peers.PEERS):
         tracker = irtrack.make(name, {"context": 3})
         state = tracker.init(frames[0], box, np.random.default_rng(0))
         seconds = median_s(partial(shown, tracker, state, frames), 60)

@@ -25,7 +25,7 @@ from irtrack.registry.table import describe, make
 from irtrack.trackers.external import EXTERNAL
 
 FAKE = Path(__file__).parents[2] / "support" / "fake_peer.py"
-INSTALLED = peers.offered()
+INSTALLED = peers.offered(*peers.PEERS)
 
 
 def fake(mode: str = "good", at: int = 4, **more: object) -> irtrack.Tracker:
@@ -104,7 +104,7 @@ def test_a_missing_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPat
     with pytest.raises(InputError, match="cv_kcf: runs in an environment that is not there; allowed: after make peers"):
         make("cv_kcf", {})
     assert peers.offered() == []
-    assert not {row.name for row in describe()} & set(peers.PEERS)
+    assert not {row.name for row in describe()} & set(peers.ALL_PEERS)
     assert {*peers.PEERS, "program", "trax"} == EXTERNAL.keys()
 
 

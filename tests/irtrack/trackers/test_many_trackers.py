@@ -43,8 +43,9 @@ def test_targets_are_found_and_kept(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_false_detections_alone_confirm_little(kind: str) -> None:
-    """Of 1500 false detections in 150 frames at most five false tracks are confirmed."""
-    frames = tracked(tracker(kind).model_copy(update={"clutter": 1.3e-4}), noisy(np.zeros((150, 0, 2)), 2, false=10))
+    """Of 1500 false detections in 150 frames, 4 of 6 hits or the score of `mht` confirm at most five false tracks."""
+    made = tracker(kind).model_copy(update={"clutter": 1.3e-4, "confirm_hits": 4, "confirm_frames": 6})
+    frames = tracked(made, noisy(np.zeros((150, 0, 2)), 2, false=10))
     confirmed = {id for frame in frames for id in frame.ids[frame.confirmed].tolist()}
     assert len(confirmed) <= 5
 
