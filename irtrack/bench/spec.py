@@ -12,6 +12,7 @@ import irsim
 from irsim.types import Source
 from irtrack.bench.records import family
 from irtrack.errors import InputError
+from irtrack.tracks import MultiTracker
 from irtrack.types import Detector, GivenTracker
 
 _LABEL = re.compile(r"[\w.+-]{1,64}")
@@ -98,7 +99,7 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
     return Spec(label or None, name, parameters)
 
 
-def entry(tracker: str | GivenTracker | Detector | Entry) -> Entry:
+def entry(tracker: str | GivenTracker | MultiTracker | Detector | Entry) -> Entry:
     """Return the entry of a spec, a tracker, a plain tracker (`irtrack.types.PlainTracker`), or a detector made by
     `irtrack.make_detector`; an entry as it is."""
     from irtrack.registry.identity import tracker_name

@@ -114,7 +114,7 @@ class MaxMedian(FilterDetector):
         background = np.empty_like(levels)
         if COMPILED:
             kernels.line_medians(wide, reach, background)
-            return np.subtract(levels, background, dtype=np.float32)
+            return np.asarray(np.subtract(levels, background, dtype=np.float32))
         strip = max(STRIP // columns, 1)
         for top in range(0, rows, strip):
             of_strip = wide[top : top + min(strip, rows - top) + 2 * reach]

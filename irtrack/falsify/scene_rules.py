@@ -55,8 +55,10 @@ class SceneTrace:
             cut[name] = value[: n if name in _OF_FRAMES else rows]
         return replace(self, found=replace(self.found, **cut))
 
-    def same_as(self, other: SceneTrace) -> bool:
-        """Return whether all values of two traces except times are equal, bit for bit."""
+    def same_as(self, other: object) -> bool:
+        """Return True if all values of two traces except times are equal, bit for bit."""
+        if not isinstance(other, SceneTrace):
+            return False
         pairs = zip(self._columns(), other._columns(), strict=False)
         return all(
             (name, np.asarray(one).shape, np.asarray(one).tobytes())
@@ -121,7 +123,7 @@ def pd_margin(rule: irsim.PdAtLeast, trace: SceneTrace) -> float:
         return UNTESTED
     missed = sum(int((~each).sum()) for each in hits)
     positions = max(sum(map(len, hits)), trace.rate_hz * len(hits))
-    return min((1 - missed / positions) / rule.share - 1, BEST)
+    return float(min((1 - missed / positions) / rule.share - 1, BEST))
 
 
 def pd_requirement(rule: irsim.PdAtLeast) -> str:

@@ -114,7 +114,7 @@ def _examined(
     heartbeat: Heartbeat, subject: Subject, source: Source, seed: int
 ) -> tuple[Verdict, tuple[Evidence, ...]]:
     untried = _untried(subject)
-    traced = _target_traces if subject.task == "single" else _scene_traces
+    traced: Callable[..., tuple[Evidence, ...]] = _target_traces if subject.task == "single" else _scene_traces
     try:
         found = traced(heartbeat, subject, source, seed)
     except _NoStartError:

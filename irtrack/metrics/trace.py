@@ -147,9 +147,9 @@ class Trace:
         """Return the trace of the first n frames, as if the source had ended there."""
         return replace(self, **{name: getattr(self, name)[:n] for name in _ARRAYS})
 
-    def same_as(self, other: Trace) -> bool:
-        """Return whether all values of two traces except times are equal, bit for bit."""
-        return self.digest == other.digest
+    def same_as(self, other: object) -> bool:
+        """Return True if all values of two traces except times are equal, bit for bit."""
+        return isinstance(other, Trace) and self.digest == other.digest
 
     @cached_property
     def truth(self) -> Reference:

@@ -102,7 +102,8 @@ def rendered(document: Mapping[str, Any]) -> Clip:
 
 
 def _text(document: Mapping[str, Any]) -> str:
-    return irsim.dumps(irsim.build(irsim.Scenario, document, "scene"), short=True)
+    scenario: irsim.Scenario = irsim.build(irsim.Scenario, document, "scene")
+    return str(irsim.dumps(scenario, short=True))
 
 
 def rendered_points(document: Mapping[str, Any]) -> Clip:
@@ -118,12 +119,13 @@ def _rendered_points(text: str) -> Clip:
     far = (np.nan, np.nan)
     found = [[None if truth is None else truth.target(name) for name in names] for _, truth in pairs]
     centers = np.array([[far if each is None else each.center for each in row] for row in found])
+    first = np.nan_to_num(centers[0, 0])
     return Clip(
         images=_frozen(np.stack([frame.image for frame, _ in pairs])),
         times=np.array([frame.time for frame, _ in pairs]),
         centers=centers,
         visible=np.ones(len(pairs)),
-        box=Box(*np.nan_to_num(centers[0, 0]).tolist(), LEAST_PX, LEAST_PX),
+        box=Box(float(first[0]), float(first[1]), LEAST_PX, LEAST_PX),
         text=text,
         bits=source.bits,
     )

@@ -103,7 +103,7 @@ def examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
 
 
 def check(
-    tracker: str | GivenTracker | Runnable,
+    tracker: str | GivenTracker | Runnable | type | Callable[..., object],
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,
@@ -222,7 +222,7 @@ def _itself(tracker: Tracker) -> Tracker:
 
 
 def check_tracker(
-    tracker: str | GivenTracker | Runnable,
+    tracker: str | GivenTracker | Runnable | type | Callable[..., object],
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,

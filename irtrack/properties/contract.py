@@ -137,7 +137,7 @@ def alone(case: Case) -> None:
             states[run], estimate = case.tracker.step(states[run], each.frame(k), stream(0, "check", k))
             found[run].append(estimate)
     for run in range(2):
-        expect_same(Walk(tuple(found[run])), own[run], "beside another run")  # type: ignore[arg-type]  # a wrong type compares unequal
+        expect_same(Walk(tuple(found[run])), own[run], "beside another run")
 
 
 def _turned(clip: Clip) -> Box:

@@ -124,8 +124,11 @@ def _joined(found: Detections | None, places: Floats, scores: Floats) -> Detecti
     more = Detections(places, np.full(places.shape, 5.0), scores)
     if found is None:
         return more
-    columns = (np.concatenate([getattr(found, name), getattr(more, name)]) for name in ("centers", "sizes", "scores"))
-    return Detections(*columns)
+    return Detections(
+        np.concatenate([found.centers, more.centers]),
+        np.concatenate([found.sizes, more.sizes]),
+        np.concatenate([found.scores, more.scores]),
+    )
 
 
 def _on(case: Case, plots: list[Detections]) -> list[TrackFrame]:

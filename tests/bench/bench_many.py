@@ -15,8 +15,10 @@ from irtrack.external import DetectionSession
 from irtrack.external.many_server import MANY_PEERS
 from irtrack.metrics.tasks import task_scores
 from irtrack.registry.table import make
+from irtrack.trackers.gnn import GNN
+from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.mht import MHT
-from irtrack.trackers.multi_target import GNN, JPDA, MultiTargetTracker
+from irtrack.trackers.multi_target import MultiTargetTracker
 from irtrack.tracks import STATUSES, TrackFrame, TrackSet, stacked
 from irtrack.types import Detections
 
@@ -74,7 +76,10 @@ def peer_steps(name: str) -> Callable[[Detections], object]:
         nonlocal count
         count += 1
         frame = Frame(blank, count, count / 30, 8)
-        return session.step(frame, found) if count else session.init(frame, found, 0)
+        if count:
+            return session.step(frame, found)
+        session.init(frame, found, 0)
+        return None
 
     return step
 

@@ -189,9 +189,11 @@ class Doubles(Sound):
             return tracks
         return TrackFrame(
             np.concatenate([tracks.ids, tracks.ids + 1000]),
-            *(np.concatenate([each, each]) for each in (tracks.centers, tracks.sizes, tracks.scores)),
+            np.tile(tracks.centers, (2, 1)),
+            np.tile(tracks.sizes, (2, 1)),
+            np.tile(tracks.scores, 2),
             tracks.statuses * 2,
-            np.concatenate([tracks.confirmed, tracks.confirmed]),
+            np.tile(tracks.confirmed, 2),
         )
 
 

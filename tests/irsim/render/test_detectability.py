@@ -24,19 +24,19 @@ targets:
 def point(side: int = SIDE) -> np.ndarray:
     """Return a point's image, 1 count high, beside the middle of a square."""
     y, x = np.mgrid[:side, :side] - side / 2
-    return np.exp(-((x - 0.3) ** 2 + (y + 0.2) ** 2) / 2)
+    return np.asarray(np.exp(-((x - 0.3) ** 2 + (y + 0.2) ** 2) / 2))
 
 
 def steep(side: int = SIDE, level: float = 40.0) -> np.ndarray:
     """Return the power spectrum of clutter, f^-3 above one cycle a side."""
     f = np.hypot(fft.fftfreq(side)[:, None], fft.fftfreq(side)) * side
-    return level / np.maximum(f, 1) ** 3
+    return np.asarray(level / np.maximum(f, 1) ** 3)
 
 
 def drawn(rng: np.random.Generator, spectrum: np.ndarray, count: int) -> np.ndarray:
     """Return fields (count, rows, cols) of a power spectrum."""
     white = fft.fft2(rng.standard_normal((count, *spectrum.shape)))
-    return fft.ifft2(white * np.sqrt(spectrum)).real
+    return np.asarray(fft.ifft2(white * np.sqrt(spectrum)).real)
 
 
 def covariance(spectrum: np.ndarray) -> np.ndarray:
@@ -44,7 +44,7 @@ def covariance(spectrum: np.ndarray) -> np.ndarray:
     rows, columns = spectrum.shape
     first = fft.ifft2(spectrum).real
     down, across = np.divmod(np.arange(rows * columns), columns)
-    return first[(down[:, None] - down) % rows, (across[:, None] - across) % columns]
+    return np.asarray(first[(down[:, None] - down) % rows, (across[:, None] - across) % columns])
 
 
 @pytest.mark.parametrize("clutter", [np.zeros((SIDE, SIDE)), steep()], ids=["white", "clutter"])

@@ -5,11 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from test_bench_tasks import SCENE
 
 import irsim
 import irtrack
 from irtrack.bench.spec import parse_detectors, parse_trackers
+
+SCENE = """
+seed: 3
+frames: 24
+camera: {size: [96, 72], netd_mk: 40, noise: [{kind: white}]}
+background: {kind: sky}
+targets:
+  - {id: a, shape: {kind: point, scr: 30}, path: {kind: straight, start: [20, 30], speed: 1, range_m: 3000}}
+  - {id: b, shape: {kind: point, scr: 30}, path: {kind: straight, start: [20, 50], speed: 1.2, range_m: 3000}}
+"""
 
 MODULE = """
 import numpy as np

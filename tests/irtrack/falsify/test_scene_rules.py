@@ -50,7 +50,7 @@ def columns(frames: int, rows: list[tuple[int, int, str]]) -> dict[str, Any]:
 def tracks(frames: int, rows: list[tuple[int, int, str]]) -> SceneTrace:
     ids = np.array([id for _, id, _ in rows], np.int64)
     count = len(rows)
-    more = {"id": ids, "status": np.zeros(count, np.int8), "confirmed": np.ones(count, bool)}
+    more: dict[str, Any] = {"id": ids, "status": np.zeros(count, np.int8), "confirmed": np.ones(count, bool)}
     found = TrackSet(tracker="t", tracker_seed=0, **more, **columns(frames, rows))
     return SceneTrace(found, truths(frames), RATE_HZ)
 

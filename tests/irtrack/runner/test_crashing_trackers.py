@@ -92,7 +92,7 @@ def broken_scene() -> irsim.Scenario:
 
 
 def subject(tracker: object) -> Subject:
-    return Subject("planted", tracker, "display", rules_of(irsim.loads(SCENE)))  # type: ignore[arg-type]  # a planted one, no tracker to mypy
+    return Subject("planted", tracker, "display", rules_of(irsim.loads(SCENE)))
 
 
 @pytest.fixture(scope="module")
