@@ -189,6 +189,8 @@ def run_bench(
                         seen(cell)
                 if progress is not None:
                     progress(done, total)
+        if done != total:
+            raise WorkerError(f"{done} of {total} runs came back; what was finished is kept: give the same call again")
     except BaseException:
         kept.close()
         raise

@@ -20,7 +20,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from irsim.render.interrupts import end_with_parent, ignore_interrupts, interrupts_held
+from irsim.render.interrupts import end_with_parent, forks_ended, ignore_interrupts, interrupts_held
 from irtrack.errors import IrtrackError, error_line, exit_status_text
 from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
 
@@ -209,7 +209,8 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
             answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
         else:
             try:
-                answer = function(Heartbeat(limit, numbers), *arguments)
+                with forks_ended():
+                    answer = function(Heartbeat(limit, numbers), *arguments)
             except Exception as error:
                 answer = error
         pipe.send_bytes(_answered(answer))
