@@ -25,6 +25,10 @@ Size = Annotated[tuple[_Side, _Side], Field(strict=False)]
 Count = Annotated[int, Field(ge=0)]
 
 
+class DigestError(InputError):
+    """Error of a metadata record whose bytes have changed since it was written."""
+
+
 class DigestRecord(Part):
     """MCAP metadata record with a text for each field and a digest of them, as MCAP gives no CRC."""
 
@@ -37,10 +41,11 @@ class DigestRecord(Part):
 
     @classmethod
     def from_record(cls, record: Mapping[str, str]) -> Self:
-        """Return the object stored in a record. InputError, without the file's name, for a damaged one."""
+        """Return the object stored in a record. InputError, without the file's name, where it cannot be used;
+        DigestError where it is damaged."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
-            raise InputError("damaged: its metadata does not match its digest")
+            raise DigestError("damaged: its metadata does not match its digest")
         as_text = cls._kept_as_text()
         try:
             # An untrusted recording must not import the modules that it names.

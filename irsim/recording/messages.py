@@ -290,16 +290,16 @@ def _varint(number: int) -> bytes:
     return bytes((*found, number))
 
 
-def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
+def decode_image(data: memoryview, size: tuple[int, int] | None = None) -> Image:
     """Return the read-only counts (rows, columns) of a foxglove.RawImage.
 
-    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows).
+    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows), if given.
     """
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
     dtype = np.dtype(_DTYPES[message.encoding])
-    columns, rows = size
+    columns, rows = size or (message.width, message.height)
     if (message.width, message.height, message.step) != (columns, rows, columns * dtype.itemsize):
         raise ValueError(f"{message.width}x{message.height}, {message.step} bytes a row")
     return np.frombuffer(message.data, dtype).reshape(rows, columns)
