@@ -262,14 +262,15 @@ def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str]
     written, known = str(word).lower(), {each.lower(): each for each in allowed}
     # Allowed words are tried before misspelt synonyms: 'sar' suggests 'car', not the meaning of the synonym 'sam'.
     synonyms = synonyms or {}
-    found = synonyms.get(written) or _nearest(written, known, 0.6) or _nearest(written, synonyms, 0.8)
+    found = synonyms.get(written) or known.get(_nearest(written, tuple(known), 0.6))
+    found = found or synonyms.get(_nearest(written, tuple(synonyms), 0.8))
     return f"; did you mean '{found}'?" if found else ""
 
 
-def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
-    """Return the value of the key most similar to the word, if the ratio of `difflib` is `least` or more."""
-    near = difflib.get_close_matches(word, known, n=1, cutoff=least)
-    return known[near[0]] if near else None
+@lru_cache(maxsize=1024)
+def _nearest(word: str, known: tuple[str, ...], least: float) -> str:
+    """Return the word most similar to `word`, if the ratio of `difflib` is `least` or more; else ''."""
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=least)), "")
 
 
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:

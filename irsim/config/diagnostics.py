@@ -54,6 +54,7 @@ def error_lines(
     """Return a line for each fault of a document that describes a `root`, or only for faults of the types `kinds`."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
+    names: dict[KeyPath, list[str]] = {}
     for raw, detail in _flattened(error.errors(include_url=False), ()):
         if kinds is not None and detail["type"] not in kinds:
             continue
@@ -70,7 +71,7 @@ def error_lines(
         once = "" if slot is not None and len(slot.choices) > 1 else f"{kind} {detail['msg']}"
         if (path, once) not in lines:
             problem = " ".join(_problem(kind, detail, slot, path, top, document.value).split())
-            name = path_text(path, top, document.value)
+            name = path_text(path, top, document.value, names)
             if kind == NO_FILE:
                 problem += "; allowed: an existing file"
                 if path in document.values and not place_of(document, path).startswith("override "):
