@@ -29,6 +29,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from irsim.config.fields import field_docs
+from irsim.errors import exits_refused
 
 KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
@@ -195,16 +196,20 @@ class Family:
                 at=("kind",),
             )
         try:
-            found = getattr(importlib.import_module(module), name)
-        except Exception as error:  # a user's module may raise anything while it is imported
+            with exits_refused():
+                found = getattr(importlib.import_module(module), name)
+        except (Exception, SystemExit) as error:  # a user's module may raise anything while it is imported
+            reason = f"it ends the program: {error}" if isinstance(error, SystemExit) else error
             raise invalid(
-                f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
+                f"cannot import {word!r}: {reason}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
                 "is installed or lies in the working directory",
                 at=("kind",),
             ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise invalid(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}", at=("kind",))
+        if abstract := sorted(getattr(found, "__abstractmethods__", ())):
+            raise invalid(f"{word!r} is abstract; allowed: a class that defines {', '.join(abstract)}", at=("kind",))
         return found
 
     def parse(self, value: Any) -> Kind:

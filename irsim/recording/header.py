@@ -13,7 +13,7 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc
 from irsim.config.base import Part, Several, importing_nothing
 from irsim.config.quantities import AboveZero, NotNegative
-from irsim.errors import InputError
+from irsim.errors import InputError, one_line
 from irsim.types import Curve
 
 FORMAT = 1
@@ -51,7 +51,7 @@ class DigestRecord(Part):
             # An untrusted recording must not import the modules that it names.
             with importing_nothing():
                 return cls.model_validate(
-                    {key: text if key in as_text else json.loads(text) for key, text in texts.items()}
+                    {key: _shown(text if key in as_text else json.loads(text)) for key, text in texts.items()}
                 )
         except ValidationError as error:
             first = error.errors()[0]
@@ -64,6 +64,15 @@ class DigestRecord(Part):
     def _kept_as_text(cls) -> set[str]:
         """Return the names of fields that are texts; all other fields are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
+
+
+def _shown(value: Any) -> Any:
+    """Return a JSON value with characters escaped that control a terminal."""
+    if isinstance(value, dict):
+        return {key: _shown(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_shown(item) for item in value]
+    return one_line(value) if isinstance(value, str) else value
 
 
 def _digest(texts: Mapping[str, str]) -> str:
@@ -90,7 +99,7 @@ class Header(DigestRecord):
     size: Size
     """Columns, rows."""
     bits: Annotated[int, Field(ge=1, le=16)]
-    rate_hz: AboveZero
+    rate_hz: Annotated[AboveZero, Field(le=1e9)]
     follow: str | None = None
     """Id of the target to track."""
     has_truth: bool

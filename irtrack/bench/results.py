@@ -24,7 +24,7 @@ from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
 from irtrack.bench.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION
 from irtrack.bench.summary import RANKED, ranked_texts, summary
-from irtrack.errors import InputError
+from irtrack.errors import InputError, one_line
 from irtrack.metrics import Score, Trace
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
@@ -299,7 +299,7 @@ def _cell(row: dict[str, Any], scores: dict[str, float | None]) -> RunRecord:
     single = key.task == "single"
     score = Score.from_dict(scores) if row["status"] == "ok" and single else None
     rest = (row["status"], row["failure"], score, row["severity"], row["outcome"], {} if single else scores)
-    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *rest)
+    return RunRecord(key, one_line(row["label"]), one_line(row["name"]), row["scene_hash"], *rest)
 
 
 MAX_ROWS = 40

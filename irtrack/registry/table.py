@@ -22,6 +22,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
+from irsim.errors import exits_refused
 from irtrack.detectors import DETECTOR_KINDS, DETECTORS, make_detector
 from irtrack.detectors.from_file import file_spec
 from irtrack.detectors.plain import is_plain as is_plain_detector
@@ -242,7 +243,7 @@ def _installed() -> dict[str, EntryPoint]:
 def _load(name: str, entry: EntryPoint) -> object:
     try:
         importlib.invalidate_caches()
-        with redirect_stdout(sys.stderr):
+        with redirect_stdout(sys.stderr), exits_refused():
             return entry.load()
     except (Exception, SystemExit) as error:  # a user's module may raise anything
         raise InputError(f"cannot import tracker '{name}': {error_line(error)}") from None

@@ -241,6 +241,16 @@ def test_archives_hold_one_array(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_stack(path), STACK)
 
 
+def test_a_small_archive_does_not_unpack_to_a_large_array(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("a.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (300, 1024, 1024)})
+        for _ in range(300):
+            file.write(bytes(1 << 20))
+    with pytest.raises(InputError, match=r"bomb\.npz: unpacks to 300 MB, \d+ times its size"):
+        read_stack(path)
+
+
 def test_folders_and_files_hold_the_pictures_of_one_kind(tmp_path: Path, folder: Path) -> None:
     file = folder / "0.tif"
     cv2.imwritemulti(str(file), pictures(2))

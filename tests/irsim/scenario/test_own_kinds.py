@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -172,3 +173,18 @@ def test_a_bare_family_has_defaults() -> None:
     assert plain.sky_preset is None
     assert Sensor.camera_keys == NetdSensor.camera_keys
     assert NetdSensor().integration_time_ms is None
+
+
+@pytest.mark.parametrize(
+    "code", ["import sys\nsys.exit(0)", "import os\nos._exit(0)", "from os import _exit\n_exit(0)"]
+)
+def test_a_module_that_ends_the_program_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    (tmp_path / "ends_it.py").write_text(code)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(irsim.InputError, match="cannot import 'ends_it:Lake': it ends the program"):
+        irsim.loads("background: {kind: 'ends_it:Lake'}")
+
+
+def test_an_abstract_kind_is_an_error() -> None:
+    with pytest.raises(irsim.InputError, match="'irsim.backgrounds.base:Background' is abstract; allowed: a class"):
+        irsim.loads("background: {kind: 'irsim.backgrounds.base:Background'}")

@@ -6,6 +6,7 @@ import json
 import zlib
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -33,3 +34,10 @@ def test_the_format_is_a_zlib_stream_with_a_json_header() -> None:
     end = 4 + int.from_bytes(data[:4], "little")
     assert json.loads(data[4:end]) == [["a", "<i2", [1, 2]], ["b", "<f8", [1]]]
     assert data[end:] == bytes([1, 0, 2, 0]) + np.float64(0.5).tobytes()
+
+
+def test_a_small_trace_does_not_unpack_to_a_large_one() -> None:
+    packing = zlib.compressobj(1)
+    bomb = b"".join([*(packing.compress(bytes(1 << 20)) for _ in range(257)), packing.flush()])
+    with pytest.raises(ValueError, match="more than 256 MB"):
+        unpack(bomb)

@@ -154,3 +154,9 @@ def test_trackers_of_installed_packages(foreign: Path, monkeypatch: pytest.Monke
     assert rows["gone"].startswith("cannot import tracker 'gone'")
     with pytest.raises(InputError, match=r"did you mean 'still'\?"):
         make("stil")
+
+
+def test_a_module_that_ends_the_program_is_an_error(foreign: Path) -> None:
+    (foreign / "ends_it_all.py").write_text("import os\nos._exit(0)")
+    with pytest.raises(InputError, match=r"cannot import tracker 'ends_it_all:Mine': SystemExit: os\._exit\(0\)"):
+        make("ends_it_all:Mine")
