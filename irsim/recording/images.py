@@ -182,9 +182,7 @@ def _only(file: Path, archive: Any) -> str:
     entry = archive.zip.getinfo(f"{arrays[0]}.npy")
     if entry.file_size > _LARGE_ARRAY and entry.file_size > _MOST_PACKED * entry.compress_size:
         ratio = entry.file_size // max(entry.compress_size, 1)
-        raise InputError(
-            f"{file}: unpacks to {entry.file_size >> 20} MB, {ratio} times its size; allowed: a .npy, which is not packed"
-        )
+        raise InputError(f"{file}: unpacks to {entry.file_size >> 20} MB, {ratio} times its size; allowed: a .npy file")
     return str(arrays[0])
 
 

@@ -186,5 +186,5 @@ def test_a_module_that_ends_the_program_is_an_error(tmp_path: Path, monkeypatch:
 
 
 def test_an_abstract_kind_is_an_error() -> None:
-    with pytest.raises(irsim.InputError, match="'irsim.backgrounds.base:Background' is abstract; allowed: a class"):
+    with pytest.raises(irsim.InputError, match=r"'irsim\.backgrounds\.base:Background' is abstract; allowed: a class"):
         irsim.loads("background: {kind: 'irsim.backgrounds.base:Background'}")
