@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
+from importlib.metadata import entry_points
 from typing import Annotated, Any, ClassVar, LiteralString, TypeVar
 
 from pydantic import (
@@ -181,11 +182,19 @@ class Family:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
             return self._foreign(word)
+        if isinstance(word, str) and (installed := self._installed(word)):
+            return self._foreign(installed)
         raise invalid(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
             + suggestion(word, self.kinds, self.synonyms),
             at=("kind",),
         )
+
+    def _installed(self, word: str) -> str | None:
+        """Return the 'module:Class' of an installed package's entry point in the group `irsim.NAME`, such as
+        `irsim.noise`; None without one."""
+        found = entry_points(group=f"irsim.{self.name.replace(' ', '_')}", name=word)
+        return next((each.value for each in found), None)
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")

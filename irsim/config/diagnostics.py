@@ -29,6 +29,14 @@ _EXPECTED = {
 """Type of pydantic's error -> expected type."""
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _ID_ERRORS = {"duplicate_id", "unknown_id"}
+_OTHER_NAMES = {
+    "fps": "rate_hz", "framerate": "rate_hz", "frame_rate": "rate_hz", "resolution": "size", "width": "size",
+    "height": "size", "shape": "size", "fov": "ifov_mrad", "pixel_pitch": "pitch_um", "n_frames": "frames",
+    "length": "frames", "duration": "frames", "position": "start", "pos": "start", "velocity": "speed",
+    "temperature": "temperature_k", "temp": "temperature_k", "contrast": "contrast_k", "snr": "scr",
+    "blur": "smear", "exposure": "smear", "shake": "motion", "vibration": "motion", "gain": "agc",
+}  # fmt: skip
+"""Words for keys in other programs -> the key."""
 _LONGEST = 40
 """Largest number of characters of a quoted value."""
 
@@ -108,7 +116,8 @@ def by_place(lines: Iterable[str]) -> list[str]:
 def allowed_text(words: Iterable[str], wrong: str | None = None) -> str:
     """Return "; allowed: a, b; did you mean 'a'?"."""
     known = list(words)
-    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known))
+    meant = {other: key for other, key in _OTHER_NAMES.items() if key in known}
+    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known, meant))
 
 
 def value_text(given: Any) -> str:
@@ -222,7 +231,8 @@ def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
     if slot is None:
         return "unknown key"
     keys = list(part.model_fields) if part is not None else []
-    return "unknown key" + allowed_text((["kind", *keys] if slot.family else keys), str(path[-1]))
+    words, wrong = (["kind", *keys] if slot.family else keys), str(path[-1])
+    return f"unknown key{allowed_text(words, wrong)}"
 
 
 def _parent(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:

@@ -265,6 +265,12 @@ class Results:
         current = {_version(cell) for last, cell in dated if last == newest[cell.source, cell.label]}
         return [cell for _, cell in dated if _version(cell) in current]
 
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the newest runs, each with the columns of `irtrack.export`, such as for a DataFrame."""
+        from irtrack.bench.export import row_of  # it imports this module
+
+        return [row_of(cell) for cell in self.cells()]
+
     def _expect(self, table: str, crc: int, *values: object) -> None:
         """Raise InputError unless the values of a row have its checksum."""
         if crc != checksum(*values):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
@@ -263,11 +262,6 @@ def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
 
 def run_limited(group: Group, limit: Limit) -> list[Outcome]:
     """Run a group in a new worker process, started by this process (which may be an executor's worker)."""
-    if multiprocessing.current_process().daemon:
-        raise IrtrackError(
-            "a time limit takes workers that may start processes; allowed for dask: "
-            "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
-        )
     with Pool(1) as pool:
         return _run_in(pool, limit, group)
 

@@ -110,7 +110,8 @@ class _Process:
             self._pipe, theirs = context.Pipe()
             given = theirs, self._heartbeat, dict(os.environ)
             self._process = context.Process(target=_serve, args=given, daemon=True)
-            self._process.start()
+            with _children_allowed():
+                self._process.start()
             theirs.close()
 
     def send(self, work: bytes) -> None:
@@ -164,6 +165,22 @@ class _Process:
             self._process.join(0)
             code: int | None = self._process.exitcode
             return code
+
+
+@contextmanager
+def _children_allowed() -> Iterator[None]:
+    """Let a daemonic process, such as a worker of dask, start a process in the block.
+
+    `multiprocessing` forbids it, as the children of a daemonic process would outlive it; a worker ends with its parent
+    (`end_with_parent`).
+    """
+    config: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]  # no public way
+    daemonic = config.pop("daemon", None)
+    try:
+        yield
+    finally:
+        if daemonic is not None:
+            config["daemon"] = daemonic
 
 
 def _context() -> Any:

@@ -208,6 +208,16 @@ class Raiser(Walker):
         return super().step(state, frame, rng)
 
 
+class Still:
+    """A plain tracker that gives the start box for ever."""
+
+    def start(self, frame: Any, box: Box) -> None:
+        self.box = box
+
+    def step(self, frame: Any) -> Any:
+        return self.box
+
+
 class Says:
     """A plain tracker that gives another answer from frame 5 on."""
 
