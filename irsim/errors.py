@@ -152,7 +152,7 @@ def exits_refused() -> Iterator[None]:
             raise SystemExit(f"os._exit({code}) is called")
         exit_now(code)
 
-    os._exit = refuse
+    os._exit = refuse  # type: ignore[assignment]  # typeshed names its argument
     try:
         yield
     finally:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import chain, groupby, islice, pairwise
 from pathlib import Path
 from statistics import median
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 import numpy as np
 from isal.isal_zlib import crc32
@@ -20,6 +20,7 @@ from mcap.records import Attachment, Channel, Chunk, Metadata
 
 from irsim import __version__
 from irsim.camera import AGCS
+from irsim.camera.agc import Agc
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted
 from irsim.recording.header import Contents, DigestError, Header
@@ -154,7 +155,7 @@ class Salvage:
             bits=bits,
             rate_hz=float(f"{1e9 / median(steps):.6g}") if steps else 30.0,
             has_truth=self.has_truth,
-            agc=AGCS.parse({"kind": "none" if is_8_bit else "linear"}),
+            agc=cast(Agc, AGCS.parse({"kind": "none" if is_8_bit else "linear"})),
         )
 
     def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:

@@ -171,7 +171,7 @@ class Results:
 
     def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
         """Store a call of the bench and return it; `run` is this call from now on."""
-        row = {"started": started, "command": command, "versions": json.dumps(versions)}
+        row: dict[str, Any] = {"started": started, "command": command, "versions": json.dumps(versions)}
         row["crc"] = checksum(*row.values())
         self.run = Run(self._insert("runs", row), started, command, dict(versions))
         return self.run
