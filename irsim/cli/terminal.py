@@ -26,6 +26,9 @@ SIGNALLED = 128
 INTERRUPTED = SIGNALLED + signal.SIGINT
 """Exit status after Ctrl-C."""
 
+LONGEST_LINE = 4000
+"""Largest number of characters of an error that is printed whole."""
+
 DRAWN_EVERY_S = 0.1
 """Least time between two drawings of a progress bar, s, as in rich."""
 PRINTED_EVERY_S = 10.0
@@ -108,7 +111,8 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(2)
     except IrsimError as error:
         for line in str(error).splitlines():
-            print(f"{name}: {in_options(line)}", file=sys.stderr)
+            shown = line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]}... ({len(line)} characters)"
+            print(f"{name}: {in_options(shown)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
         # The reader of the output has closed it.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import CancelledError, Executor, as_completed
 from copy import copy
 from datetime import UTC, datetime
 from functools import partial
@@ -245,6 +245,8 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 found = future.result()
             except IrtrackError:
                 raise
+            except CancelledError:
+                raise WorkerError("no worker is left; what was finished is kept: give the same call again") from None
             except Exception as error:
                 what = " ".join(f"{type(error).__name__}: {error}".split())
                 raise WorkerError(f"a worker failed: {what}") from error
