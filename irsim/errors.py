@@ -5,14 +5,15 @@ from __future__ import annotations
 import _thread
 import importlib
 import operator
+import os
 import re
 import reprlib
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple, NoReturn
 
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """Control characters except tab and line feed, line and direction marks, and surrogates."""
@@ -113,6 +114,11 @@ def printable(text: str) -> str:
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
+def one_line(text: str) -> str:
+    """Return a `printable` text with line feeds escaped, too."""
+    return printable(text).replace("\n", "\\n")
+
+
 def counted(count: int, noun: str) -> str:
     """Return '1 frame', '2 frames'."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
@@ -133,6 +139,24 @@ def exit_status_text(code: int | None) -> str:
     with suppress(ValueError):
         return signal.Signals(-code).name
     return f"signal {-code}"
+
+
+@contextmanager
+def exits_refused() -> Iterator[None]:
+    """Raise SystemExit where code in the block calls `os._exit`, which would end the program without a word."""
+    exit_now = os._exit
+    active = True
+
+    def refuse(code: int) -> NoReturn:
+        if active:
+            raise SystemExit(f"os._exit({code}) is called")
+        exit_now(code)
+
+    os._exit = refuse  # type: ignore[assignment]  # typeshed names its argument
+    try:
+        yield
+    finally:
+        os._exit, active = exit_now, False
 
 
 def lazy_exports(package: str, modules: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

@@ -180,6 +180,13 @@ class Frame:
         rows, cols = self.image.shape
         return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
 
+    def _repr_html_(self) -> str:
+        from irsim.notebook import framed  # it imports this module
+
+        low, high = int(self.image.min()), int(self.image.max())
+        picture = np.rint((self.image.astype(np.float32) - low) * (255 / max(high - low, 1))).astype(np.uint8)
+        return framed(picture, [], f"{self!r}: {low} black to {high} white")
+
 
 @dataclass(frozen=True, slots=True)
 class TargetTruth:

@@ -12,6 +12,7 @@ from irsim.errors import lazy_exports
 
 # Public name -> its module, imported on first use: `irtrack --help` must not wait for numpy.
 _PUBLIC = {
+    "Box": "irsim.types",
     "Estimate": "irtrack.types",
     "Track": "irtrack.types",
     "Tracker": "irtrack.types",

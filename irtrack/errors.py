@@ -11,7 +11,7 @@ from __future__ import annotations
 import traceback
 from types import TracebackType
 
-from irsim.errors import InputError, exit_status_text, printable, whole_number
+from irsim.errors import InputError, exit_status_text, one_line, printable, whole_number
 from irsim.errors import IrsimError as IrtrackError
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "WorkerError",
     "error_line",
     "exit_status_text",
+    "one_line",
     "whole_number",
 ]
 

@@ -10,10 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.config.base import NamedKind, Several
+from irsim.config.base import NamedKind, Several, invalid
 from irsim.config.quantities import Fraction, Index
 from irsim.rng import uniforms
 from irsim.types import Bools
+
+MAX_ARRIVALS = 20_000_000
+"""Largest number of frames that arrive: twice as many as a scenario may have."""
 
 BLOCK = 1024
 """Frames per draw of random numbers."""
@@ -65,7 +68,9 @@ def arriving_frames(faults: Sequence[FrameFault], count: int, seed: int) -> Sequ
         return range(count)
     copies = np.ones(count, dtype=np.intp)
     for fault in faults:
-        copies *= fault.copies(fault.hits(count, seed))
+        copies = np.minimum(copies * fault.copies(fault.hits(count, seed)), MAX_ARRIVALS + 1)
+    if copies.sum() > MAX_ARRIVALS:
+        raise invalid(f"more than {MAX_ARRIVALS} frames arrive; allowed: fewer faults", at=("camera", "faults"))
     return tuple(np.repeat(np.arange(count), copies).tolist())
 
 

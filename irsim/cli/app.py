@@ -66,7 +66,7 @@ def check(
     Doubtful values are printed as warnings; status 2 where there is an error.
     """
     from irsim.lint.warnings import unheeded, warnings
-    from irsim.render.sources import switched_off
+    from irsim.render.sources import draw_own_kinds, switched_off
 
     overrides = [word for word in words if "=" in word and not is_there(word)]
     scenarios = [word for word in words if word not in overrides]
@@ -78,6 +78,7 @@ def check(
             with progress_bar(f"check {scenario}") as progress:
                 lines = warnings(scenario, [*overrides, *switched_off(scenario, overrides, off)], progress)
                 lines += [line for line in unheeded(scenario, overrides, off) if line not in lines]
+                draw_own_kinds(scenario, overrides, off)
         except InputError as error:
             failed = True
             # Without the prefix `irsim: `, so that editors find FILE:LINE:COLUMN.

@@ -80,6 +80,8 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, frame in zip(grid.flat, frames, strict=False):
+        axes.set_axis_on()  # pixels, for start boxes and regions
+        axes.tick_params(labelsize=6, length=2, pad=1)
         truth = next(iter(source.truths(frame.index, frame.index + 1)), None)
         occupied = _draw_frame(axes, frame, truth, greys, CELL_MARGIN * width / (cell * POINTS_PER_IN))
         followed = truth.target(source.follow) if truth is not None and source.follow is not None else None

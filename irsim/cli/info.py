@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
 from irsim.cli.terminal import progress_bar
-from irsim.errors import counted, decimal_text
+from irsim.errors import counted, decimal_text, one_line
 
 if TYPE_CHECKING:
     from irsim.cli.truth_summary import FrameSpan, TargetSummary
@@ -40,7 +40,7 @@ def info(
         *_facts(opened, len(opened) / opened.rate_hz if recording is None else recording.info()["duration_s"]),
         *(_names(opened) if recording is None else _file_facts(recording)),
     ):
-        print(f"{label:10} {text}")
+        print(f"{label:10} {one_line(text)}")
 
 
 def _names(source: Source) -> Iterator[tuple[str, str]]:

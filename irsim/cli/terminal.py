@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
@@ -17,13 +18,16 @@ from typing import Annotated, Any, Protocol
 
 import typer
 
-from irsim.errors import InputError, IrsimError
+from irsim.errors import InputError, IrsimError, printable
 
 SIGNALLED = 128
 """Exit status after a signal is this plus the signal's number, as in shells."""
 
 INTERRUPTED = SIGNALLED + signal.SIGINT
 """Exit status after Ctrl-C."""
+
+LONGEST_LINE = 4000
+"""Largest number of characters of an error that is printed whole."""
 
 DRAWN_EVERY_S = 0.1
 """Least time between two drawings of a progress bar, s, as in rich."""
@@ -107,7 +111,8 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(2)
     except IrsimError as error:
         for line in str(error).splitlines():
-            print(f"{name}: {in_options(line)}", file=sys.stderr)
+            shown = line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]}... ({len(line)} characters)"
+            print(f"{name}: {in_options(shown)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
         # The reader of the output has closed it.
@@ -123,6 +128,26 @@ def run(app: typer.Typer, name: str) -> None:
             error = OSError(f"standard output: cannot be written: {error.strerror}")
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)
+    except Exception as error:
+        if not (calls := own_calls(error)):
+            raise
+        print("\n".join([f"{name}: {calls[-1]}", *calls[:-1]]), file=sys.stderr)
+        sys.exit(1)
+
+
+def own_calls(error: BaseException) -> list[str]:
+    """Return the lines of the traceback from a user's first module on, and the error last; none where no module of a
+    user, such as a kind of their own, was called by irsim or irtrack."""
+    packages = (str(Path(__file__).parents[1]), str(Path(__file__).parents[2] / "irtrack"))
+    installed = (*packages, os.path.dirname(os.__file__), *filter(None, (sys.prefix, sys.base_prefix)), "<")
+    frames = traceback.extract_tb(error.__traceback__)
+    within = next((at for at, frame in enumerate(frames) if frame.filename.startswith(packages)), len(frames))
+    called = [at for at, frame in enumerate(frames) if at > within and not frame.filename.startswith(installed)]
+    if not called:
+        return []
+    lines = traceback.format_list([frame for frame in frames[called[0] :] if not frame.filename.startswith(packages)])
+    last = "".join(traceback.format_exception_only(error)).strip()
+    return [*printable("".join(lines)).splitlines(), printable(last)]
 
 
 def _discard_output() -> None:

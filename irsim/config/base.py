@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
+from importlib.metadata import entry_points
 from typing import Annotated, Any, ClassVar, LiteralString, TypeVar
 
 from pydantic import (
@@ -29,6 +30,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from irsim.config.fields import field_docs
+from irsim.errors import exits_refused
 
 KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
@@ -180,11 +182,19 @@ class Family:
             return self.kinds[word]
         if isinstance(word, str) and ":" in word:
             return self._foreign(word)
+        if isinstance(word, str) and (installed := self._installed(word)):
+            return self._foreign(installed)
         raise invalid(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
             + suggestion(word, self.kinds, self.synonyms),
             at=("kind",),
         )
+
+    def _installed(self, word: str) -> str | None:
+        """Return the 'module:Class' of an installed package's entry point in the group `irsim.NAME`, such as
+        `irsim.noise`; None without one."""
+        found = entry_points(group=f"irsim.{self.name.replace(' ', '_')}", name=word)
+        return next((each.value for each in found), None)
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")
@@ -195,16 +205,20 @@ class Family:
                 at=("kind",),
             )
         try:
-            found = getattr(importlib.import_module(module), name)
-        except Exception as error:  # a user's module may raise anything while it is imported
+            with exits_refused():
+                found = getattr(importlib.import_module(module), name)
+        except (Exception, SystemExit) as error:  # a user's module may raise anything while it is imported
+            reason = f"it ends the program: {error}" if isinstance(error, SystemExit) else error
             raise invalid(
-                f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
+                f"cannot import {word!r}: {reason}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
                 "is installed or lies in the working directory",
                 at=("kind",),
             ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise invalid(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}", at=("kind",))
+        if abstract := sorted(getattr(found, "__abstractmethods__", ())):
+            raise invalid(f"{word!r} is abstract; allowed: a class that defines {', '.join(abstract)}", at=("kind",))
         return found
 
     def parse(self, value: Any) -> Kind:
@@ -262,14 +276,15 @@ def suggestion(word: object, allowed: Iterable[str], synonyms: Mapping[str, str]
     written, known = str(word).lower(), {each.lower(): each for each in allowed}
     # Allowed words are tried before misspelt synonyms: 'sar' suggests 'car', not the meaning of the synonym 'sam'.
     synonyms = synonyms or {}
-    found = synonyms.get(written) or _nearest(written, known, 0.6) or _nearest(written, synonyms, 0.8)
+    found = synonyms.get(written) or known.get(_nearest(written, tuple(known), 0.6))
+    found = found or synonyms.get(_nearest(written, tuple(synonyms), 0.8))
     return f"; did you mean '{found}'?" if found else ""
 
 
-def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
-    """Return the value of the key most similar to the word, if the ratio of `difflib` is `least` or more."""
-    near = difflib.get_close_matches(word, known, n=1, cutoff=least)
-    return known[near[0]] if near else None
+@lru_cache(maxsize=1024)
+def _nearest(word: str, known: tuple[str, ...], least: float) -> str:
+    """Return the word most similar to `word`, if the ratio of `difflib` is `least` or more; else ''."""
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=least)), "")
 
 
 def no_such(word: object, allowed: Iterable[str], none: str = "nothing") -> str:

@@ -29,6 +29,14 @@ _EXPECTED = {
 """Type of pydantic's error -> expected type."""
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _ID_ERRORS = {"duplicate_id", "unknown_id"}
+_OTHER_NAMES = {
+    "fps": "rate_hz", "framerate": "rate_hz", "frame_rate": "rate_hz", "resolution": "size", "width": "size",
+    "height": "size", "shape": "size", "fov": "ifov_mrad", "pixel_pitch": "pitch_um", "n_frames": "frames",
+    "length": "frames", "duration": "frames", "position": "start", "pos": "start", "velocity": "speed",
+    "temperature": "temperature_k", "temp": "temperature_k", "contrast": "contrast_k", "snr": "scr",
+    "blur": "smear", "exposure": "smear", "shake": "motion", "vibration": "motion", "gain": "agc",
+}  # fmt: skip
+"""Words for keys in other programs -> the key."""
 _LONGEST = 40
 """Largest number of characters of a quoted value."""
 
@@ -54,6 +62,7 @@ def error_lines(
     """Return a line for each fault of a document that describes a `root`, or only for faults of the types `kinds`."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
+    names: dict[KeyPath, list[str]] = {}
     for raw, detail in _flattened(error.errors(include_url=False), ()):
         if kinds is not None and detail["type"] not in kinds:
             continue
@@ -70,7 +79,7 @@ def error_lines(
         once = "" if slot is not None and len(slot.choices) > 1 else f"{kind} {detail['msg']}"
         if (path, once) not in lines:
             problem = " ".join(_problem(kind, detail, slot, path, top, document.value).split())
-            name = path_text(path, top, document.value)
+            name = path_text(path, top, document.value, names)
             if kind == NO_FILE:
                 problem += "; allowed: an existing file"
                 if path in document.values and not place_of(document, path).startswith("override "):
@@ -107,7 +116,8 @@ def by_place(lines: Iterable[str]) -> list[str]:
 def allowed_text(words: Iterable[str], wrong: str | None = None) -> str:
     """Return "; allowed: a, b; did you mean 'a'?"."""
     known = list(words)
-    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known))
+    meant = {other: key for other, key in _OTHER_NAMES.items() if key in known}
+    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known, meant))
 
 
 def value_text(given: Any) -> str:
@@ -221,7 +231,8 @@ def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
     if slot is None:
         return "unknown key"
     keys = list(part.model_fields) if part is not None else []
-    return "unknown key" + allowed_text((["kind", *keys] if slot.family else keys), str(path[-1]))
+    words, wrong = (["kind", *keys] if slot.family else keys), str(path[-1])
+    return f"unknown key{allowed_text(words, wrong)}"
 
 
 def _parent(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:

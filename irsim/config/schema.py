@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import types
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -155,16 +156,23 @@ def item_name(slot: Slot | None, item: Any) -> str | None:
 def item_names(slot: Slot, items: Sequence[Any]) -> list[str]:
     """Return a name for each item of a list in `slot`: its name if unique, else its number."""
     names = [item_name(slot.child(items, index), item) for index, item in enumerate(items)]
-    return [str(index) if name is None or names.count(name) > 1 else name for index, name in enumerate(names)]
+    uses = Counter(names)
+    return [str(index) if name is None or uses[name] > 1 else name for index, name in enumerate(names)]
 
 
-def path_text(path: KeyPath, root: Slot, value: Any) -> str:
-    """Return 'targets.jet.path.speed': a path with names of list items in place of numbers."""
+def path_text(path: KeyPath, root: Slot, value: Any, known: dict[KeyPath, list[str]] | None = None) -> str:
+    """Return 'targets.jet.path.speed': a path with names of list items in place of numbers.
+
+    known  names of the items of lists, by the lists' paths, kept between calls for one value
+    """
     steps: list[str] = []
+    known = {} if known is None else known
     slot: Slot | None = root
-    for step in path:
+    for place, step in enumerate(path):
         is_item = isinstance(step, int) and isinstance(value, list) and 0 <= step < len(value)
-        steps.append(item_names(slot, value)[int(step)] if is_item and slot is not None else str(step))
+        if is_item and slot is not None and path[:place] not in known:
+            known[path[:place]] = item_names(slot, value)
+        steps.append(known[path[:place]][int(step)] if is_item and slot is not None else str(step))
         slot = slot.child(value, step) if slot is not None else None
         value = member(value, step)
     return dotted(tuple(steps))

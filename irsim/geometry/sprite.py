@@ -124,29 +124,35 @@ def overlap(
     return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
 
 
-def exposure_mean(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:
+def exposure_mean(
+    middle: Sprite | None, instants: Sequence[Sprite | None], shape: tuple[int, int] | None = None
+) -> Sprite | None:
     """Return the mean of a sprite over an exposure, with its samples; None if it is absent at every instant.
 
     middle    sprite at the middle of the exposure, which gives the geometry fields; if it is None, the first sample
               gives them
     instants  sprites at evenly spaced instants; None where the object is absent
+    shape     (rows, columns) of the picture: a patch much larger than it leaves out the parts that lie outside
     """
     parts = [part for part in instants if part is not None]
     if all(part is middle for part in instants) or not parts:
         return middle
     middle = middle or parts[0]
     drawn = [middle, *parts]  # a turning object may reach farthest at the middle
-    x0, y0 = min(each.x0 for each in drawn), min(each.y0 for each in drawn)
-    right = max(each.x0 + each.alpha.shape[1] for each in drawn)
-    bottom = max(each.y0 + each.alpha.shape[0] for each in drawn)
+    x0, y0, right, bottom = _bounds(drawn)
+    left_out = False
+    if shape is not None and (right - x0) * (bottom - y0) > _MANY_PICTURES * shape[0] * shape[1]:
+        drawn = [each for each in drawn if each.within(shape)] or [middle]
+        x0, y0, right, bottom = _bounds(drawn)
+        left_out = not all(any(part is each for each in drawn) for part in parts)
     samples = np.zeros((3, len(instants), bottom - y0, right - x0))
     for number, part in enumerate(instants):
-        if part is not None:
+        if part is not None and any(part is each for each in drawn):
             rows, columns = part.alpha.shape
             place = slice(part.y0 - y0, part.y0 - y0 + rows), slice(part.x0 - x0, part.x0 - x0 + columns)
             samples[(slice(None), number, *place)] = part.cover, part.alpha, part.emission
     cover, alpha, emission = samples.mean(axis=1)
-    whole = len(parts) == len(instants) and all(part.whole for part in parts)
+    whole = not left_out and len(parts) == len(instants) and all(part.whole for part in parts)
     return middle._replace(
         x0=x0,
         y0=y0,
@@ -157,6 +163,17 @@ def exposure_mean(middle: Sprite | None, instants: Sequence[Sprite | None]) -> S
         area=sum(part.area for part in parts) / len(instants),
         samples=ExposureSamples(samples[0], samples[1], samples[2], whole),
     )
+
+
+_MANY_PICTURES = 4
+"""Size of the largest patch that is drawn whole, in pictures."""
+
+
+def _bounds(sprites: Sequence[Sprite]) -> tuple[int, int, int, int]:
+    """Return the bounds of all patches: x0, y0, and the column and row past the last ones."""
+    edges = [(each.x0, each.y0, each.x0 + each.alpha.shape[1], each.y0 + each.alpha.shape[0]) for each in sprites]
+    lefts, tops, rights, bottoms = zip(*edges, strict=True)
+    return min(lefts), min(tops), max(rights), max(bottoms)
 
 
 def _light_centroid(middle: Sprite, parts: Sequence[Sprite]) -> tuple[float, float]:

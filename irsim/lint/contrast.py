@@ -58,7 +58,7 @@ class _ContrastProbe:
         if piece is None:
             return None
         renderer, band = self.renderer, self.scenario.context.band
-        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        view_direction, noise = renderer.now(frame).view_direction(frame), renderer.noise(frame)
         light, rendered = compose(renderer.layers, [piece], view_direction, band, noise)
         sprite = piece.sprite
         if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
@@ -86,7 +86,7 @@ class _ContrastProbe:
         return None
 
     def _point(self, name: str, frame: int) -> NamedSprite | None:
-        trajectory = next(trajectory for trajectory in self.renderer.trajectories if trajectory.target.id == name)
+        trajectory = next(each for each in self.renderer.now(frame).trajectories if each.target.id == name)
         if not trajectory.target.exists(frame):
             return None
         pose = self.renderer.pose(frame)

@@ -127,11 +127,32 @@ class Spline:
 def _second_derivatives(knots: Floats, points: Floats) -> Floats:
     """Return second derivatives (n, d) at the knots, zero at both ends."""
     count = len(knots)
-    matrix = np.eye(count)
     right = np.zeros_like(points)
     width = np.diff(knots)
     slope = np.diff(points, axis=0) / width[:, None]
+    if count > _DENSE:
+        right[1:-1] = np.diff(slope, axis=0)
+        return _solve_tridiagonal(width / 6, (width[:-1] + width[1:]) / 3, right)
+    matrix = np.eye(count)
     for k in range(1, count - 1):
         matrix[k, k - 1 : k + 2] = width[k - 1] / 6, (width[k - 1] + width[k]) / 3, width[k] / 6
         right[k] = slope[k] - slope[k - 1]
     return np.linalg.solve(matrix, right)
+
+
+_DENSE = 512
+"""Largest number of knots whose equations are solved by a dense matrix; for more, time and memory would grow fast."""
+
+
+def _solve_tridiagonal(beside: Floats, middle: Floats, right: Floats) -> Floats:
+    """Return the solution (n, d) of the symmetric equations beside[k-1] x[k-1] + middle[k-1] x[k] + beside[k] x[k+1] =
+    right[k] for k within 1 .. n-2, x zero at both ends, by elimination and substitution (Thomas)."""
+    count = len(right)
+    found, factors = right.copy(), np.zeros(count)
+    for k in range(1, count - 1):
+        pivot = middle[k - 1] - beside[k - 1] * factors[k - 1]
+        factors[k] = beside[k] / pivot
+        found[k] = (right[k] - beside[k - 1] * found[k - 1]) / pivot
+    for k in range(count - 2, 0, -1):
+        found[k] -= factors[k] * found[k + 1]
+    return found

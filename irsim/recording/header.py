@@ -13,7 +13,7 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc
 from irsim.config.base import Part, Several, importing_nothing
 from irsim.config.quantities import AboveZero, NotNegative
-from irsim.errors import InputError
+from irsim.errors import InputError, one_line
 from irsim.types import Curve
 
 FORMAT = 1
@@ -23,6 +23,10 @@ _Side = Annotated[int, Field(ge=1, le=65_535)]
 Size = Annotated[tuple[_Side, _Side], Field(strict=False)]
 """Columns, rows."""
 Count = Annotated[int, Field(ge=0)]
+
+
+class DigestError(InputError):
+    """Error of a metadata record whose bytes have changed since it was written."""
 
 
 class DigestRecord(Part):
@@ -37,16 +41,17 @@ class DigestRecord(Part):
 
     @classmethod
     def from_record(cls, record: Mapping[str, str]) -> Self:
-        """Return the object stored in a record. InputError, without the file's name, for a damaged one."""
+        """Return the object stored in a record. InputError, without the file's name, where it cannot be used;
+        DigestError where it is damaged."""
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
-            raise InputError("damaged: its metadata does not match its digest")
+            raise DigestError("damaged: its metadata does not match its digest")
         as_text = cls._kept_as_text()
         try:
             # An untrusted recording must not import the modules that it names.
             with importing_nothing():
                 return cls.model_validate(
-                    {key: text if key in as_text else json.loads(text) for key, text in texts.items()}
+                    {key: _shown(text if key in as_text else json.loads(text)) for key, text in texts.items()}
                 )
         except ValidationError as error:
             first = error.errors()[0]
@@ -59,6 +64,15 @@ class DigestRecord(Part):
     def _kept_as_text(cls) -> set[str]:
         """Return the names of fields that are texts; all other fields are stored as JSON."""
         return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
+
+
+def _shown(value: Any) -> Any:
+    """Return a JSON value with characters escaped that control a terminal."""
+    if isinstance(value, dict):
+        return {key: _shown(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_shown(item) for item in value]
+    return one_line(value) if isinstance(value, str) else value
 
 
 def _digest(texts: Mapping[str, str]) -> str:
@@ -85,7 +99,7 @@ class Header(DigestRecord):
     size: Size
     """Columns, rows."""
     bits: Annotated[int, Field(ge=1, le=16)]
-    rate_hz: AboveZero
+    rate_hz: Annotated[AboveZero, Field(le=1e9)]
     follow: str | None = None
     """Id of the target to track."""
     has_truth: bool

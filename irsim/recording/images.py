@@ -166,6 +166,12 @@ def read_stack(file: Path) -> Image:
     return _checked(file, found)
 
 
+_LARGE_ARRAY = 1 << 28
+"""Size from which an array must not be much larger than its file, bytes."""
+_MOST_PACKED = 100
+"""Largest ratio of a large array's size to its packed size; pictures with noise reach 10."""
+
+
 def _only(file: Path, archive: Any) -> str:
     """Return the name of the only array in a .npz archive, which may contain other files."""
     arrays = [entry.removesuffix(".npy") for entry in archive.zip.namelist() if entry.endswith(".npy")]
@@ -173,6 +179,10 @@ def _only(file: Path, archive: Any) -> str:
         raise InputError(
             f"{file}: holds the arrays {reprlib.repr(arrays)}; allowed: one (numpy.save writes a single one)"
         )
+    entry = archive.zip.getinfo(f"{arrays[0]}.npy")
+    if entry.file_size > _LARGE_ARRAY and entry.file_size > _MOST_PACKED * entry.compress_size:
+        ratio = entry.file_size // max(entry.compress_size, 1)
+        raise InputError(f"{file}: unpacks to {entry.file_size >> 20} MB, {ratio} times its size; allowed: a .npy file")
     return str(arrays[0])
 
 

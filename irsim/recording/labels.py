@@ -13,6 +13,7 @@ from pathlib import Path
 from irsim.config.base import suggestion
 from irsim.config.paths import text_bytes
 from irsim.errors import InputError, counted
+from irsim.recording.messages import FARTHEST
 from irsim.types import Box, TargetTruth, Truth
 
 _REQUIRED = ("frame", "x", "y", "w", "h")
@@ -212,6 +213,8 @@ def _box(row: dict[str, str], place: str) -> Box | None:
         value = float(text) if _NUMBER.fullmatch(text) else math.nan
         if not math.isfinite(value):
             raise InputError(f"{place}: {column}: {text!r} is not a number; allowed: px, or all four blank for absent")
+        if abs(value) > FARTHEST:
+            raise InputError(f"{place}: {column}: {text} is out of range; allowed: -{FARTHEST:g} to {FARTHEST:g} px")
         if column in ("w", "h") and value <= 0:
             raise InputError(f"{place}: {column}: {text} is not a size; allowed: more than 0 px")
         values.append(value)

@@ -44,6 +44,12 @@ _LARGEST_UNPACKED = (1 << 30) + (1 << 20)
 forged chunk of a few kB could fill the memory."""
 
 
+_LARGE = 1 << 27
+"""Size from which an unpacked chunk must not be much larger than the packed one, bytes."""
+_MOST_PACKED = 1000
+"""Largest ratio of a large chunk's size to its packed size; pictures with noise reach 10."""
+
+
 @dataclass(frozen=True, slots=True)
 class Packet:
     """Message that was read: sequence number, log time in ns, bytes."""
@@ -76,7 +82,7 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
     """Return the `size` bytes of records in a compressed chunk; None where unpacking fails."""
     if compression == "":
         return packed
-    if not 0 < size <= _LARGEST_UNPACKED:
+    if not 0 < size <= _LARGEST_UNPACKED or (size > _LARGE and size > _MOST_PACKED * len(packed)):
         return None
     import lz4.frame  # type: ignore[import-untyped]  # lz4 has no stubs
     import zstandard

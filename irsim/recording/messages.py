@@ -16,6 +16,7 @@ from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
 
+from irsim.errors import one_line
 from irsim.types import Band, BandName, Box, Image, Pose, TargetTruth, Truth
 
 EPOCH_NS = 1_577_836_800 * 10**9
@@ -183,20 +184,25 @@ def optional_field(message: Any, field: str) -> Any:
     value = getattr(message, field)
     if isinstance(value, Message):
         return tuple(getattr(value, part.name) for part in value.DESCRIPTOR.fields)
-    return checked_text(value) if isinstance(value, bytes) else value
+    return checked_text(value) if isinstance(value, bytes | str) else value
+
+
+FARTHEST = 1e12
+"""Largest magnitude of a coordinate or size, px or m: beyond it, squares and products could overflow."""
 
 
 def checked_text(value: str | bytes) -> str:
-    """Return a text. Raises ValueError for bytes, by which protobuf returns text that is not UTF-8."""
+    """Return a text, with characters escaped that control a terminal. Raises ValueError for bytes, by which protobuf
+    returns text that is not UTF-8."""
     if isinstance(value, bytes):
         raise ValueError(f"{value!r} is not text")
-    return value
+    return one_line(value)
 
 
 def required_numbers(message: Any, field: str) -> Any:
-    """Return the numbers of a field as a tuple. Raises ValueError where one is missing or not finite."""
+    """Return the numbers of a field as a tuple. Raises ValueError where one is missing or beyond `FARTHEST`."""
     values = optional_field(message, field)
-    if values is None or not all(map(isfinite, values)):
+    if values is None or not all(abs(value) <= FARTHEST for value in values):
         raise ValueError(f"{field} {values}")
     return values
 
@@ -290,16 +296,16 @@ def _varint(number: int) -> bytes:
     return bytes((*found, number))
 
 
-def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
+def decode_image(data: memoryview, size: tuple[int, int] | None = None) -> Image:
     """Return the read-only counts (rows, columns) of a foxglove.RawImage.
 
-    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows).
+    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows), if given.
     """
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
     dtype = np.dtype(_DTYPES[message.encoding])
-    columns, rows = size
+    columns, rows = size or (message.width, message.height)
     if (message.width, message.height, message.step) != (columns, rows, columns * dtype.itemsize):
         raise ValueError(f"{message.width}x{message.height}, {message.step} bytes a row")
     return np.frombuffer(message.data, dtype).reshape(rows, columns)

@@ -99,7 +99,8 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
         _remove_leftovers(real)
     temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
     try:
-        with open(temporary, "wb") as file:
+        temporary.unlink(missing_ok=True)  # of an ended process, or a link that would be written through
+        with open(temporary, "xb") as file:
             _lock(file)
             yield file
         os.replace(temporary, real)
@@ -111,6 +112,18 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
     finally:
         with suppress(OSError):  # a read-only file system refuses to remove even a missing file
             temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def all_or_none(*paths: Path | None) -> Iterator[None]:
+    """Remove outputs that are new if the block, which writes them, ends with an error; None stands for no output."""
+    new = [path for path in paths if path is not None and not path.exists()]
+    try:
+        yield
+    except BaseException:
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
-from irsim.recording.header import Contents, Header
+from irsim.recording.header import Contents, DigestError, Header
 from irsim.recording.mcap_reader import McapFile, TopicIndex, open_mcap
 from irsim.recording.mcap_records import Packet
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
@@ -205,6 +205,8 @@ def open_recording(path: str | Path) -> Recording:
     mcap = open_mcap(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
     metadata = mcap.metadata
     if "irsim" not in metadata:
+        if any(entry.name == "irsim" for entry in mcap.metadata_index):
+            raise mcap.damage_error("its metadata cannot be read")
         problem = (
             "holds a track, not frames (a viewer shows it beside its recording)"
             if "irsim_track" in metadata
@@ -214,5 +216,7 @@ def open_recording(path: str | Path) -> Recording:
     try:
         header, contents = Header.from_record(metadata["irsim"]), metadata.get("irsim_contents", {})
         return Recording(path, header, Contents.from_record(contents), mcap)
+    except DigestError:
+        raise mcap.damage_error("its metadata does not match its digest") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

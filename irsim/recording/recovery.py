@@ -7,18 +7,23 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import chain, groupby
+from itertools import chain, groupby, islice, pairwise
 from pathlib import Path
-from typing import BinaryIO
+from statistics import median
+from typing import BinaryIO, cast
 
+import numpy as np
 from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 
+from irsim import __version__
+from irsim.camera import AGCS
+from irsim.camera.agc import Agc
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted
-from irsim.recording.header import Contents, Header
+from irsim.recording.header import Contents, DigestError, Header
 from irsim.recording.mcap_reader import DamageError, McapFile, TopicIndex, check_mcap, open_mcap
 from irsim.recording.mcap_records import BROKEN, CRC, MAGIC, RECORD, Packet, packets, records, unpack
 from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
@@ -62,6 +67,9 @@ def _checked_chunks(mcap: McapFile, topic_index: TopicIndex) -> Iterator[tuple[b
             first = end
 
 
+_FITTED_FRAMES = 100
+"""Number of frames to which a lost header is fitted."""
+
 Part = Metadata | Attachment | Channel | memoryview
 """Intact part of a damaged file; a memoryview contains the records of a chunk."""
 
@@ -77,9 +85,17 @@ class Salvage:
     truths: dict[int, Packet] = field(default_factory=dict)
 
     @property
+    def stated(self) -> Header | None:
+        """Header that was written; None where it is lost. InputError where it cannot be used."""
+        with suppress(DigestError):
+            return Header.from_record(self.metadata.get("irsim", {}))
+        return None
+
+    @property
     def has_truth(self) -> bool:
         """True if the recording has a truth for each frame."""
-        return self.metadata.get("irsim", {}).get("has_truth") == "true"
+        stated = self.stated
+        return TRUTH in self.topics if stated is None else stated.has_truth
 
     @property
     def contents(self) -> Contents | None:
@@ -103,19 +119,44 @@ class Salvage:
                 yield from self._frames_in(part)
 
     def header(self) -> Header:
-        """Return the header, which precedes the first frame. Raises InputError where it is lost."""
-        any_frame = next(self.frames(), None) is not None
+        """Return the header, which precedes the first frame; where it is lost, one that fits the frames. Raises
+        InputError where there is neither."""
+        try:
+            any_frame = next(self.frames(), None) is not None
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from None
         if not any_frame or "irsim" not in self.metadata:
             if _is_foreign(self.path):
                 raise InputError(
                     f"{self.path}: is MCAP but not a recording of irsim; allowed: a folder of PNG or TIFF, a TIFF, "
                     "a .npy, a video, or a recording of irsim"
                 )
+            if not any_frame:
+                raise _nothing_left(self.path)
+        return self.stated or self._fitted()
+
+    def _fitted(self) -> Header:
+        """Return a header with the size, depth and rate of the intact frames, and defaults."""
+        times, images = [], []
+        for packet, _ in islice(self.frames(), _FITTED_FRAMES):
+            with suppress(*BROKEN):
+                images.append(decode_image(packet.data))
+                times.append(packet.log_time)
+        if not images:
             raise _nothing_left(self.path)
-        try:
-            return Header.from_record(self.metadata["irsim"])
-        except InputError as error:
-            raise InputError(f"{self.path}: {error}") from None
+        steps = [later - before for before, later in pairwise(times) if later > before]
+        is_8_bit = images[0].dtype == np.uint8
+        bits = 8 if is_8_bit else max(14, *(int(image.max()).bit_length() for image in images))
+        return Header(
+            version=__version__,
+            name=self.path.stem,
+            input="imported",
+            size=(images[0].shape[1], images[0].shape[0]),
+            bits=bits,
+            rate_hz=float(f"{1e9 / median(steps):.6g}") if steps else 30.0,
+            has_truth=self.has_truth,
+            agc=cast(Agc, AGCS.parse({"kind": "none" if is_8_bit else "linear"})),
+        )
 
     def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
         """Return the images in a chunk that can be read, with their truths."""
@@ -148,12 +189,12 @@ def _parts(path: Path) -> Iterator[Part]:
     """Yield the intact parts of a file, by its index if that is intact, else record by record from the start."""
     try:
         mcap = open_mcap(path)
-        metadata = mcap.metadata
     except DamageError:
         with open(path, "rb") as file:
             yield from _walk(file)
         return
-    yield from (Metadata(name, values) for name, values in metadata.items())
+    with suppress(DamageError):
+        yield from (Metadata(name, values) for name, values in mcap.metadata.items())
     yield from mcap.channels
     for entry in mcap.attachment_index:
         try:
@@ -199,6 +240,12 @@ def _part(opcode: int, body: bytes) -> Part | None:
     return None
 
 
+_LOST = (
+    "its metadata was lost (band, range_k, AGC, target to follow and others); assumed from its frames: {bits} bits, "
+    "{rate:g} Hz, AGC {agc}"
+)
+
+
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
     """Write every intact frame of a recording, damaged or not, to a new recording and return its path.
 
@@ -223,7 +270,8 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
         contents = salvage.contents
         count = counted(kept, "frame") if contents is None else f"{kept} of {counted(contents.frames, 'frame')}"
         notes = () if contents is None else contents.notes
-        writer.finish(notes=(*notes, f"{count} recovered from {path.name}"))
+        lost = () if salvage.stated else (_LOST.format(bits=header.bits, rate=header.rate_hz, agc=header.agc.kind),)
+        writer.finish(notes=(*notes, f"{count} recovered from {path.name}", *lost))
     return out
 
 

@@ -16,7 +16,7 @@ from irsim.geometry.context import SceneContext
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
-from irsim.motion import CameraTrajectory
+from irsim.motion import CameraTrajectory, angles_deg
 from irsim.render.composite import NamedSprite
 from irsim.scenario.model import Scenario
 from irsim.targets import View
@@ -34,6 +34,10 @@ PREFETCHED_PX = 1 << 16
 """Largest number of pixels of prefetched sprites: 1.5 MB."""
 
 
+FIRST_FRAMES = 4096
+"""Number of frames for which trajectories are computed at first."""
+
+
 @dataclass(frozen=True, eq=False)
 class Instant:
     """Trajectories of camera and targets at a fixed offset, in frames, from the time of each frame."""
@@ -43,10 +47,11 @@ class Instant:
     trajectories: tuple[TargetTrajectory, ...]
 
     @classmethod
-    def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
-        """Return the trajectories of the camera, tilted by turbulence, and of the targets that are switched on."""
-        count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
-        frames = np.arange(float(count)) + offset
+    def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0, count: int | None = None) -> Instant:
+        """Return the trajectories of the camera, tilted by turbulence, and of the targets that are switched on, in the
+        first `count` frames; None: all of them."""
+        count = scenario.frames if count is None else count
+        frames = np.arange(count + 1.0) + offset  # one more: frame 0 takes its velocity from frame 1
         tilt = context.air.turbulence.tilt_angles(frames, context.band, context.rate_hz, context.seed)
         steady = CameraTrajectory.of(scenario.motions, frames, context)
         camera = replace(steady, turns=steady.turns + tilt)
@@ -98,6 +103,38 @@ class Instant:
             np.array_equal(getattr(self.camera, what)[index], getattr(other.camera, what)[index])
             for what in ("turns", "places", "zooms")
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectories:
+    """Trajectories of camera and targets in the first `frames` frames of a scenario.
+
+    now       at the times of the frames;  exposure  at each instant of the exposures
+    motions   (targets, frames, 5) velocity (vx, vy), px per frame, and attitude (yaw, pitch, roll), degrees. The
+              velocity is the apparent displacement since the frame before (in frame 0: to frame 1). It is nan where the
+              target is behind the camera in one of the two frames
+    """
+
+    frames: int
+    now: Instant
+    exposure: tuple[Instant, ...]
+    motions: Floats
+
+    @classmethod
+    def of(cls, scenario: Scenario, context: SceneContext, frames: int) -> Trajectories:
+        """Return the trajectories in the first frames of a scenario whose occluders are placed."""
+        now = Instant.of(scenario, context, count=frames)
+        offsets = scenario.camera.exposure_offsets(scenario.is_on)
+        exposure = tuple(now if at == 0 else Instant.of(scenario, context, at, frames) for at in offsets)
+        motions = [_motion(now.camera, each) for each in now.trajectories]
+        return cls(frames, now, exposure, np.array(motions).reshape(len(motions), frames, 5))
+
+
+def _motion(camera: CameraTrajectory, target: TargetTrajectory) -> Floats:
+    """Return velocity and attitude of a target in each frame but the last, (n, 5)."""
+    steps = np.diff(camera.project(target.positions), axis=0)
+    velocities = np.concatenate([steps[:1], steps[:-1]])
+    return np.hstack([velocities, angles_deg(target.attitudes)[: len(steps)]])
 
 
 @lru_cache(maxsize=16)

@@ -14,10 +14,10 @@ import numpy as np
 from irsim.backgrounds import Layer, MotionBlurredLayer, RecordedLayer
 from irsim.geometry.pose import CameraPose
 from irsim.geometry.sprite import Sprite, exposure_mean
-from irsim.motion import angles_deg
+from irsim.motion.camera_trajectory import zooms
 from irsim.render.composite import DrawnTarget, NamedSprite, compose, contrast_k, uncovered
 from irsim.render.contrast import NoiseRadiance, no_noise, with_radiance
-from irsim.render.exposure import Instant, Prefetch, Shifts, apply_atmosphere
+from irsim.render.exposure import FIRST_FRAMES, Instant, Prefetch, Shifts, Trajectories, apply_atmosphere
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
@@ -45,27 +45,27 @@ class Renderer:
         self._frozen: tuple[int, Counts] | None = None
         self._prefetch = Prefetch(self.pieces, scenario.frames)
         self._requested = lru_cache(maxsize=2)(self._requested_radiances)
-        self.now = Instant.of(shown, self.context)
-        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.camera.zooms)
-        self.exposure = [
-            self.now if offset == 0 else Instant.of(shown, self.context, offset)
-            for offset in camera.exposure_offsets(scenario.is_on)
-        ]
-        self.trajectories = self.now.trajectories
-        self.targets = [trajectory.target for trajectory in self.trajectories]
+        every = np.arange(scenario.frames + 1.0) if camera.falloff else np.zeros(0)
+        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, zooms(shown.motions, every, self.context))
+        self.targets = [target for target in shown.targets if scenario.is_on(target.id)]
         self.classes = [target.cls or target.shape.default_class for target in self.targets]
-        motions = [self._motion(each.positions, each.attitudes) for each in self.trajectories]
-        self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
+        self._trajectories = Trajectories.of(shown, self.context, min(scenario.frames, FIRST_FRAMES))
+        self._shown = shown
 
-    def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
-        """Return velocity (vx, vy), px per frame, and attitude (yaw, pitch, roll), degrees, (n, 5).
+    def trajectories(self, index: int) -> Trajectories:
+        """Return the trajectories of camera and targets up to frame `index` or later.
 
-        The velocity is the apparent displacement since the frame before (in frame 0: to frame 1). It is nan where the
-        target is behind the camera in one of the two frames.
+        They are computed for the first `FIRST_FRAMES` frames, and for twice as many where a later frame is needed.
         """
-        steps = np.diff(self.now.camera.project(positions), axis=0)
-        velocities = np.concatenate([steps[:1], steps[:-1]])
-        return np.hstack([velocities, angles_deg(attitudes)[: len(steps)]])
+        known = self._trajectories  # read once: another thread may replace it
+        if index >= known.frames:
+            frames = min(max(2 * known.frames, index + 1), self.scenario.frames)
+            known = self._trajectories = Trajectories.of(self._shown, self.context, frames)
+        return known
+
+    def now(self, index: int) -> Instant:
+        """Return the trajectories at the times of the frames, up to frame `index` or later."""
+        return self.trajectories(index).now
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
         """Return frame `index` and its truth. Its counts are written to `out` (rows, cols), if given."""
@@ -129,7 +129,7 @@ class Renderer:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
 
     def _composed(self, index: int, pieces: Iterable[NamedSprite]) -> tuple[Floats, list[DrawnTarget]]:
-        view_direction, noise = self.now.view_direction(index), self.noise(index)
+        view_direction, noise = self.now(index).view_direction(index), self.noise(index)
         return compose(self.layers_at(index), pieces, view_direction, self.context.band, noise)
 
     def noise(self, index: int) -> NoiseRadiance:
@@ -140,10 +140,11 @@ class Renderer:
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """Return the layers of the background, each averaged over the exposure of a frame."""
-        if all(self.now.has_same_pose(instant, index) for instant in self.exposure):
+        now, exposure = self.now(index), self.trajectories(index).exposure
+        if all(now.has_same_pose(instant, index) for instant in exposure):
             return self.layers
-        key = self.now.view_direction(index).key  # one key for all instants, so that textures stay cached
-        directions = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
+        key = now.view_direction(index).key  # one key for all instants, so that textures stay cached
+        directions = tuple(replace(instant.view_direction(index), key=key) for instant in exposure)
         return [MotionBlurredLayer(layer, directions) for layer in self.layers]
 
     @cached_property
@@ -176,10 +177,10 @@ class Renderer:
             for number, target in enumerate(self.targets)
             if target.exists(index) and (only is None or target.id in only)
         ]
-        drawn = self._exposed(lambda instant: instant.sprites(index, present, shifts))
+        drawn = self._exposed(index, lambda instant: instant.sprites(index, present, shifts))
         for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
-                trajectory, target = self.trajectories[number], self.targets[number]
+                trajectory, target = self.now(index).trajectories[number], self.targets[number]
                 arrived = apply_atmosphere(sprite, pose, target.id)
                 if arrived.requested is not None and as_given:
                     requested = self._requested(index).get(target.id)
@@ -191,7 +192,7 @@ class Renderer:
                 )
         if only is not None or not self.occluders:
             return
-        occluding = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
+        occluding = self._exposed(index, lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, occluding, strict=True):
             if sprite is not None:
                 range_from_origin_m = occluder.range_m if pose.has_moved else None
@@ -202,28 +203,31 @@ class Renderer:
                     range_from_origin_m=range_from_origin_m,
                 )
 
-    def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
-        """Return the sprites that `draw` makes at each instant, averaged over the exposure."""
-        middles = draw(self.now)
-        if len(self.exposure) == 1:
+    def _exposed(self, index: int, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
+        """Return the sprites that `draw` makes at each instant, averaged over the exposure of a frame."""
+        middles, exposure = draw(self.now(index)), self.trajectories(index).exposure
+        if len(exposure) == 1:
             return middles
-        instants = [draw(instant) for instant in self.exposure]
-        return [exposure_mean(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
+        instants, (columns, rows) = [draw(instant) for instant in exposure], self.scenario.camera.size
+        return [
+            exposure_mean(middle, each, (rows, columns))
+            for middle, each in zip(middles, zip(*instants, strict=True), strict=True)
+        ]
 
     def pose(self, index: int) -> CameraPose:
         """Return the camera's pose in frame `index`."""
-        return self.now.pose(index)
+        return self.now(index).pose(index)
 
     def _truth(self, index: int, drawn: list[DrawnTarget]) -> Truth:
         found = {target.piece.name: target for target in drawn}
         crossing = _crossing({name: target.piece.sprite.box for name, target in found.items()})
-        motions = self.motions[:, index].tolist()
+        motions = self.trajectories(index).motions[:, index].tolist()
         targets = [
             self._target_truth(target.id, cls, found[target.id], motion, target.id in crossing)
             for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
             if target.id in found
         ]
-        pose = self.now.camera.pose(index) if self.recorded is None else None
+        pose = self.now(index).camera.pose(index) if self.recorded is None else None
         return Truth(index, index / self.context.rate_hz, tuple(targets), pose)
 
     def _target_truth(

@@ -130,6 +130,17 @@ def _handle_interrupts(handler: Any) -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
+@contextmanager
+def forks_ended() -> Iterator[None]:
+    """End the copies that the block made of this process (os.fork), which would return from the block a second time."""
+    process = os.getpid()
+    try:
+        yield
+    finally:
+        if os.getpid() != process:
+            os._exit(1)
+
+
 def end_with_parent() -> None:
     """End this worker as soon as its parent has ended, for any reason."""
     threading.Thread(target=_end_with_parent, daemon=True).start()

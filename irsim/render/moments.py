@@ -232,12 +232,12 @@ class MeanCounts:
         self, frame: int, layers: Sequence[Layer], pieces: Sequence[NamedSprite], shape: tuple[int, int]
     ) -> Floats:
         renderer, out = self._renderer, np.empty(shape, np.float64)
-        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        view_direction, noise = renderer.now(frame).view_direction(frame), renderer.noise(frame)
         return compose(layers, pieces, view_direction, renderer.context.band, noise, out, truth=False)[0]
 
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
         """Return the layers of a frame, cut to a region; None where one of them can only be computed as a whole."""
-        view_direction = self._renderer.now.view_direction(frame)
+        view_direction = self._renderer.now(frame).view_direction(frame)
         parts = [crop(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]
         return found if len(found) == len(parts) else None

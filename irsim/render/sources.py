@@ -13,6 +13,7 @@ from irsim.config.paths import is_recording
 from irsim.errors import InputError
 from irsim.recording import Recording, open_recording
 from irsim.render.stream import Rendering
+from irsim.scenario.fingerprint import has_own_kinds
 from irsim.scenario.loader import load, loads
 from irsim.scenario.model import Scenario, expect_names
 from irsim.types import Source
@@ -54,6 +55,13 @@ def open_source(
         return open_recording(Path(path))
     changes = [*expect_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
+
+
+def draw_own_kinds(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> None:
+    """Render the first frame of a scenario with kinds of the user's own, so that their errors are raised."""
+    source = open_source(path, overrides, without=without)
+    if isinstance(source, Rendering) and has_own_kinds(source.scenario):
+        source.frame(0)
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:

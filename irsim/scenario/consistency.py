@@ -90,17 +90,19 @@ def check_trajectories(targets: Sequence[Target], frames: int, context: SceneCon
 def check_references(references: Iterable[Reference]) -> None:
     """Check that references between the paths of targets form no circle."""
     refers = {source: (target, place) for source, target, place in references if source}
+    checked = set[str]()
     for first in refers:
-        chain = [first]
-        while chain[-1] in refers:
-            target, place = refers[chain[-1]]
-            if target == first:
-                several = "refer to each other in a circle; allowed: one of them with a path of its own"
-                problem = several if len(chain) > 1 else "refers to itself; allowed: another target"
-                raise invalid(f"{', '.join(chain)} {problem}", at=place)
-            if target in chain:
-                break  # A circle that does not contain `first` is found from one of its own targets.
-            chain.append(target)
+        chain: dict[str, KeyPath] = {}
+        at = first
+        while at in refers and at not in checked and at not in chain:
+            chain[at] = refers[at][1]
+            at = refers[at][0]
+        if at in chain:
+            circle = list(chain)[list(chain).index(at) :]
+            several = "refer to each other in a circle; allowed: one of them with a path of its own"
+            problem = several if len(circle) > 1 else "refers to itself; allowed: another target"
+            raise invalid(f"{', '.join(circle)} {problem}", at=chain[circle[-1]])
+        checked.update(chain)
 
 
 def check_severities(severity: int, severities: Mapping[str, Sequence[object]]) -> None:

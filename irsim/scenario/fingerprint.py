@@ -67,6 +67,11 @@ def rendering_code() -> str:
     return digest.hexdigest()
 
 
+def has_own_kinds(scene: Part) -> bool:
+    """Return True if a scene has a kind of the user's own."""
+    return any(True for _ in _foreign_kinds(scene))
+
+
 def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
     """Yield the classes of the user's own kinds in a tree of parts, and their base classes that are the user's."""
     if isinstance(value, Kind):

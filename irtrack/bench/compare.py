@@ -15,6 +15,9 @@ from irtrack.errors import InputError
 from irtrack.metrics import LEAST_SCENES, Difference, scenes_for
 from irtrack.metrics.tasks import ALL_FIGURES
 
+OTHER_NAMES = {"auc": "success_auc", "success": "success_auc", "error": "error_held", "rmse": "rmse_held"}
+"""Common names -> the figure."""
+
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
 """Metrics compared by default."""
 
@@ -87,7 +90,7 @@ def compare(old: Iterable[RunRecord], new: Iterable[RunRecord], figures: Sequenc
 def check_figure(name: str) -> None:
     """Raise InputError where no metric has this name, or the metric has no better direction."""
     if name not in COMPARED:
-        raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED)}")
+        raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED, OTHER_NAMES)}")
 
 
 def cells_of(results: str | Path, label: str | None = None) -> list[RunRecord]:

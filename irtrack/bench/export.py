@@ -37,7 +37,7 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
             return export(opened, out)
     path = path_of(out)
     check_output(path, results.path, endings=(".csv", ".parquet", ".pq"))
-    rows = [_row(cell) for cell in results.cells()]
+    rows = results.rows()
     if not rows:
         raise InputError(f"{results.path}: holds no finished run; run irtrack bench first")
     if path.suffix.lower() == ".csv":
@@ -47,7 +47,8 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
     return path
 
 
-def _row(cell: RunRecord) -> dict[str, Any]:
+def row_of(cell: RunRecord) -> dict[str, Any]:
+    """Return the row of a run: the value of each column, None where there is none."""
     key = {field.name: getattr(cell.key, field.name) for field in fields(Key)}
     figures = dict.fromkeys(ALL_FIGURES) | (dict(cell.figures) if cell.score is None else cell.score.as_dict())
     named = {name: getattr(cell, name) for name in (*_TEXT, "severity")}

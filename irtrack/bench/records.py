@@ -145,6 +145,10 @@ _LEVEL = 1
 time."""
 
 
+MOST_BYTES = 1 << 28
+"""Largest size of unpacked arrays, bytes: tracks of a million frames. A small forged file could fill the memory."""
+
+
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
     """Return arrays as one zlib stream: a JSON list of (name, dtype, shape), then their bytes in turn."""
     described = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
@@ -153,9 +157,12 @@ def pack(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def unpack(blob: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays packed by `pack`, read-only; ValueError for other bytes."""
+    """Return the arrays packed by `pack`, read-only; ValueError for other bytes and for more than `MOST_BYTES`."""
     try:
-        data = zlib.decompress(blob)
+        unpacking = zlib.decompressobj()
+        data = unpacking.decompress(blob, MOST_BYTES)
+        if not unpacking.eof:
+            raise ValueError(f"no packed arrays, or more than {MOST_BYTES >> 20} MB")
         (described,) = _HEAD.unpack_from(data)
     except (zlib.error, struct.error) as error:
         raise ValueError(f"no packed arrays: {error}") from None

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import gc
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any
 
 from irtrack.errors import InputError
 
 WAIT_S = 10.0
-"""Longest time for the scheduler to answer, and for a first worker to join it, s."""
+"""Longest time for the scheduler to answer, for a first worker to join it, and without any worker, s."""
 
 
 @contextmanager
@@ -41,4 +43,23 @@ def cluster(address: str) -> Iterator[Executor]:
             client.wait_for_workers(1, timeout=WAIT_S)
         except TimeoutError:
             raise InputError(f"{address}: the scheduler has no worker; start one: dask worker {address}") from None
-        yield client.get_executor(pure=False)
+        ended = threading.Event()
+        watch = threading.Thread(target=_cancel_without_workers, args=(client, ended), daemon=True)
+        watch.start()
+        try:
+            yield client.get_executor(pure=False)
+        finally:
+            ended.set()
+            watch.join()
+
+
+def _cancel_without_workers(client: Any, ended: threading.Event) -> None:
+    """Cancel the client's tasks where the scheduler has had no worker for `WAIT_S`, until `ended` is set."""
+    last = monotonic()
+    while not ended.wait(WAIT_S / 10):
+        if client.scheduler_info()["workers"]:
+            last = monotonic()
+        elif monotonic() - last > WAIT_S:
+            from distributed import Future
+
+            client.cancel([Future(key, client) for key in list(client.futures)])

@@ -11,9 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
+from math import isnan
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -22,13 +24,18 @@ from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
 from irtrack.bench.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION
 from irtrack.bench.summary import RANKED, ranked_texts, summary
-from irtrack.errors import InputError
+from irtrack.errors import InputError, one_line
 from irtrack.metrics import Score, Trace
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
 """Error codes of SQLite where it cannot write because of a full disk, a quota or a limit."""
 
 _KEY = [field.name for field in fields(Key)]
+
+
+def checksum(*values: object) -> int:
+    """Return the CRC-32 of values as JSON, by which a changed row of a table is detected."""
+    return crc32(json.dumps(values).encode())
 
 
 class Results:
@@ -74,7 +81,7 @@ class Results:
                 f"{self.path}: results of version {version}; this irtrack reads version {SCHEMA_VERSION}: "
                 "give another file name"
             )
-        verdict = self._db.execute("PRAGMA quick_check(1)").fetchone()[0]
+        verdict = self._db.execute("PRAGMA integrity_check(1)").fetchone()[0]
         if verdict != "ok":
             raise InputError(f"{self.path}: the results file is damaged: {verdict.splitlines()[0]}")
 
@@ -164,7 +171,8 @@ class Results:
 
     def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
         """Store a call of the bench and return it; `run` is this call from now on."""
-        row = {"started": started, "command": command, "versions": json.dumps(versions)}
+        row: dict[str, Any] = {"started": started, "command": command, "versions": json.dumps(versions)}
+        row["crc"] = checksum(*row.values())
         self.run = Run(self._insert("runs", row), started, command, dict(versions))
         return self.run
 
@@ -172,12 +180,14 @@ class Results:
         """Store a source; it replaces a source of the same name and hash (a recording may have moved)."""
         row = {field.name: getattr(source, field.name) for field in fields(source)}
         row["columns"], row["rows"] = row.pop("size")
-        row["changes"] = json.dumps(source.changes)
+        row |= {"changes": json.dumps(source.changes), "rate_hz": float(source.rate_hz)}
+        row["crc"] = checksum(sorted(row.items()))
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
         """Store that a call includes this run of a source under a label, computed by the call or found in the file."""
-        self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
+        row = {"run": run.id, "source": source, "label": label, "digest": key.digest}
+        self._insert("wanted", row | {"crc": checksum(*row.values())}, "IGNORE")
 
     def has(self, key: Key) -> bool:
         """Return whether the file has this run and it did not fail; failed runs are tried again."""
@@ -188,11 +198,13 @@ class Results:
     def add(self, cell: RunRecord, arrays: Mapping[str, np.ndarray] | None) -> None:
         """Store the finished run of a tracker and its arrays; its source and the bench command are stored already."""
         row = {name: getattr(cell.key, name) for name in _KEY}
-        row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
-        row |= {"trace": None if arrays is None else pack(arrays)}
+        row |= {"status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
+        given = cell.score.as_dict() if cell.score else cell.figures
+        figures = {name: None if value is None or isnan(value) else float(value) for name, value in given.items()}
+        row["crc"] = checksum(sorted(row.items()), sorted(figures.items()))
+        row |= {"digest": cell.key.digest, "trace": None if arrays is None else pack(arrays)}
         self._insert("cells", row, "REPLACE")
-        figures = cell.score.as_dict() if cell.score else cell.figures
-        rows = [(cell.key.digest, name, None if value is None else float(value)) for name, value in figures.items()]
+        rows = [(cell.key.digest, name, value) for name, value in figures.items()]
         with self._file_errors():
             self._db.execute("DELETE FROM scores WHERE digest = ?", (cell.key.digest,))
             self._db.executemany("INSERT INTO scores VALUES (?, ?, ?)", rows)
@@ -200,15 +212,20 @@ class Results:
     def runs(self) -> list[Run]:
         """Return all calls of the bench, oldest first."""
         with self._reading():
-            rows = self._db.execute("SELECT id, started, command, versions FROM runs ORDER BY id").fetchall()
-            return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
+            rows = self._db.execute("SELECT id, started, command, versions, crc FROM runs ORDER BY id").fetchall()
+            for _, *values, crc in rows:
+                self._expect("runs", crc, *values)
+            return [Run(id, started, command, json.loads(versions)) for id, started, command, versions, _ in rows]
 
     def sources(self) -> dict[tuple[str, str], SourceRow]:
         """Return all sources by (name, hash); sources of different names may have the same content."""
         names = [field.name for field in fields(SourceRow) if field.name != "size"]
         with self._reading():
-            rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
-            sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
+            read = ["columns", "rows", *names]
+            rows = self._db.execute(f"SELECT {', '.join(read)}, crc FROM sources ORDER BY rowid").fetchall()
+            for *values, crc in rows:
+                self._expect("sources", crc, sorted(zip(read, values, strict=True)))
+            sources = [_source(row[:2], dict(zip(names, row[2:-1], strict=True))) for row in rows]
         return {(source.name, source.hash): source for source in sources}
 
     def cells(self, every: bool = False, run: Run | None = None) -> list[RunRecord]:
@@ -218,9 +235,11 @@ class Results:
         which the latest call included; `every=True` adds the older ones. With `run`, only the runs that this call
         included are returned.
         """
-        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity"]
+        self.sources()  # checked here, as the join reads them too
+        stored = [*_KEY, "status", "failure", "outcome"]
+        columns = ["label", "name", "scene_hash", "severity", *stored]
         sql = f"""
-            SELECT max(run), digest, {", ".join(columns)} FROM wanted JOIN cells USING (digest)
+            SELECT max(run), digest, cells.crc, {", ".join(columns)} FROM wanted JOIN cells USING (digest)
             JOIN sources ON sources.name = wanted.source AND sources.hash = cells.source_hash
             WHERE :run IS NULL OR run = :run GROUP BY name, label, digest
             ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
@@ -230,7 +249,13 @@ class Results:
             scores: dict[str, dict[str, float | None]] = {}
             for digest, name, value in self._db.execute("SELECT digest, name, value FROM scores"):
                 scores.setdefault(digest, {})[name] = value
-            dated = [(row[0], _cell(dict(zip(columns, row[2:], strict=True)), scores.get(row[1], {}))) for row in rows]
+            for *values, crc in self._db.execute("SELECT run, source, label, digest, crc FROM wanted"):
+                self._expect("wanted", crc, *values)
+            dated = []
+            for last, digest, crc, *values in rows:
+                row, figures = dict(zip(columns, values, strict=True)), scores.get(digest, {})
+                self._expect("cells", crc, sorted((name, row[name]) for name in stored), sorted(figures.items()))
+                dated.append((last, _cell(row, figures)))
         if every:
             return [cell for _, cell in dated]
         newest: dict[tuple[str, str], int] = {}
@@ -239,6 +264,17 @@ class Results:
             newest[place] = max(last, newest.get(place, 0))
         current = {_version(cell) for last, cell in dated if last == newest[cell.source, cell.label]}
         return [cell for _, cell in dated if _version(cell) in current]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the newest runs, each with the columns of `irtrack.export`, such as for a DataFrame."""
+        from irtrack.bench.export import row_of  # it imports this module
+
+        return [row_of(cell) for cell in self.cells()]
+
+    def _expect(self, table: str, crc: int, *values: object) -> None:
+        """Raise InputError unless the values of a row have its checksum."""
+        if crc != checksum(*values):
+            raise InputError(f"{self.path}: the results file is damaged: a row of {table} was changed")
 
     def arrays(self, key: Key) -> dict[str, np.ndarray] | None:
         """Return the arrays of a run: those of its trace, of its `TrackSet` or its `DetectionSet`; None where it failed
@@ -269,7 +305,7 @@ def _cell(row: dict[str, Any], scores: dict[str, float | None]) -> RunRecord:
     single = key.task == "single"
     score = Score.from_dict(scores) if row["status"] == "ok" and single else None
     rest = (row["status"], row["failure"], score, row["severity"], row["outcome"], {} if single else scores)
-    return RunRecord(key, row["label"], row["name"], row["scene_hash"], *rest)
+    return RunRecord(key, one_line(row["label"]), one_line(row["name"]), row["scene_hash"], *rest)
 
 
 MAX_ROWS = 40

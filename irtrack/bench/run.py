@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import CancelledError, Executor, as_completed
 from copy import copy
 from datetime import UTC, datetime
 from functools import partial
@@ -189,6 +188,8 @@ def run_bench(
                         seen(cell)
                 if progress is not None:
                     progress(done, total)
+        if done != total:
+            raise WorkerError(f"{done} of {total} runs came back; what was finished is kept: give the same call again")
     except BaseException:
         kept.close()
         raise
@@ -244,6 +245,8 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 found = future.result()
             except IrtrackError:
                 raise
+            except CancelledError:
+                raise WorkerError("no worker is left; what was finished is kept: give the same call again") from None
             except Exception as error:
                 what = " ".join(f"{type(error).__name__}: {error}".split())
                 raise WorkerError(f"a worker failed: {what}") from error
@@ -261,11 +264,6 @@ def run_alone(group: Group, cache: FrameCache | None = None) -> list[Outcome]:
 
 def run_limited(group: Group, limit: Limit) -> list[Outcome]:
     """Run a group in a new worker process, started by this process (which may be an executor's worker)."""
-    if multiprocessing.current_process().daemon:
-        raise IrtrackError(
-            "a time limit takes workers that may start processes; allowed for dask: "
-            "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
-        )
     with Pool(1) as pool:
         return _run_in(pool, limit, group)
 

@@ -101,12 +101,12 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
 
 def entry(tracker: str | GivenTracker | MultiTracker | Detector | Entry) -> Entry:
     """Return the entry of a spec, a tracker, a plain tracker (`irtrack.types.PlainTracker`), or a detector made by
-    `irtrack.make_detector`; an entry as it is."""
+    `irtrack.make_detector`; an entry of any of them with its own label."""
     from irtrack.registry.identity import tracker_name
     from irtrack.registry.table import of
 
     if isinstance(tracker, Entry):
-        return tracker
+        return Entry(tracker.label, entry(tracker.tracker).tracker)
     if isinstance(tracker, str):
         return parse_tracker_spec(tracker)
     made: Any = tracker if getattr(tracker, "task", "") == "detect" else of(tracker)

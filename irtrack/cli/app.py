@@ -114,7 +114,7 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker or detector over one source; print its scores and the command that repeats it."""
-    from irsim.recording.output import check_output
+    from irsim.recording.output import all_or_none, check_output
 
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv", ".txt", ".parquet"))
@@ -184,15 +184,16 @@ def run(
         from irtrack.falsify.rules import explain_all
 
         expected = explain_all(opened.scenario, trace, track.target, "single")
-    if csv is not None:
-        from irtrack.bench.track_files import write_track_set
-        from irtrack.cli.track_files import track_to_csv
+    with all_or_none(csv, output):
+        if csv is not None:
+            from irtrack.bench.track_files import write_track_set
+            from irtrack.cli.track_files import track_to_csv
 
-        (track_to_csv if csv.suffix.lower() == ".csv" else write_track_set)(track, csv)
-    if output is not None:
-        from irtrack.cli.track_files import record_track
+            (track_to_csv if csv.suffix.lower() == ".csv" else write_track_set)(track, csv)
+        if output is not None:
+            from irtrack.cli.track_files import record_track
 
-        record_track(track, opened.rate_hz, output)
+            record_track(track, opened.rate_hz, output)
     if as_json:
         from irtrack.cli.track_files import track_as_dict
 

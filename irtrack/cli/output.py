@@ -110,7 +110,7 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
     """Print the ranked table of each source; centre errors are those before the loss."""
     from irtrack.bench.summary import MARKS, RULES, marked
 
-    head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
+    head = ("source", "tracker", "runs", "lost", "95 %", "|x| held", "|y| held", "<= 5 px", "<= 20 px", "AUC", "ms")
     print_table(
         head,
         [
@@ -134,6 +134,8 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
     for standing, rule in RULES.items():
         if any(row.standing == standing for row in rows):
             print(f"{MARKS[standing]} {rule}")
+    if any(row.lost_share for row in rows):
+        print("held: mean |error|, px, before the loss: over few frames where the target is lost at once")
     _explain_pose(rows)
 
 

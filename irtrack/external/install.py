@@ -17,7 +17,10 @@ VARIABLE = "IRTRACK_PEERS"
 _SERVERS: dict[ModuleType, tuple[str, ...]] = {server: server.PEERS, many_server: tuple(many_server.MANY_PEERS)}
 ALL_PEERS = tuple(name for peers in _SERVERS.values() for name in peers)
 """Peers of one target, then of many."""
-HINT = f"make peers installs {', '.join(ALL_PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
+HINT = (
+    f"{VARIABLE}=PYTHON names the Python of an environment with the libraries of {', '.join(ALL_PEERS)}; in a checkout "
+    "`make peers` installs them into .venv-peers"
+)
 _BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
 LONGEST_S = 60.0
 """Longest time to list the peers, s: their Python imports OpenCV and dlib, perhaps from a cold disk."""

@@ -131,7 +131,12 @@ class Kept:
 
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
-    """Return the failures kept in a folder, sorted by name, including those with a `fault`."""
+    """Return the failures kept in a folder, sorted by name, including those with a `fault`.
+
+    InputError where there is no such folder.
+    """
+    if not path_of(folder).is_dir():
+        raise InputError(f"{folder}: there is no such folder in {Path.cwd()}; allowed: a folder of kept failures")
     return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
 
 

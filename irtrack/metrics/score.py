@@ -49,7 +49,7 @@ class CentreFigures:
         errors = np.hypot(offsets[:, 0], offsets[:, 1])
         (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
         squares = rmse(errors), rmse(offsets[:, 0]), rmse(offsets[:, 1])
-        return cls(float(errors.sum() / len(errors)), abs_x, abs_y, sd_x, sd_y, *squares)
+        return cls(*map(float, (errors.sum() / len(errors), abs_x, abs_y, sd_x, sd_y, *squares)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +169,9 @@ def score_trace(trace: Trace) -> Score:
     return Score(all=everywhere, held=held, **figures)
 
 
-def _finite(value: float | int | bool | None) -> Any:
+def _finite(value: Any) -> Any:
+    """Return a value as a number of Python; None where it is not finite."""
+    value = value.item() if isinstance(value, np.generic) else value
     return None if value is None or (isinstance(value, float) and not math.isfinite(value)) else value
 
 

@@ -22,6 +22,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.config.base import Part, suggestion
+from irsim.errors import exits_refused
 from irtrack.detectors import DETECTOR_KINDS, DETECTORS, make_detector
 from irtrack.detectors.from_file import file_spec
 from irtrack.detectors.plain import is_plain as is_plain_detector
@@ -118,9 +119,22 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
                 cls(**given) if adapted is None else adapted.again()
             )  # raises for wrong arguments here, not at the first frame
     except (Exception, SystemExit) as error:  # a user's class may raise anything
+        if isinstance(error, TypeError) and (missing := _missing(cls, given)):
+            raise InputError(f"{name}: no value of {', '.join(missing)}; allowed: {name}:{missing[0]}=VALUE") from None
         plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else error_line(error)
         raise InputError(f"{name}: {plainly}") from None
     return cast(Tracker, made if adapted is None else adapted)
+
+
+def _missing(cls: type[Any], given: Mapping[str, object]) -> list[str]:
+    """Return the parameters of a class that have neither a value nor a default."""
+    try:
+        parameters = inspect.signature(cls).parameters.values()
+    except (TypeError, ValueError):  # builtins have no signature
+        return []
+    single = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    needed = [each.name for each in parameters if each.kind in single and each.default is each.empty]
+    return [name for name in needed if name not in given]
 
 
 def takes_detector(cls: type[Any]) -> bool:
@@ -206,7 +220,12 @@ def find(name: str) -> type[Any]:
             hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
             raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
         return _checked(name, _imported(name))
-    raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{suggestion(name, known)}")
+    module, dot, last = name.rpartition(".")
+    if dot and all(map(str.isidentifier, name.split("."))):
+        hint = f"; did you mean '{module}:{'Class' if last == 'py' else last}'?"
+    else:
+        hint = suggestion(name, known)
+    raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{hint}")
 
 
 def _command(name: str) -> dict[str, object]:
@@ -242,10 +261,13 @@ def _installed() -> dict[str, EntryPoint]:
 def _load(name: str, entry: EntryPoint) -> object:
     try:
         importlib.invalidate_caches()
-        with redirect_stdout(sys.stderr):
+        with redirect_stdout(sys.stderr), exits_refused():
             return entry.load()
     except (Exception, SystemExit) as error:  # a user's module may raise anything
-        raise InputError(f"cannot import tracker '{name}': {error_line(error)}") from None
+        module = sys.modules.get(entry.module)
+        classes = [key for key, value in vars(module or object).items() if isinstance(value, type)]
+        hint = suggestion(entry.attr, classes) if isinstance(error, AttributeError) else ""
+        raise InputError(f"cannot import tracker '{name}': {error_line(error)}{hint}") from None
 
 
 def _checked(name: str, found: object) -> type[Any]:

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 import irsim
+from irsim.render.interrupts import forks_ended
 from irsim.rng import stream
-from irsim.types import Box, Frame, Input, Pose, Source, Truth
+from irsim.types import Box, Frame, Input, Source, Truth, read_only
 from irtrack.errors import InputError, IrtrackError, TrackerError, error_line, whole_number
 from irtrack.registry.identity import Runnable, tracker_config, tracker_name, tracker_needs
 from irtrack.replay.start import Start, find_start
@@ -46,7 +47,7 @@ class Clock:
         """Return the answer of a step on a frame; TrackerError for its exceptions. Its output goes to standard
         error."""
         try:
-            with redirect_stdout(sys.stderr):
+            with redirect_stdout(sys.stderr), forks_ended():
                 begin, begin_cpu = time.perf_counter(), time.process_time()
                 answer = work()
                 took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
@@ -226,13 +227,16 @@ def replay(
 def show(
     pairs: Iterable[Pair], viewers: Sequence[Callable[[Frame], None]], shown: Callable[[int], None] | None = None
 ) -> list[Truth]:
-    """Pass frames to all viewers, see `replay`; `shown` is called with the mean number of frames passed to each."""
+    """Pass frames to all viewers, see `replay`; `shown` is called with the mean number of frames passed to each.
+
+    Each viewer gets pixels of its own, so that no tracker can change those of another.
+    """
     truths: list[Truth] = []
     views = 0
     for block in _blocks(pairs):
         for view in viewers:
             for frame, _ in block:
-                view(frame)
+                view(_own(frame))
                 views += 1
                 if shown is not None:
                     shown(views // len(viewers))
@@ -243,12 +247,13 @@ def show(
 def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
     """Yield the pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES.
 
-    The frames have read-only images, and the camera's pose of the truth.
+    The frames have the camera's pose of the truth.
     """
     block: list[Pair] = []
     held = 0
     for frame, truth in pairs:
-        block.append((_read_only(frame, None if truth is None else truth.pose), truth))
+        pose = None if truth is None else truth.pose
+        block.append((Frame(frame.image, frame.index, frame.time, frame.bits, pose), truth))
         held += frame.image.nbytes
         if len(block) == BLOCK_FRAMES or held > BLOCK_BYTES - frame.image.nbytes:
             yield block
@@ -257,11 +262,10 @@ def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
         yield block
 
 
-def _read_only(frame: Frame, pose: Pose | None) -> Frame:
-    """Return the frame with a read-only image and a pose."""
-    image = frame.image.view()
-    image.flags.writeable = False
-    return Frame(image, frame.index, frame.time, frame.bits, pose)
+def _own(frame: Frame) -> Frame:
+    """Return a copy of the frame with a read-only image."""
+    image = read_only(frame.image.copy())
+    return Frame(image, frame.index, frame.time, frame.bits, frame.pose and replace(frame.pose))
 
 
 def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:

@@ -150,7 +150,7 @@ def _cell(value: Any) -> Any:
 
 def as_markdown(figures: Figures) -> str:
     """Return headings and tables, for a pull request or a notebook."""
-    parts = [f"# {_escaped(figures.results)}", lead(figures.overall)]
+    parts = [f"# {_escaped(figures.results)}", _escaped(lead(figures.overall))]
     if len(figures.sources) > 1:
         parts += ["## All sources", _ranked(figures.overall)]
     if figures.severities:

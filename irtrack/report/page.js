@@ -141,7 +141,7 @@ function openReplay(root) {
   }
 
   function tell() {
-    const seconds = (data.times[at] - data.times[0]).toFixed(2);
+    const seconds = data.times[at].toFixed(2);
     const told = many ? null : data.truth.visible[at];
     const right = many ? data.lanes.filter((lane) => lane[at] !== null && lane[at] >= 0).length : 0;
     const seen = many ? `, ${right} of ${data.truth.boxes[at].length} targets tracked, ${data.tracks[at].length} tracks`

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Any, Literal
 
+from irsim.render.interrupts import forks_ended
 from irtrack.errors import TrackerError, WorkerError
 
 MAX_CRASHES = 2
@@ -68,7 +69,8 @@ class Heartbeat:
         begin, left = monotonic(), self.limit.left(self._spent_s[member])
         self._numbers[0], self._numbers[1], self._numbers[2] = member, index, begin + left
         try:
-            yield
+            with forks_ended():
+                yield
         except Exception:
             self._end(member, begin, left)
             raise

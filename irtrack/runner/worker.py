@@ -20,7 +20,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from irsim.render.interrupts import end_with_parent, ignore_interrupts, interrupts_held
+from irsim.render.interrupts import end_with_parent, forks_ended, ignore_interrupts, interrupts_held
 from irtrack.errors import IrtrackError, error_line, exit_status_text
 from irtrack.runner.watchdog import Heartbeat, Limit, WorkerDiedError
 
@@ -110,7 +110,8 @@ class _Process:
             self._pipe, theirs = context.Pipe()
             given = theirs, self._heartbeat, dict(os.environ)
             self._process = context.Process(target=_serve, args=given, daemon=True)
-            self._process.start()
+            with _children_allowed():
+                self._process.start()
             theirs.close()
 
     def send(self, work: bytes) -> None:
@@ -166,6 +167,22 @@ class _Process:
             return code
 
 
+@contextmanager
+def _children_allowed() -> Iterator[None]:
+    """Let a daemonic process, such as a worker of dask, start a process in the block.
+
+    `multiprocessing` forbids it, as the children of a daemonic process would outlive it; a worker ends with its parent
+    (`end_with_parent`).
+    """
+    config: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]  # no public way
+    daemonic = config.pop("daemon", None)
+    try:
+        yield
+    finally:
+        if daemonic is not None:
+            config["daemon"] = daemonic
+
+
 def _context() -> Any:
     """Return the multiprocessing context, which never copies this process, as its threads may hold locks.
 
@@ -209,7 +226,8 @@ def _serve(pipe: Connection, numbers: Any, environment: Mapping[str, str]) -> No
             answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
         else:
             try:
-                answer = function(Heartbeat(limit, numbers), *arguments)
+                with forks_ended():
+                    answer = function(Heartbeat(limit, numbers), *arguments)
             except Exception as error:
                 answer = error
         pipe.send_bytes(_answered(answer))

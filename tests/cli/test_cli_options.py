@@ -103,3 +103,16 @@ def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, statu
     program = SWALLOWS.replace("SIGNAL", name)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (status, "work: stopped\n")
+
+
+def test_a_long_error_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    app = typer.Typer()
+
+    @app.command()
+    def fail() -> None:
+        raise InputError("x" * 100_000)
+
+    with pytest.raises(SystemExit) as left:
+        terminal.run(app, "irsim")
+    assert left.value.code == 2
+    assert capsys.readouterr().err.endswith(f"{'x' * 50}... (100000 characters)\n")

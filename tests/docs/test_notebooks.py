@@ -9,6 +9,8 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+from irtrack import Results
+
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 LONG = {"bench_and_report", "find_failures", "your_own_tracker"}
@@ -30,6 +32,9 @@ def test_it_runs_and_shows_something(path: Path, tmp_path: Path, monkeypatch: py
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert not [output.text for output in outputs if output.get("name") == "stderr"]
     shown = [output.data["text/html"] for output in outputs if "text/html" in output.get("data", {})]
+    for path in (tmp_path / "work").rglob("*.db"):
+        with Results(path) as results:
+            assert {cell.status for cell in results.cells()} == {"ok"}
     assert len(shown) >= 2 or "<table" in shown[0]
 
 

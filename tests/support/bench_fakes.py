@@ -130,6 +130,37 @@ class Vandal(Walker):
 
 
 @dataclass(frozen=True)
+class Eraser(Walker):
+    """Makes the frame writable, and erases it."""
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        frame.image.setflags(write=True)
+        frame.image[:] = 0
+        object.__setattr__(frame, "index", 0)
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Reader(Walker):
+    """Says that the target is as far right of x = 10 as the first pixel is bright: the path of `Strip`."""
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        return state, Estimate((10.0 + frame.image[0, 0], state.cy), (state.w, state.h))
+
+
+@dataclass(frozen=True)
+class Forker(Walker):
+    """Copies its process at frame `at`: both copies return."""
+
+    at: int = 5
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == self.at:
+            os.fork()
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
 class Vague(Walker):
     """Says that the target is nowhere."""
 
@@ -175,6 +206,16 @@ class Raiser(Walker):
         if frame.index == 5:
             raise RAISED[self.what]
         return super().step(state, frame, rng)
+
+
+class Still:
+    """A plain tracker that gives the start box for ever."""
+
+    def start(self, frame: Any, box: Box) -> None:
+        self.box = box
+
+    def step(self, frame: Any) -> Any:
+        return self.box
 
 
 class Says:

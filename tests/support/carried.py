@@ -36,7 +36,7 @@ def layer_of(renderer: Renderer, name: str) -> Layer:
 
 def passed(renderer: Renderer, name: str, frame: int) -> Floats:
     """(rows, cols): the transmittance of a layer."""
-    found = layer_of(renderer, name).light(renderer.now.view_direction(frame))[0]
+    found = layer_of(renderer, name).light(renderer.now(frame).view_direction(frame))[0]
     assert found is not None
     return found
 

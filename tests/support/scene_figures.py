@@ -197,7 +197,8 @@ def _meetings(
     scene: Renderer, name: str, contrasts: dict[str, list[float]]
 ) -> tuple[tuple[float, int, float] | None, tuple[float, int] | None]:
     """The nearest neighbour that does not overlap, and the crossing that overlaps."""
-    ways = {course.target.id: scene.now.camera.project(course.positions)[:-1] for course in scene.trajectories}
+    now = scene.now(scene.scenario.frames - 1)
+    ways = {course.target.id: now.camera.project(course.positions)[:-1] for course in now.trajectories}
     own = ways.pop(name)
     neighbours: list[tuple[float, int, float]] = []
     crossing = None
@@ -246,7 +247,7 @@ def _stretches(indices: list[int]) -> list[list[int]]:
 
 
 def _flickering(scene: Renderer, name: str) -> tuple[float, int] | None:
-    flicker = next(course.target for course in scene.trajectories if course.target.id == name).shape.flicker
+    flicker = next(target for target in scene.targets if target.id == name).shape.flicker
     rate = scene.scenario.camera.rate_hz
     factors = [flicker.factor(index / rate, scene.scenario.seed, name) for index in range(scene.scenario.frames)]
     index = int(np.argmin(factors))

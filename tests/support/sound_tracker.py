@@ -123,6 +123,13 @@ class Dies(Sound):
         return estimate
 
 
+class Forks(Sound):
+    def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
+        if frame.index == 4:
+            os.fork()
+        return estimate
+
+
 @dataclass(frozen=True)
 class Killed(Sound):
     """Its process is killed in frame 4, once: then the file `once` is there."""

@@ -65,7 +65,7 @@ def test_layers_stand_far_to_near(kind: str, footage: str) -> None:
     """The first layer is opaque and the farthest; each of the others can be switched off by its name."""
     renderer = renderer_of(kind, footage)
     first, *others = renderer.layers
-    view = renderer.now.view_direction(0)
+    view = renderer.now(0).view_direction(0)
     transmittance, emission = first.light(view)
     assert transmittance is None
     assert emission.shape == (121, 161)
@@ -99,7 +99,7 @@ def test_any_frame_stands_alone(kind: str, smear: dict[str, Any] | None, footage
 def test_a_region_equals_the_full_frame(kind: str, footage: str) -> None:
     """Cropped layers give the light and the transmittance of the full frame to the last bit."""
     renderer = renderer_of(kind, footage)
-    view, region = renderer.now.view_direction(9), (slice(30, 80), slice(20, 90))
+    view, region = renderer.now(9).view_direction(9), (slice(30, 80), slice(20, 90))
     first, *others = renderer.layers
     under: Floats = first.light(view)[1].astype(np.float64)
     cropped = crop(first, view, region)
@@ -126,7 +126,7 @@ def test_a_region_equals_the_full_frame(kind: str, footage: str) -> None:
 def test_layers_at_a_range_or_height_have_parallax(kind: str, footage: str) -> None:
     """Only infinitely distant layers have none."""
     renderer = renderer_of(kind, footage)
-    here, there = renderer.now.view_direction(0), renderer.now.view_direction(60)
+    here, there = renderer.now(0).view_direction(0), renderer.now(60).view_direction(60)
     still = renderer.layers[:1] if renderer.scenario.background.surface_m is None else []
     for layer in renderer.layers:
         before, after = (layer.light(replace(each, time=0.0, key=None))[1] for each in (here, there))

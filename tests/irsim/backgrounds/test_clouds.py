@@ -136,7 +136,7 @@ def test_blending_equals_transmittance_and_emission(kind: str, air: str) -> None
     renderer = Renderer(Scenario.model_validate({**scene, "atmosphere": {"preset": air}}))
     sky, *_, layer = renderer.layers
     for index in (7, 49):
-        view_direction = renderer.now.view_direction(index)
+        view_direction = renderer.now(index).view_direction(index)
         (transmittance, emission), under = layer.light(view_direction), sky.light(view_direction)[1]
         assert transmittance is not None
         found, patch = np.empty_like(under), (slice(60, 99), slice(20, 50))

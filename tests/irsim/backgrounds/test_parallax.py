@@ -173,7 +173,8 @@ def test_targets_on_the_ground_do_not_slide_over_it(
     seen = np.asarray(first.project(pose.place + rays * reach[..., None]), np.float32)
     inside = np.asarray(((seen > 2) & (seen < np.array(first.size) - 3)).all(axis=-1))
     assert inside.mean() > 0.3
-    before, after = (layer_of(renderer, "ground").light(renderer.now.view_direction(frame))[1] for frame in (0, 60))
+    views = (renderer.now(frame).view_direction(frame) for frame in (0, 60))
+    before, after = (layer_of(renderer, "ground").light(view)[1] for view in views)
     wanted = resampled(before, seen[..., 0], seen[..., 1])
     found = after[30:91, 45:116]
     assert apart(found, wanted, inside) == pytest.approx((0, 0), abs=0.05)
@@ -219,7 +220,7 @@ def test_the_sea_passes_by_as_its_plane() -> None:
     """8 m to the right shift the sea at 400 m by 20 mrad to the left, 40 px."""
     sea = {"kind": "sea", "camera_height_m": 20.0, "gusts": 0.0}
     renderer = Renderer(scene(sea, (8.0, 0.0, 0.0), camera={"elevation_deg": -3.0, "psf_px": 0.0}))
-    there = renderer.now.view_direction(30)
+    there = renderer.now(30).view_direction(30)
     before, after = (
         renderer.layers[0].light(type(there)(0.0, there.chart, None, place))[1]
         for place in ((0.0, 0.0, 0.0), there.place)

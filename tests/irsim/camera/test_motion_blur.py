@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,9 +59,9 @@ def moments_of(light: Floats) -> tuple[float, float, float, float]:
 def at_offsets(sharp: Scenario, blurred: Scenario) -> list[Renderer]:
     """Return a sharp scene at each of the times of which a frame of the blurred one is the mean."""
     renderers = []
-    for instant in Renderer(blurred).exposure:
+    for instant in Renderer(blurred).trajectories(0).exposure:
         renderer = Renderer(sharp)
-        renderer.now, renderer.exposure, renderer.trajectories = instant, [instant], instant.trajectories
+        renderer._trajectories = replace(renderer.trajectories(0), now=instant, exposure=(instant,))
         renderers.append(renderer)
     return renderers
 

@@ -96,6 +96,11 @@ def test_a_wrong_override_is_one_line(override: str, line: str) -> None:
     assert found.startswith(line)
 
 
+def test_keys_of_other_programs_get_a_guess() -> None:
+    (found,) = errors_of(TEXT, "camera.fps=25")
+    assert found.endswith("did you mean 'rate_hz'?")
+
+
 def test_all_wrong_overrides_are_reported() -> None:
     assert len(errors_of(TEXT, "camra.bits=8", "seed=1", "targets.x.id=y")) == 2
     (line,) = errors_of(TWO_OF_WHITE, "camera.noise.white.ratio=2")

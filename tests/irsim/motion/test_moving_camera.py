@@ -84,7 +84,8 @@ def test_passed_rows_are_not_drawn(standing: str) -> None:
         Scenario.model_validate({"frames": 60, "camera": camera, "background": background, "targets": [target]})
     )
     row = next(layer for layer in renderer.layers if layer.name == "row")
-    passed = [row.light(renderer.now.view_direction(frame))[0] for frame in (0, 25, 59)]  # 60 m are gone at frame 18
+    views = [renderer.now(frame).view_direction(frame) for frame in (0, 25, 59)]  # 60 m are gone at frame 18
+    passed = [row.light(view)[0] for view in views]
     assert [bool((each < 0.5).any()) for each in passed if each is not None] == [True, False, False]
     for frame in (25, 59):
         (drone,) = renderer.scene(frame)[1].targets

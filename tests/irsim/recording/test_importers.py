@@ -15,7 +15,7 @@ from frame_folders import folder_of, pictures
 
 from irsim.camera import AGCS
 from irsim.errors import InputError
-from irsim.recording import open_recording, record
+from irsim.recording import images, open_recording, record
 from irsim.recording.images import read_stack
 from irsim.recording.importers import import_frames
 
@@ -239,6 +239,16 @@ def test_archives_hold_one_array(tmp_path: Path) -> None:
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("readme.txt", "frames of a camera")
     np.testing.assert_array_equal(read_stack(path), STACK)
+
+
+def test_a_small_archive_does_not_unpack_to_a_large_array(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(images, "_LARGE_ARRAY", 1 << 20)
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("a.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (2, 1024, 1024)})
+        file.write(bytes(2 << 20))
+    with pytest.raises(InputError, match=r"bomb\.npz: unpacks to 2 MB, \d+ times its size"):
+        read_stack(path)
 
 
 def test_folders_and_files_hold_the_pictures_of_one_kind(tmp_path: Path, folder: Path) -> None:

@@ -109,6 +109,7 @@ WRONG = [
     (HEADER + "0,1,1,2,2,3\n", "gt.csv:2: 6 fields for 5 columns"),
     (HEADER + "\n1.5,1,1,2,2\n", "gt.csv:3: frame: '1.5' is not a frame number"),
     (HEADER + "0,1_0,1,2,2\n", "gt.csv:2: x: '1_0' is not a number"),
+    (HEADER + "0,1.7e308,1,2,2\n", "gt.csv:2: x: 1.7e308 is out of range; allowed: -1e+12 to 1e+12 px"),
     (HEADER + "0,1e999,1,2,2\n", "gt.csv:2: x: '1e999' is not a number"),
     (HEADER + "0,1,,2,2\n", "gt.csv:2: y: '' is not a number; allowed: px, or all four blank for absent"),
     (HEADER + "0,1,1,-2,2\n", "gt.csv:2: w: -2 is not a size"),

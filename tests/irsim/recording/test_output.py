@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from irsim.errors import InputError
-from irsim.recording.output import atomic_file, atomic_text, check_output
+from irsim.recording.output import all_or_none, atomic_file, atomic_text, check_output
 
 
 def test_a_file_appears_when_it_is_complete(tmp_path: Path) -> None:
@@ -85,3 +85,28 @@ def test_temporary_files_of_ended_processes_are_removed(tmp_path: Path) -> None:
     with atomic_file(path, tidy=True):
         pass
     assert set(os.listdir(tmp_path)) == {"out.mcap", *kept}
+
+
+def test_a_planted_link_is_not_written_through(tmp_path: Path) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("keep me")
+    (tmp_path / f".out.mcap.{os.getpid()}.tmp").symlink_to(victim)
+    with atomic_file(tmp_path / "out.mcap") as file:
+        file.write(b"new")
+    assert victim.read_text() == "keep me"
+    assert not (tmp_path / "out.mcap").is_symlink()
+    assert (tmp_path / "out.mcap").read_bytes() == b"new"
+
+
+def test_outputs_are_written_together_or_not_at_all(tmp_path: Path) -> None:
+    first, old = tmp_path / "k.csv", tmp_path / "old.csv"
+    old.touch()
+
+    def write() -> None:
+        with all_or_none(first, old, None):
+            first.touch()
+            raise InputError("the disk is full")
+
+    with pytest.raises(InputError, match="full"):
+        write()
+    assert list(tmp_path.iterdir()) == [old]

@@ -130,6 +130,22 @@ def test_frames_after_a_damaged_chunk_are_recovered(tmp_path: Path, recorded: Pa
     assert rescued.contents.notes == ("5 of 7 frames recovered from broken.mcap",)
 
 
+def test_frames_outlast_any_damage_of_the_metadata(tmp_path: Path, recorded: Path) -> None:
+    whole, path = recorded.read_bytes(), tmp_path / "broken.mcap"
+    entry = next(each for each in open_recording(recorded).mcap.metadata_index if each.name == "irsim")
+    for at in range(entry.offset, entry.offset + entry.length, 29):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << at % 8]) + whole[at + 1 :])
+        if at - entry.offset < 9:  # opcode and length, which the index states, too
+            assert len(open_recording(path)) == 7
+            continue
+        assert f"irsim import {path} -o NEW.mcap keeps what is whole" in refused(path)
+        rescued = open_recording(recover(path, tmp_path / "out.mcap"))
+        assert same_frames(rescued.frames(), Noise().frames())
+        assert list(rescued.truths()) == list(Noise().truths())
+        assert "its metadata was lost" in rescued.contents.notes[-1]
+        assert (rescued.bits, rescued.rate_hz, rescued.size) == (14, 30.0, Noise().size)
+
+
 def test_bytes_after_the_end_are_reported(tmp_path: Path, recorded: Path) -> None:
     path = tmp_path / "longer.mcap"
     path.write_bytes(recorded.read_bytes() + b"junk")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pytest
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from recording_fakes import Noise, same_frames
 from recording_forge import SOURCE, forge, honest_image, honest_truth
+from typer.testing import CliRunner
 
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
 from irsim.recording.mcap_records import unpack
@@ -72,6 +75,8 @@ def test_no_module_named_in_a_recording_is_imported(tmp_path: Path, monkeypatch:
         {"agc": "linear"},
         {"bits": "99999999999999999999"},
         {"rate_hz": "NaN"},
+        {"rate_hz": "1e308"},
+        {"agc": '{"kind": "irsim.camera.agc:Agc"}'},
     ],
 )
 def test_wrong_headers(tmp_path: Path, change: dict[str, str]) -> None:
@@ -118,6 +123,7 @@ def encoded(target: dict[str, object]) -> bytes:
     [
         b"\xff\xff",
         encoded({"id": "jet", "center": {"x": 1, "y": 2}}),
+        encoded({"id": "jet", "center": {"x": 1e308, "y": 2}, "box": {"cx": 1e308, "cy": 2, "w": 3, "h": 4}}),
         encoded({"id": "jet", "center": {"x": float("nan"), "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}}),
         *(honest_truth().replace(word, b"\xff" * len(word)) for word in (b"jet", b"body", b"pole")),
     ],
@@ -127,6 +133,26 @@ def test_wrong_truths(tmp_path: Path, truth: bytes) -> None:
     path = forge(tmp_path / "r.mcap", truth=truth)
     assert "damaged: the truth of frame 0 cannot be read" in refused(path)
     not_recovered(path)
+
+
+def test_names_do_not_control_the_terminal(tmp_path: Path) -> None:
+    escape = "\x1b[2J\nscene hash 0"
+    target = {"id": escape, "cls": escape, "center": {"x": 1, "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}}
+    header = {"name": escape, "follow": escape}
+    path = forge(tmp_path / "r.mcap", header, {"notes": json.dumps([escape])}, truth=encoded(target))
+    recording = open_recording(path)
+    (truth,) = recording.truths()
+    assert truth.targets[0].id == truth.targets[0].cls == recording.follow == "\\x1b[2J\\nscene hash 0"
+    out = CliRunner().invoke(app, ["info", str(path)]).stdout
+    assert "\x1b" not in out
+    assert not [line for line in out.splitlines() if line.startswith("scene hash 0")]
+
+
+def test_a_small_file_does_not_unpack_to_a_large_chunk() -> None:
+    import zstandard
+
+    plain = bytes((1 << 27) + 1)
+    assert unpack(memoryview(zstandard.compress(plain)), "zstd", len(plain)) is None
 
 
 def test_a_scenario_that_is_not_text(tmp_path: Path) -> None:

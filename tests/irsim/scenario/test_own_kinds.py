@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from command_line import IRSIM
 from pydantic import ValidationError
 
 import irsim
@@ -172,3 +175,45 @@ def test_a_bare_family_has_defaults() -> None:
     assert plain.sky_preset is None
     assert Sensor.camera_keys == NetdSensor.camera_keys
     assert NetdSensor().integration_time_ms is None
+
+
+@pytest.mark.parametrize(
+    "code", ["import sys\nsys.exit(0)", "import os\nos._exit(0)", "from os import _exit\n_exit(0)"]
+)
+def test_a_module_that_ends_the_program_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    (tmp_path / "ends_it.py").write_text(code)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(irsim.InputError, match="cannot import 'ends_it:Lake': it ends the program"):
+        irsim.loads("background: {kind: 'ends_it:Lake'}")
+
+
+def test_an_abstract_kind_is_an_error() -> None:
+    with pytest.raises(irsim.InputError, match=r"'irsim\.backgrounds\.base:Background' is abstract; allowed: a class"):
+        irsim.loads("background: {kind: 'irsim.backgrounds.base:Background'}")
+
+
+RAISES = "from irsim.targets.point import Point\nclass Bad(Point):\n    def draw(self, view):\n        return 1 / 0\n"
+
+
+def test_an_error_of_a_kind_is_told_in_its_own_lines(tmp_path: Path) -> None:
+    (tmp_path / "bad_kind.py").write_text(RAISES)
+    (tmp_path / "s.yaml").write_text(
+        "frames: 2\nbackground: {kind: sky}\ntargets:\n"
+        "- {id: a, shape: {kind: 'bad_kind:Bad', area_m2: 4}, path: {kind: straight, start: [9, 9]}}\n"
+    )
+    done = subprocess.run([*IRSIM, "check", "s.yaml"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.splitlines()[0] == "irsim: ZeroDivisionError: division by zero"
+    assert done.stderr.splitlines()[1].endswith('bad_kind.py", line 4, in draw')
+    assert len(done.stderr.splitlines()) <= 4
+
+
+def test_kinds_of_installed_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "lakes.py").write_text("from irsim.backgrounds import Sky\nclass Lake(Sky):\n    depth_m: float = 3\n")
+    (tmp_path / "lakes-1.dist-info").mkdir()
+    (tmp_path / "lakes-1.dist-info" / "METADATA").write_text("Name: lakes\nVersion: 1\n")
+    (tmp_path / "lakes-1.dist-info" / "entry_points.txt").write_text("[irsim.background]\nlake = lakes:Lake\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    scenario = irsim.loads("background: {kind: lake, depth_m: 4}")
+    assert type(scenario.background).__name__ == "Lake"
+    assert irsim.loads(irsim.dumps(scenario)) == scenario

@@ -6,12 +6,14 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from html_page import Page
 
 import irsim
 import irtrack
 from irsim.notebook import card, table
+from irsim.types import Frame
 
 HOSTILE = "<script>alert(1)</script>"
 TEXT = """
@@ -93,3 +95,9 @@ def test_a_value_prints_as_one_line_that_says_what_it_is(source: irsim.Rendering
 
 def test_texts_of_cards_and_tables_are_escaped() -> None:
     assert HOSTILE not in card(HOSTILE, {HOSTILE: HOSTILE}) + table([HOSTILE], [[HOSTILE]])
+
+
+def test_a_frame_shows_its_picture() -> None:
+    html = Frame(np.arange(12, dtype=np.uint16).reshape(3, 4), 7, 0.5, 14)._repr_html_()
+    assert "data:image/jpeg;base64," in html
+    assert "Frame(7 at 0.5 s: 4 x 3 px, 14 bits, uint16): 0 black to 11 white" in html

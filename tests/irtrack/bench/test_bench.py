@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_fakes import Breaker, Logger, Strip, Walker, steps
+from bench_fakes import Breaker, Logger, Still, Strip, Walker, steps
 from bench_rows import rows
 from processes import runs, wait_until
 
@@ -212,3 +212,12 @@ def count_cells(path: Path) -> int:
             return len(results.cells())
     except InputError:
         return 0  # not there yet, or just being written
+
+
+def test_entries_hold_whatever_a_bench_takes(tmp_path: Path) -> None:
+    """A name, a spec, a class, and a plain tracker; rows of the results suit a DataFrame."""
+    trackers = ["template", "bench_fakes:Walker:jitter=2", Walker, Still()]
+    entries = [Entry(f"e{k}", tracker) for k, tracker in enumerate(trackers)]
+    with run_bench([Strip()], entries, results=tmp_path / "r.db") as results:
+        rows = results.rows()
+    assert {(row["label"], row["status"], row["frames"]) for row in rows} == {(f"e{k}", "ok", 19) for k in range(4)}

@@ -10,7 +10,7 @@ from bench_fakes import Breaker, Strip, Walker
 from bench_rows import rows
 
 from irtrack.bench import Entry, cluster, remote, run_bench
-from irtrack.errors import InputError
+from irtrack.errors import InputError, WorkerError
 
 distributed: Any = pytest.importorskip("distributed")
 QUIET = {"dashboard_address": None, "silence_logs": "CRITICAL"}
@@ -34,3 +34,14 @@ def test_workers_of_a_scheduler_give_the_same_rows(tmp_path: Path) -> None:
         found = rows(results)
     with run_bench([Strip()], entries, seeds=3, results=tmp_path / "whole.db") as results:
         assert rows(results) == found
+
+
+def test_a_bench_ends_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote, "WAIT_S", 2.0)
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, **QUIET) as scheduler,
+        cluster(scheduler.scheduler_address) as executor,
+    ):
+        scheduler.scale(0)
+        with pytest.raises(WorkerError, match="no worker is left; what was finished is kept"):
+            run_bench([Strip()], [Entry("fine", Walker())], executor=executor, results=tmp_path / "r.db")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_fakes import Breaker, Logger, Raiser, SaysNan, SaysText, Strip, Vandal, Walker, steps
+from bench_fakes import Breaker, Eraser, Logger, Raiser, Reader, SaysNan, SaysText, Strip, Vandal, Walker, steps
 
 import irsim
 from irsim.types import Box
@@ -34,6 +34,14 @@ def test_failed_run_is_repeated(tmp_path: Path) -> None:
     run_bench([Strip()], trackers, results=tmp_path / "r.db", progress=lambda *counts: seen.append(counts)).close()
     assert seen == [(0, 2), (2, 2)]
     assert steps(log)[5] == 1
+
+
+def test_a_tracker_that_erases_frames_spoils_no_other(tmp_path: Path) -> None:
+    trackers = [Entry("eraser", Eraser()), Entry("reader", Reader())]
+    with run_bench([Strip()], trackers, seeds=2, results=tmp_path / "r.db") as results:
+        found = {(cell.label, cell.score and cell.score.all.error) for cell in results.cells()}
+    assert ("reader", 0.0) in found
+    assert len(found) == 2
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench_fakes import Breaker, Hanger, Killer, Mute, Strip, Walker
+from bench_fakes import Breaker, Forker, Hanger, Killer, Mute, Strip, Walker
 from bench_rows import rows
 
 from irtrack.bench import Entry, run_bench
@@ -45,6 +45,16 @@ def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     )
     assert failures["breaker"].endswith("RuntimeError: the planted failure")
     assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_tracker_that_forks_loses_no_rows(tmp_path: Path, jobs: int) -> None:
+    entries = [Entry("forker", Forker(jitter=1.0)), Entry("fine", Forker(at=99, jitter=1.0))]
+    with run_bench([Strip()], entries, seeds=4, jobs=jobs, results=tmp_path / "r.db") as results:
+        cells = results.cells()
+    outcomes = {label: [cell.outcome for cell in cells if cell.label == label] for label in ("forker", "fine")}
+    assert len(set(outcomes["fine"])) == 4
+    assert outcomes["forker"] == outcomes["fine"]
 
 
 def test_worker_killed_once_loses_nothing(tmp_path: Path) -> None:

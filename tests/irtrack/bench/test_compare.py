@@ -99,6 +99,7 @@ def test_gate_with_too_few_seeds() -> None:
     [
         ([cell(0)], [cell(1)], ["lost"], "the two have no run in common; allowed: "),
         ([cell(0)], [cell(0)], ["lots"], "figure 'lots': allowed: .*did you mean 'lost'"),
+        ([cell(0)], [cell(0)], ["auc"], "figure 'auc': allowed: .*did you mean 'success_auc'"),
         ([cell(0)], [cell(0)], ["neff"], "figure 'neff': allowed: "),
     ],
 )

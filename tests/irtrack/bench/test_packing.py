@@ -6,10 +6,12 @@ import json
 import zlib
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from irtrack.bench import records
 from irtrack.bench.records import pack, unpack
 
 KINDS = st.one_of(arrays.integer_dtypes(), arrays.floating_dtypes(sizes=(32, 64)), arrays.boolean_dtypes())
@@ -33,3 +35,9 @@ def test_the_format_is_a_zlib_stream_with_a_json_header() -> None:
     end = 4 + int.from_bytes(data[:4], "little")
     assert json.loads(data[4:end]) == [["a", "<i2", [1, 2]], ["b", "<f8", [1]]]
     assert data[end:] == bytes([1, 0, 2, 0]) + np.float64(0.5).tobytes()
+
+
+def test_a_small_trace_does_not_unpack_to_a_large_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(records, "MOST_BYTES", 1 << 20)
+    with pytest.raises(ValueError, match="more than 1 MB"):
+        unpack(zlib.compress(bytes(2 << 20)))

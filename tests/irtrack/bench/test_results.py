@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bench_fakes import Strip, Walker
+from bench_fakes import Breaker, Strip, Walker
 
 from irtrack.bench import Entry, Key, Results, RunRecord, run_bench
 from irtrack.bench.records import pack
@@ -136,7 +136,7 @@ def test_others_read_committed_runs_during_a_bench(tmp_path: Path) -> None:
 
 REPORTING = """
 import sys
-from bench_fakes import Strip, Walker
+from bench_fakes import Breaker, Strip, Walker
 from irtrack.bench import Entry, run_bench
 if __name__ == "__main__":
     report = lambda cell: print(cell.key.digest, flush=True)
@@ -160,3 +160,28 @@ def test_a_killed_bench_keeps_every_reported_run(tmp_path: Path) -> None:
         kept = {cell.key.digest for cell in left.cells()}
     assert kept >= set(reported)
     assert len(set(reported)) == len(reported) < 500
+
+
+def contents(path: Path) -> list[object]:
+    with Results(path) as results:
+        cells = results.cells()
+        traces = [results.trace(cell.key) for cell in cells]
+        arrays = [None if each is None else [part.tobytes() for part in vars(each).values()] for each in traces]
+        return [repr(results.runs()), repr(results.sources()), repr(cells), arrays]
+
+
+def test_a_flipped_bit_is_refused_or_changes_nothing(tmp_path: Path) -> None:
+    good, path = tmp_path / "good.db", tmp_path / "r.db"
+    run_bench([Strip()], [Entry("w", Walker(jitter=1.0)), Entry("b", Breaker())], seeds=2, results=good).close()
+    whole, wanted = good.read_bytes(), contents(good)
+    rng = np.random.default_rng(5)
+    refused = 0
+    for at in rng.integers(0, len(whole), 150):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << int(rng.integers(8))]) + whole[at + 1 :])
+        try:
+            found = contents(path)
+        except InputError:
+            refused += 1
+            continue
+        assert found == wanted, at
+    assert refused > 20

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from irtrack.bench import ALL_SOURCES, Key, RunRecord, summary
+from irtrack.cli.output import print_summary
 from irtrack.metrics import FIGURES, Score, wilson
 
 
@@ -82,3 +83,11 @@ def test_standing_of_a_failing_tracker(seeds: int, standing: str) -> None:
     held = [cell("held", seed=seed, lost=False, off_share=0.0, error_held=1.0) for seed in range(seeds)]
     rows = summary([*held, *(cell("failed", seed=seed) for seed in range(seeds))])
     assert [(row.label, row.standing) for row in rows] == [("held", "told"), ("failed", standing)]
+
+
+def test_printed_errors_before_the_loss_are_named_so(capsys: pytest.CaptureFixture[str]) -> None:
+    print_summary(summary([cell("gone", lost=True, abs_x_held=0.1), cell("kept", abs_x_held=2.0)]))
+    out = capsys.readouterr().out
+    assert "|x| held" in out
+    assert "|x| px" not in out
+    assert "held: mean |error|, px, before the loss" in out

@@ -11,6 +11,7 @@ import pytest
 from mesh_files import BOX
 
 import irsim
+from irtrack.errors import InputError
 from irtrack.falsify import check_kept, find_failure, kept_failures
 from irtrack.falsify.regressions import keep
 from irtrack.falsify.rules import RAISES, RULE
@@ -97,3 +98,9 @@ def test_scene_is_kept_once_for_each_mesh(tmp_path: Path) -> None:
     assert kept("two", BOX) == first
     assert kept("one", BOX, px=6) == f"{first}-2"
     assert kept("one", BOX.replace(" 1\n", " 3\n")) == f"{first}-3"
+
+
+def test_a_missing_folder_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=f"^nope: there is no such folder in {tmp_path}"):
+        kept_failures("nope")

@@ -87,3 +87,9 @@ def test_a_track_and_its_truth_meet_by_frame_index() -> None:
     figures = score(late, truth)
     assert figures.frames == 3  # frame 9 has no truth
     assert figures.all.error == 0
+
+
+def test_a_score_is_made_of_plain_numbers() -> None:
+    centers, sizes = np.full((9, 2), 9.0), np.full((9, 2), 6.0)
+    found = score(track_of(centers, sizes), reference_of(centers + 1, sizes))
+    assert "np." not in repr(found)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from command_line import Call
 from planted import PLANTED
-from sound_tracker import Constant, Dies, Hangs, Killed, KilledBefore, Raises, Sound
+from sound_tracker import Constant, Dies, Forks, Hangs, Killed, KilledBefore, Raises, Sound
 
 import irsim
 from irtrack.detectors import DETECTORS
@@ -76,6 +76,10 @@ def test_hang_or_crash_breaks_the_property() -> None:
     ] * 2
     (dead,) = check(Dies(), only=["gentle"], frame_limit_s=60.0)
     assert (dead.verdict, dead.why) == ("broken", DIED)
+
+
+def test_a_tracker_that_forks_is_checked_once() -> None:
+    assert [each.verdict for each in check(Forks(), only=["gentle"], frame_limit_s=30.0)] == ["holds"]
 
 
 @pytest.mark.slow

@@ -154,3 +154,25 @@ def test_trackers_of_installed_packages(foreign: Path, monkeypatch: pytest.Monke
     assert rows["gone"].startswith("cannot import tracker 'gone'")
     with pytest.raises(InputError, match=r"did you mean 'still'\?"):
         make("stil")
+
+
+def test_a_module_that_ends_the_program_is_an_error(foreign: Path) -> None:
+    (foreign / "ends_it_all.py").write_text("import os\nos._exit(0)")
+    with pytest.raises(InputError, match=r"cannot import tracker 'ends_it_all:Mine': SystemExit: os\._exit\(0\)"):
+        make("ends_it_all:Mine")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("my_foreign_tracker.Still", "; did you mean 'my_foreign_tracker:Still'?"),
+        ("my_foreign_tracker.py", "; did you mean 'my_foreign_tracker:Class'?"),
+        ("my_foreign_tracker:Stil", "has no attribute 'Stil'; did you mean 'Still'?"),
+        ("needy:Needy", "needy:Needy: no value of reach; allowed: needy:Needy:reach=VALUE"),
+    ],
+)
+def test_misspelt_names_get_a_guess(foreign: Path, name: str, said: str) -> None:
+    (foreign / "needy.py").write_text("class Needy:\n def __init__(self, reach): pass\n start = step = print\n")
+    with pytest.raises(InputError) as caught:
+        make(name)
+    assert str(caught.value).endswith(said)

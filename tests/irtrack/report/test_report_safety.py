@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import sqlite3
+import re
 import sys
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import irsim
-from irtrack import Results, run_bench, write_report
+from irtrack import Entry, Results, run_bench, write_report
 from irtrack.report.repeat import run_command
+from irtrack.trackers.template import Template
 
 EVIL = "named_by_a_file"
 
@@ -36,8 +36,9 @@ def results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_kind_of_a_scenario_is_not_imported(results: Path) -> None:
-    with closing(sqlite3.connect(results)) as database, database:
-        database.execute("UPDATE sources SET text = replace(text, 'kind: sky', ?)", (f"kind: {EVIL}:Sky",))
+    with Results(results) as kept:
+        (row,) = kept.sources().values()
+        kept.add_source(replace(row, text=row.text.replace("kind: sky", f"kind: {EVIL}:Sky")))
     page = write_report(results).read_text()
     assert "No pictures: the source cannot be opened any more" in page
     assert "are not imported" in page
@@ -54,3 +55,12 @@ def test_tracker_is_not_imported_for_its_command(results: Path) -> None:
         f"irtrack run {EVIL}:Tracker scene.yaml --seed 0"
     )
     assert EVIL not in sys.modules
+
+
+def test_a_label_is_no_markup_in_markdown(results: Path) -> None:
+    run_bench(
+        [irsim.Rendering(irsim.loads(TEXT), "scene")], [Entry("<script>", Template())], results=results, seeds=1
+    ).close()
+    text = write_report(results, format="md").read_text()
+    assert "\\<script\\>" in text
+    assert not re.search(r"(?<!\\)<", text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import threading
 import time
 from dataclasses import dataclass
@@ -59,3 +60,14 @@ def test_a_worker_closed_by_another_thread() -> None:
     with pytest.raises(WorkerDiedError) as gone:
         worker.call(NO_LIMIT, asleep, 600.0)
     assert gone.value.how == "closed"
+
+
+def limited_bench(path: str) -> list[str]:
+    with run_bench([Strip()], [FINE], time_limit_s=60.0, results=path) as results:
+        return [cell.status for cell in results.cells()]
+
+
+def test_a_daemonic_worker_may_limit_times(tmp_path: Path) -> None:
+    """Those of `dask worker` are daemonic."""
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        assert pool.apply(limited_bench, (str(tmp_path / "r.db"),)) == ["ok"]
