@@ -55,7 +55,6 @@ class Template(MonitoredTracker):
         center, score = patch.search(frame.image, state.center, self.window)
         monitor = state.monitor.after(score, patch.distractor, self.seen)
         if self.update > 0 and monitor.misses == 0:
-            new = patch.window.cut(frame.image, patch.window.corner(center))
-            patch = replace(patch, pixels=(1 - self.update) * patch.pixels + self.update * new)
+            patch = patch.blended(frame.image, center, self.update)
         after = replace(state, patch=patch, center=center, monitor=monitor)
         return after, Estimate(center=center, size=state.size, status=monitor.status(self.lost_after), score=score)

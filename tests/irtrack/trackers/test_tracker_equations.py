@@ -175,3 +175,18 @@ def test_a_template_without_structure_stays(window: int | None, box: Box) -> Non
     for index in range(1, 4):
         state, estimate = tracker.step(state, Frame(image, index, index / 30, 8), rng)
         assert estimate.center == pytest.approx((box.cx, box.cy), abs=0.01)
+
+
+def test_correlation_patch_is_blended_by_its_rate() -> None:
+    scene = blob(0, count=2)
+    box = Box(*scene[0][1], 14, 10)
+
+    def change(update: float) -> float:
+        tracker = Kalman(measurement="ncc", update=update)
+        state = tracker.init(scene[0][0], box, stream(0, 0))
+        after, _ = tracker.step(state, scene[1][0], stream(0, 1))
+        return float(np.abs(after.target.patch.pixels - state.target.patch.pixels).sum())
+
+    assert change(0) == 0
+    assert change(0.2) == pytest.approx(4 * change(0.05))
+    assert change(0.05) > 0
