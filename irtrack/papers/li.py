@@ -43,7 +43,8 @@ TRACKERS = {
     "grey alone": "fusion_wspf:cues=grey",
     "equal shares": "fusion_wspf:confidence=equal",
     "all weights": "fusion_wspf:share=1",
-    "always updated": "fusion_wspf:rho_t=0",
+    "always updated": "fusion_wspf:update_when=always",
+    "all restored alike": "fusion_wspf:restoring=equal",
     **BETTER,
 }
 CHARTED = (FUSION, STANDARD, SHIFT, *BETTER)
@@ -58,7 +59,8 @@ MECHANISMS = (
     ("mean shift after 2 frames against 4", "fusion_wspf", "fusion_wspf:shift_after=4"),
     ("re-detection", "fusion_wspf", "fusion_wspf:redetect=false"),
     ("template update", "fusion_wspf", "fusion_wspf:update=0"),
-    ("update above rho_T against always", "fusion_wspf", "fusion_wspf:rho_t=0"),
+    ("update of a visible target against always", "fusion_wspf", "fusion_wspf:update_when=always"),
+    ("rho_T beside the threshold of the scene", "fusion_wspf", "fusion_wspf:rho_t=0"),
     ("particles set aside keep their weights", "fusion_wspf", "fusion_wspf:restoring=equal"),
     ("damping .7 of grey_pf's AR(2) against none", "grey_pf:damping=0.7", "grey_pf"),
 )
@@ -113,7 +115,12 @@ LI = Paper(
                 scene,
                 ("The gradient cue helps before clutter.", "section 3.3", less(off_share, FUSION, "grey alone")),
                 ("Shares by confidence help.", "sections 4.1, 6", less(off_share, FUSION, "equal shares")),
-                ("Weight selection helps.", "section 6", less(off_share, FUSION, "all weights")),
+                ("Weight selection helps (Step 6: own weights).", "section 6", less(off_share, FUSION, "all weights")),
+                (
+                    "Weight selection helps (Step 6: equal weights).",
+                    "section 6",
+                    less(off_share, "all restored alike", "all weights"),
+                ),
                 ("Updates only at high similarity help.", "section 4.2", less(off_share, FUSION, "always updated")),
             )
         ),

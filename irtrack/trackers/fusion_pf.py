@@ -112,8 +112,9 @@ class FusionWSPF(MonitoredTracker):
     orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
     the condition of eq. 13 (the fused coefficient, or that of the leading cue, passes rho_T); the update's rate; the
     weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
-    that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; the particles move to
-    a mode where the target is visible. Detection compares the model with every position of the frame; the best one is
+    that of the Np chosen is always below Nth. Section 4.3 resamples before it estimates; here the estimate comes first,
+    of the same mean and a smaller variance. Mean shift on grey levels starts from the estimate; the particles move to a
+    mode where the target is visible. Detection compares the model with every position of the frame; the best one is
     taken where it passes `accept`.
 
     A hit passes rho_T and the threshold of its scene (`irtrack.trackers.base.VisibilityMonitor`), since a target
@@ -157,6 +158,8 @@ class FusionWSPF(MonitoredTracker):
     or of the leading cue, in addition to the threshold by `seen`; without a value only that threshold is used."""
     update: Fraction = 0.05
     """Share of the estimate's cues that enters the model when eq. 13 holds; 0: the model stays."""
+    update_when: Literal["seen", "always"] = "seen"
+    """Frames in which the model is updated: those of a hit, or all with a window inside the frame."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
     """Number of successive misses from which on mean shift is used (section 4.2: 2; the step list: 4)."""
     widening: Annotated[float, Field(ge=0, le=10)] = 2.0
@@ -227,7 +230,8 @@ class FusionWSPF(MonitoredTracker):
         particles = particles + np.concatenate([match.state[:2] - mean[:2], np.zeros(4)])
 
         hit = monitor.misses == 0
-        model = state.model.blended(match.cues, self.update) if hit and self.update > 0 else state.model
+        follows = hit or (self.update_when == "always" and match.score > 0)
+        model = state.model.blended(match.cues, self.update) if follows and self.update > 0 else state.model
         after = FusionState(
             start=start,
             model=model,

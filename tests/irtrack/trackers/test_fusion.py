@@ -62,6 +62,23 @@ def test_the_model_moves_by_its_rate() -> None:
     assert moved() == moved(update=0.05) > 0
 
 
+def test_always_updates_where_the_target_is_not_seen() -> None:
+    """Hidden from frame 14 on: the model of the tracker that always updates drifts, the other's stays."""
+    scene = blob(30, count=18, hidden=range(14, 18))
+    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+
+    def change(**parameters: Any) -> float:
+        tracker = FusionWSPF(redetect=False, widening=0, **parameters)
+        state = tracker.init(frames[0], box, stream(0, 0))
+        for k in range(1, 18):
+            before = state.model.grey
+            state, _ = tracker.step(state, frames[k], stream(0, k))
+        return float(np.abs(state.model.grey - before).sum())
+
+    assert change() == change(rho_t=0) == 0
+    assert change(update_when="always") > 0
+
+
 def test_all_chosen_is_the_standard_filter() -> None:
     """Np = N: the estimate is the mean over all particles and weights."""
     tracker = FusionWSPF(share=1)
