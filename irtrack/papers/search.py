@@ -99,7 +99,7 @@ def search(
     """Run all searches, write their costs to `path`, and return them."""
     specs = {name: each.specs() for name, each in searches.items()}
     every = {spec: spec for each in specs.values() for spec in each}
-    found = run_plan({scene: every for scene in scenes}, path.with_suffix(".db"), seeds, jobs)
+    found = run_plan(dict.fromkeys(scenes, every), path.with_suffix(".db"), seeds, jobs)
     table = {
         "scenes": {scene.name: [scene.path, *scene.overrides] for scene in scenes},
         "seeds": list(seeds),
