@@ -43,7 +43,7 @@ class Search:
         """Return the tracker spec of each combination."""
         chosen = itertools.product(*self.settings.values())
         return [
-            ":".join([self.tracker, *filter(None, [self.fixed]), *(f"{k}={v}" for k, v in zip(self.settings, each))])
+            ":".join([self.tracker, *filter(None, [self.fixed]), *(f"{k}={v}" for k, v in zip(self.settings, each, strict=True))])
             for each in chosen
         ]
 

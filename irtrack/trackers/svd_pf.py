@@ -105,7 +105,7 @@ class SVDPF(MonitoredTracker):
     z is larger) in standard deviations, above `threshold`. The highest candidate in the search window is the target. In
     a frame without one, particles are weighed by z at their positions, as in the mode `pf`; after `wrong_after` such
     frames, they start anew at a candidate outside the window that was found in `confirm` of `confirm_of` frames, the
-    M-of-N rule of track initiation (Bar-Shalom, Li, Kirubarajan 2001), since the highest of one frame is mostly clutter.
+    M-of-N rule of track initiation (Bar-Shalom, Li, Kirubarajan 2001), since the highest of one frame may be clutter.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"

@@ -134,6 +134,19 @@ def test_a_truncated_mean_ignores_a_false_target() -> None:
     assert (estimates["restrained"], estimates["map"]) == (0, 0)
 
 
+def test_covariance_and_neff_are_those_of_the_estimator() -> None:
+    scene = blob(3, count=4)
+    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+    sizes = {}
+    for estimate in ("mean", "restrained"):
+        last = follow(make("background_restrained_pf", {"keep": 0.3, "estimate": estimate}), frames[:2], box)[-1]
+        assert last.neff is not None
+        assert last.covariance is not None
+        sizes[estimate] = last.neff, float(np.trace(last.covariance))
+    assert sizes["restrained"][0] <= 30 < sizes["mean"][0]
+    assert sizes["restrained"][1] < sizes["mean"][1]
+
+
 def test_keeping_all_is_grey_pf() -> None:
     scene = blob(3, count=10)
     frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
