@@ -8,7 +8,8 @@ from irtrack.papers.rules import detected, error_all, false_alarms, holds, less,
 FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
 
 RESTRAINED = "background_restrained_pf"
-ESTIMATES = {"restrained": "", "mean": ":estimate=mean", "MAP": ":estimate=map"}
+ESTIMATES = {"restrained": "", "mean": ":keep=1", "MAP": ":keep=1:estimate=map"}
+"""Restraint by the default share, and the controls without restraint (keep = 1): mean and MAP over all particles."""
 TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
 WIDE_R = 12
 """Fixed noise, px, with which the particles reach the false target and bias the mean: the case of the paper."""
@@ -46,7 +47,8 @@ AN = Paper(
             "A false target beside the true one",
             {f"{label} wide": spec for label, spec in wide().items()}
             | {f"MAP wide, N = {n}": wide(n)["MAP"] for n in (25, 400)}
-            | TIGHT,
+            | TIGHT
+            | {"mean, resampling restrained, wide": f"{wide()['restrained']}:estimate=mean"},
             remark=f"wide: fixed noise of {WIDE_R} px, with which the cloud reaches the false target; the others keep "
             "the adaptive noise, whose cloud is too small to bias the mean.",
             siblings=FALSE.siblings,
