@@ -165,12 +165,13 @@ def write_papers(
             real_table = run_real(real, Path(work), results, jobs, progress=progress)
     growth_verdicts = growth.verdicts() if growth else []
     verdicts = [each for part in parts for each in part.verdicts] + growth_verdicts
+    derived = [each for part in parts for each in part.paper.derived]
     goals = [each for part in parts for each in part.goals]
     text = render(
         "papers.html.j2",
         "papers",
         parts=parts,
-        counts=Counter(each.judgement.word for each in verdicts),
+        counts=Counter([each.judgement.word for each in verdicts] + [each.word for each in derived]),
         untested=sum(len(part.paper.untested) for part in parts),
         goals_found=goals,
         goal_counts=Counter([each.word for each in goals] + [each.word for each in comparisons]),

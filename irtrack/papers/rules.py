@@ -8,7 +8,7 @@ import numpy as np
 
 from irtrack.metrics import Trace
 from irtrack.metrics.lost import OFF_PX, off_beyond
-from irtrack.papers.experiment import Figure, Rule, Run
+from irtrack.papers.experiment import Figure, PairedRule, Rule, Run
 
 BACK_WITHIN = 5
 """Number of frames within which a tracker must be on its target again."""
@@ -134,6 +134,21 @@ def loses_about(label: str, frame: int, within: int) -> Rule:
     lost_at = Figure("", lambda run: float("inf") if run.score.lost is False else run.score.lost_at)
     words = f"{label} is lost within {within} frames of frame {frame}"
     return _rule(words, lost_at, (label,), lambda at: abs(at - frame) <= within)
+
+
+def nearer(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded error of one tracker is below that of another."""
+    return PairedRule(bounded_error, label, other)
+
+
+def no_worse(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded error of one tracker is at most a margin above that of another."""
+    return PairedRule(bounded_error, label, other, "no_worse")
+
+
+def as_near(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded errors of two trackers are equal within a margin."""
+    return PairedRule(bounded_error, label, other, "equal")
 
 
 def less(figure: Figure, label: str, other: str) -> Rule:

@@ -42,8 +42,9 @@ class Search:
     def specs(self) -> list[str]:
         """Return the tracker spec of each combination."""
         chosen = itertools.product(*self.settings.values())
+        head = [self.tracker, *filter(None, [self.fixed])]
         return [
-            ":".join([self.tracker, *filter(None, [self.fixed]), *(f"{k}={v}" for k, v in zip(self.settings, each, strict=True))])
+            ":".join(head + [f"{key}={value}" for key, value in zip(self.settings, each, strict=True)])
             for each in chosen
         ]
 
