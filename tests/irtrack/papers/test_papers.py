@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +148,11 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Paper:
 def test_page_is_complete_and_offline(tiny: Paper, tmp_path: Path) -> None:
     path = write_papers(tmp_path / "out", seeds=4, only=["cheng"], papers=[tiny], command="irtrack papers")
     page = Page(path.read_text())
+    summary = json.loads(path.with_suffix(".json").read_text())
+    assert summary["seeds"] == [2000, 4]
+    assert summary["claims"] == {"cheng": {"held": 1, "not held": 0, "no difference": 0, "not decidable": 2}}
+    assert summary["scenes"]["tiny"]["grey_pf"]["lost"] == 0
+    assert summary["scenes"]["tiny"].keys() == {"grey_pf"}
     assert not [link for link in page.links if not link.startswith(("#", "data:"))]
     goals, verdicts, experiment, switches, speed = page.tables
     assert goals[1][2:4] == ["≥ 95 %", "100 %"]
