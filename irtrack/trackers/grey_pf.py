@@ -52,10 +52,9 @@ class GreyPF(GreyTracker):
     known R is Rmin; R is computed for each particle, though eq. 11 and 12 print one R_t.
 
     Chosen here, as the paper leaves them open, and not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
-    particles (normal in place and speed); the scale of the kernel (half sizes; eq. 6 says "size of the target's area",
-    section 3 gives sizes of (14, 10)); the grey range (fitted to the first frame). On the shipped sky and ground
-    kernel_scale 0.25 and alpha 0.02 gave smaller errors: at the window's corner the kernel is .61 with half sizes, .14
-    with quarter sizes. `w_t` is a threshold on rho of eq. 8; without a value the reference is updated while the status
+    particles (normal in place and speed); the grey range (fitted to the first frame). The scale of the kernel (eq. 6 says
+    "size of the target's area", section 3 gives sizes of (14, 10)), lambda (20 or 40 would fit) and alpha come from
+    `irtrack.papers.search` on development seeds. `w_t` is a threshold on rho of eq. 8; without a value the reference is updated while the status
     is tracking (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance, but U = R U0 with U0
     standard normal makes it a standard deviation, px. A histogram is taken at the nearest whole pixel. The size stays
     that of the start box.
@@ -81,8 +80,8 @@ class GreyPF(GreyTracker):
     """Resampling scheme (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
     """True: the reference is updated (eq. 13)."""
-    alpha: Fraction = 0.05
-    """alpha of eq. 13; the paper says only: small."""
+    alpha: Fraction = 0.1
+    """alpha of eq. 13; the paper says only: small. Found by `irtrack.papers.search`."""
     w_t: Fraction | None = None
     """w_T, least rho at the estimate for an update of the reference; by default the status decides."""
     start_sd: Spread = 1.0
