@@ -40,8 +40,8 @@ class Template(MonitoredTracker):
 
     window: int | None = Field(default=None, ge=1, le=10_000)
     """Largest displacement from the last estimate in the search, px; by default the whole frame is searched."""
-    update: Fraction = 0.0
-    """Share of the new patch that enters the template where the target is visible."""
+    update: Fraction = 0.1
+    """Share of the new patch that enters the template where the target is visible. Found by `irtrack.papers.search`."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
         """Return the template, the part of the start box inside the frame."""
