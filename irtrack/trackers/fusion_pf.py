@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.correlation import best_distractor
 from irtrack.features.gradients import CueImage, Cues, Pattern
-from irtrack.features.histogram import DISTANCES, Distance
+from irtrack.features.histogram import DISTANCES, Distance, kullback_leibler
 from irtrack.features.mean_shift import bandwidth, mean_shift
 from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
 from irtrack.features.window import Window
@@ -141,8 +142,12 @@ class FusionWSPF(MonitoredTracker):
     """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth."""
     cues: Literal["both", "grey", "gradient"] = "both"
     """Cues used; a single cue has the confidence 1."""
-    confidence: Distance | Literal["equal"] = "bhattacharyya"
-    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues."""
+    confidence: Distance | Literal["equal"] = "kullback_leibler"
+    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues. Eq. 9
+    prints xi and background densities, as in a mean log-ratio: kullback_leibler."""
+    xi: Annotated[float, Field(ge=1e-9, le=0.1)] = 1e-3
+    """kullback_leibler: xi of eq. 9, least share of a bin in the logarithm; no value is printed (Collins et al. 2005:
+    0.001)."""
     sigma: Annotated[float, Field(ge=0.01, le=100)] = 0.15
     """sigma of the observation model (eq. 12), in units of the Bhattacharyya distance."""
     position_sd: Spread = 1.0
@@ -280,6 +285,8 @@ class FusionWSPF(MonitoredTracker):
         if self.confidence == "equal":
             return np.array([0.5, 0.5])
         distance = DISTANCES[self.confidence]
+        if self.confidence == "kullback_leibler":
+            distance = partial(kullback_leibler, floor=self.xi)
         both = np.array([distance(model.grey, ring.grey), distance(model.gradient, ring.gradient)])
         return normalise(both) if both.sum() > 0 else np.array([0.5, 0.5])
 

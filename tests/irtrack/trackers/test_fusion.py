@@ -18,7 +18,11 @@ def test_confidence_is_shared_between_the_cues() -> None:
     """Grey tells all apart (distance 1), gradients with rho = 3/4 (distance 1/2): 2/3 and 1/3."""
     model = Cues(np.array([1.0, 0]), np.array([1.0, 0]))
     ring = Cues(np.array([0.0, 1]), np.array([0.75**2, 1 - 0.75**2]))
-    assert FusionWSPF()._confidence(model, ring) == pytest.approx([2 / 3, 1 / 3])
+    bhattacharyya = FusionWSPF(confidence="bhattacharyya")
+    assert bhattacharyya._confidence(model, ring) == pytest.approx([2 / 3, 1 / 3])
+    # Log-ratios with xi = .01: ln(1 / .01) = 4.61 and ln(1 / .5625) = .575.
+    shares = np.log([100, 1 / 0.5625])
+    assert FusionWSPF(xi=0.01)._confidence(model, ring) == pytest.approx(shares / shares.sum())
     assert FusionWSPF(confidence="equal")._confidence(model, ring).tolist() == [0.5, 0.5]
     assert FusionWSPF(cues="gradient")._confidence(model, ring).tolist() == [0, 1]
     assert FusionWSPF()._confidence(model, model).tolist() == [0.5, 0.5]
@@ -111,5 +115,5 @@ def test_a_target_that_reappears_elsewhere_is_redetected() -> None:
     assert np.hypot(*(found[-1].center - at)) < 3
     # While hidden it is lost.
     assert [e.status for e in found[17:20]] == ["lost"] * 3
-    alone = follow(FusionWSPF(redetect=False), frames[:25], box, seed)[-1]
+    alone = follow(FusionWSPF(redetect=False, widening=0), frames[:25], box, seed)[-1]
     assert np.hypot(*np.subtract(alone.center, np.add(scene[24][1], (jump, 0)))) > 10
