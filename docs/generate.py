@@ -310,7 +310,15 @@ def papers_scenes() -> Iterator[str]:
     yield "| scene | tracker | lost | bounded error, px | only runs not lost: mean absolute error in X, Y, px |"
     yield "| --- | --- | --- | --- | --- |"
     shown = ("grey_pf", "cascade_pf", "mean_shift_pf", "restrained", "mean", "SVD and PF", "PF alone")
-    shown += ("fusion_wspf", "standard PF", "optical_flow", "template", "camshift_kalman", "coasting_pf", "change_kalman")
+    shown += (
+        "fusion_wspf",
+        "standard PF",
+        "optical_flow",
+        "template",
+        "camshift_kalman",
+        "coasting_pf",
+        "change_kalman",
+    )
     for scene, rows in papers_results()["scenes"].items():
         for label in filter(rows.__contains__, shown):
             row = rows[label]

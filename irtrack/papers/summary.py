@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ def commit() -> str | None:
 
 def counts(paper: Paper | None, verdicts: Sequence[Verdict]) -> dict[str, int]:
     """Return the number of claims by verdict; claims that no run decides are not decidable."""
-    found = Counter(each.judgement.word for each in verdicts)
+    found: Counter[str] = Counter(each.judgement.word for each in verdicts)
     if paper is not None:
         found.update(each.word for each in paper.derived)
         found["not decidable"] += len(paper.untested)
@@ -72,7 +72,7 @@ def growth_summary(result: GrowthResult) -> dict[str, Any]:
     return {"runs": result.runs, "rmse_error_neff": table, "verdicts": counts(None, result.verdicts())}
 
 
-def verdict_list(verdicts: Sequence[Verdict]) -> list[Mapping[str, Any]]:
+def verdict_list(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:
     """Return claim, scene and verdict, with the interval of the difference where the rule is paired."""
     found = []
     for each in verdicts:

@@ -71,7 +71,7 @@ def judge_paired(rule: PairedRule, runs: Sequence[Mapping[str, Run]]) -> Judgeme
     signs = np.sign(values[:, 0] - values[:, 1])
     yes, decided = int((signs < 0).sum()), int((signs != 0).sum())
     seeds = list(map(str, range(len(values))))
-    wide, narrow = (paired_difference(*values.T, seeds, level) for level in (LEVEL, 2 * LEVEL - 1))
+    wide, narrow = (paired_difference(values[:, 0], values[:, 1], seeds, level) for level in (LEVEL, 2 * LEVEL - 1))
     share = wilson(yes, decided, LEVEL)
     if wide is None or narrow is None or wide.is_open:
         return Judgement(yes, decided, *share, "not decidable", f"fewer than {LEAST_SCENES} seeds decide")
