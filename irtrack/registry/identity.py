@@ -145,9 +145,9 @@ def _plain(value: Any, place: str) -> Any:
 def weights_digest(tracker: Any) -> str:
     """Return a hex digest of all files that decide a run besides parameters and code; '' where there are none.
 
-    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several, not a
-    parameter with fixed words); for a tracker on a detector (`detector_used`) also that detector's code and files.
-    InputError where a file is missing.
+    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several; a
+    parameter with fixed words is none); for a tracker on a detector (`detector_used`) also that detector's code and
+    files. InputError where a file is missing.
     """
     parts: list[str] = []
     used = getattr(tracker, "detector_used", None)

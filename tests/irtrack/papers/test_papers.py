@@ -18,6 +18,7 @@ from irtrack.bench import parse_tracker_spec
 from irtrack.errors import InputError
 from irtrack.external import PEERS
 from irtrack.papers import rules, runs
+from irtrack.papers import search as search_module
 from irtrack.papers.experiment import (
     BETTER,
     HARD,
@@ -38,6 +39,7 @@ from irtrack.papers.experiment import (
 from irtrack.papers.growth import growth_result
 from irtrack.papers.page import PAPERS, write_papers
 from irtrack.papers.runs import plan_paper, run_plan
+from irtrack.papers.search import SEARCHES, Search, search
 from irtrack.papers.tables import rows
 from irtrack.papers.xue import XUE
 from irtrack.registry.table import TRACKERS, make
@@ -213,3 +215,20 @@ def test_real_sequences_run_target_by_target(tmp_path: Path, monkeypatch: pytest
     assert found["template"].lost == 0
     assert found["template"].distance is not None
     assert found["template"].distance < 2
+
+
+def test_search_keeps_the_cost_of_each_combination(tiny: Paper, tmp_path: Path) -> None:
+    """Particles that do not move lose a target of 1 px a frame."""
+    searches = {"particles": Search("grey_pf", {"r0": (0.001, 3.0), "start_speed_sd": (0.0,)}, "noise=fixed")}
+    path = tmp_path / "search.json"
+    found = search(path, searches, [tiny.experiments[0].scene], [0, 1])
+    assert json.loads(path.read_text()) == found
+    (costs,) = found["searches"].values()
+    assert [spec.split(":")[2] for spec in costs] == ["r0=3.0", "r0=0.001"]
+    best, worst = costs.values()
+    assert 0 < best["cost"] < worst["cost"] <= 1
+    assert (best["runs"], best["lost"], best["tiny"]) == (2, 0, best["cost"])
+    recorded = json.loads(Path(search_module.__file__).with_suffix(".json").read_text())
+    assert {name: len(rows) for name, rows in recorded["searches"].items()} == {
+        name: len(each.specs()) for name, each in SEARCHES.items()
+    }
