@@ -278,6 +278,58 @@ def source_scenes() -> Iterator[str]:
         yield f"| `sources/{name}` | {cell(load(f'sources/{name}').about)} |"
 
 
+PAPER_NAMES = {
+    "cheng": "Cheng 2006",
+    "xue": "Xue 2011",
+    "an": "An 2007",
+    "cui": "Cui 2011",
+    "camshift": "CamShift and Kalman",
+    "li": "Li 2014",
+    "cost": "Cost of a step",
+    "growth": "Li 2014, growth model",
+}
+
+
+def papers_results() -> dict[str, Any]:
+    """Return the results of the papers' page that the documents cite: a copy of its sources.json."""
+    found: dict[str, Any] = json.loads((Path(__file__).parent / "papers.json").read_text())
+    return found
+
+
+def papers_claims() -> Iterator[str]:
+    found = papers_results()
+    first, count = found["seeds"]
+    yield f"Commit {found['commit']}, {count} seeds from {first} on; growth model: {found['growth']['runs']} runs."
+    yield ""
+    yield "| paper | held | not held | no difference | not decidable |"
+    yield "| --- | --- | --- | --- | --- |"
+    for key, words in (*found["claims"].items(), ("growth", found["growth"]["verdicts"])):
+        yield f"| {PAPER_NAMES[key]} | {' | '.join(map(str, words.values()))} |"
+
+
+def papers_scenes() -> Iterator[str]:
+    yield "| scene | tracker | lost | bounded error, px | only runs not lost: mean absolute error in X, Y, px |"
+    yield "| --- | --- | --- | --- | --- |"
+    shown = ("grey_pf", "cascade_pf", "mean_shift_pf", "restrained", "mean", "SVD and PF", "PF alone")
+    shown += ("fusion_wspf", "standard PF", "optical_flow", "template", "kalman centroid", "camshift_kalman")
+    shown += ("coasting_pf", "change_kalman")
+    for scene, rows in papers_results()["scenes"].items():
+        for label in filter(rows.__contains__, shown):
+            row = rows[label]
+            kept = ", ".join("–" if each is None else f"{each:.2f}" for each in row["conditional_abs_px"])
+            bounded = "–" if row["bounded_px"] is None else f"{row['bounded_px']:.2f}"
+            yield f"| {scene} | `{label}` | {row['lost']} of {row['runs']} | {bounded} | {kept} |"
+
+
+def papers_growth() -> Iterator[str]:
+    table = papers_results()["growth"]["rmse_error_neff"]
+    yield "| filter, N = 100 | RMSE | Neff |"
+    yield "| --- | --- | --- |"
+    for label, by_n in table.items():
+        rmse, error, neff = by_n["100"]
+        yield f"| {label} | {rmse:.2f} ± {error:.2f} | {neff:.1f} |"
+
+
 def stress_list() -> Iterator[str]:
     yield "| name | what grows | values from severity 0 to 5 |"
     yield "| --- | --- | --- |"
@@ -379,6 +431,9 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "scenario keys": scenario_keys,
     "examples": example_list,
     "source scenes": source_scenes,
+    "papers claims": papers_claims,
+    "papers scenes": papers_scenes,
+    "papers growth": papers_growth,
     "stresses": stress_list,
     "tracker parameters": tracker_keys,
     "suite keys": suite_keys,

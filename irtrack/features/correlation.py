@@ -6,7 +6,7 @@ r = sum (I - mean I)(T - mean T) / sqrt(sum (I - mean I)^2 sum (T - mean T)^2)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -81,6 +81,13 @@ class Patch:
         left, top, around = region(image, self.window, corner, reach)
         (x, y), score = peak(ncc(around, self.pixels), (corner[0] - left, corner[1] - top))
         return self.window.center((left + x, top + y)), score
+
+    def blended(self, image: Image, center: tuple[float, float], rate: float) -> Patch:
+        """Return the patch blended with the share `rate` of the window at a centre, px, inside the image."""
+        corner = self.window.corner(center)
+        x = min(max(corner[0], 0), image.shape[1] - self.window.columns)
+        y = min(max(corner[1], 0), image.shape[0] - self.window.rows)
+        return replace(self, pixels=(1 - rate) * self.pixels + rate * self.window.cut(image, (x, y)))
 
 
 def _vertex(before: float, top: float, after: float) -> float:

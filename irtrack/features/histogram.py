@@ -251,9 +251,9 @@ def bhattacharyya_distance(q: Floats, b: Floats) -> float:
     return float(np.sqrt(1 - bhattacharyya(q, b)))
 
 
-def kullback_leibler(q: Floats, b: Floats) -> float:
-    """Return sum q ln(q / b), where shares below `FLOOR` are raised to it; at least 0."""
-    return max(float(q @ _log_ratio(q, b)), 0.0)
+def kullback_leibler(q: Floats, b: Floats, floor: float = FLOOR) -> float:
+    """Return sum q ln(q / b), where shares below `floor` are raised to it in the logarithm; at least 0."""
+    return max(float(q @ _log_ratio(q, b, floor)), 0.0)
 
 
 def variance_ratio(q: Floats, b: Floats) -> float:
@@ -271,8 +271,8 @@ def variance_ratio(q: Floats, b: Floats) -> float:
     return between / max(within, FLOOR) if between > 0 else 0.0
 
 
-def _log_ratio(q: Floats, b: Floats) -> Floats:
-    ratio: Floats = np.log(np.maximum(q, FLOOR) / np.maximum(b, FLOOR))
+def _log_ratio(q: Floats, b: Floats, floor: float = FLOOR) -> Floats:
+    ratio: Floats = np.log(np.maximum(q, floor) / np.maximum(b, floor))
     return ratio
 
 

@@ -27,6 +27,11 @@ def random_walk(positions: Floats, radius: float, propagation: Propagation, rng:
     return places
 
 
+def random_walk_variance(radius: float, propagation: Propagation) -> float:
+    """Return the variance on each axis of `random_walk`, px^2."""
+    return (radius / 3) ** 2 if propagation == "gaussian" else radius**2 / 4
+
+
 def random_walk_density(places: Floats, origins: Floats, radius: float, propagation: Propagation) -> Floats:
     """Return the density (N,) per px^2 of `random_walk` at `places` (N, 2), from equally likely `origins` (M, 2) px."""
     square = ((places[:, None] - origins[None]) ** 2).sum(axis=2)

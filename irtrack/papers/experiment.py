@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import irsim
 from irtrack.external import PEERS
@@ -78,17 +79,52 @@ class Rule:
     of: Callable[[Mapping[str, Run]], bool | None]
 
 
+MARGIN = 0.1
+"""Margin of equivalence, as a share of the control's mean; fixed before any run."""
+
+
+@dataclass(frozen=True)
+class PairedRule:
+    """Test of a claim by the mean over the seeds of the difference in a metric between a tracker and a control.
+
+    less      the difference is below 0
+    no_worse  it is below the margin, one-sided ("does as well")
+    equal     it is within the margin on both sides: two one-sided tests (Schuirmann, J. Pharmacokinet. Biopharm. 15
+              (1987) 657)
+    """
+
+    figure: Figure
+    label: str
+    control: str
+    kind: Literal["less", "no_worse", "equal"] = "less"
+
+    @property
+    def labels(self) -> tuple[str, str]:
+        return self.label, self.control
+
+    @property
+    def words(self) -> str:
+        form = {
+            "less": "mean {} of {} below that of {}",
+            "no_worse": "mean {} of {} at most {:.0%} above that of {}",
+            "equal": "mean {} of {} within {:.0%} of that of {}",
+        }[self.kind]
+        margin = () if self.kind == "less" else (MARGIN,)
+        return form.format(self.figure.words, self.label, *margin, self.control)
+
+
 @dataclass(frozen=True)
 class Claim:
-    """Claim of a paper, its place in the paper, the scene, and the rule that tests the claim with each seed."""
+    """Claim of a paper, its place in the paper, the scene, and the rule that tests the claim with each seed or with the
+    mean over all."""
 
     text: str
     place: str
     scene: Scene
-    rule: Rule
+    rule: Rule | PairedRule
 
 
-def claims(scene: Scene, *stated: tuple[str, str, Rule]) -> tuple[Claim, ...]:
+def claims(scene: Scene, *stated: tuple[str, str, Rule | PairedRule]) -> tuple[Claim, ...]:
     """Return the claims on one scene from (text, place in the paper, rule)."""
     return tuple(Claim(text, place, scene, rule) for text, place, rule in stated)
 
@@ -99,6 +135,16 @@ class Untested:
 
     text: str
     place: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Claim of a paper that is decided without a run, in closed form, and the derivation."""
+
+    text: str
+    place: str
+    word: Literal["held", "not held"]
     why: str
 
 
@@ -196,6 +242,7 @@ class Paper:
     switches: tuple[Switch, ...] = ()
     remark: str = ""
     seeds_at_most: int | None = None
+    derived: tuple[Derived, ...] = ()
 
 
 HARD = tuple(

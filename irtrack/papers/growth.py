@@ -8,6 +8,7 @@ variances of w, 10, and of v, 1. Here k counts from 1, and x_0 is normal with va
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass, replace
 
@@ -29,7 +30,7 @@ class GrowthFilter:
     particles  N
     share      Np / N: share of the particles that are averaged and resampled, those of largest weight (Li, Li 2014,
                section 2: .56); 1: all particles
-    threshold  Nth / N: particles are resampled where Neff is below Nth (section 4.3: 2/3); 1: at every step
+    threshold  Nth / N: particles are resampled where Neff is below Nth (section 4.3: 2/3); 1: at every step, 0: never
     restoring  weights after resampling, see `irtrack.filters.resampling.after_selection`
     """
 
@@ -43,7 +44,11 @@ BOOTSTRAP = GrowthFilter()
 WSPF = GrowthFilter(share=0.56, threshold=2 / 3)
 PARTICLES = (50, 100, 200, 500)
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.56, 0.7, 0.85, 1.0)
-FILTERS = {"standard PF": BOOTSTRAP, "WSPF": WSPF, "WSPF, equal weights set aside": replace(WSPF, restoring="equal")}
+STANDARDS = {"SIR": BOOTSTRAP, "SIS": replace(BOOTSTRAP, threshold=0)}
+"""Readings of the standard particle filter: resampled at every step, or never."""
+SELECTIONS = {"WSPF, own weights": WSPF, "WSPF, equal weights": replace(WSPF, restoring="equal")}
+"""Readings of Step 6: particles set aside keep their weights, or all get the same."""
+FILTERS = STANDARDS | SELECTIONS
 SHARED = 100
 """Number of particles N in the sweep over the share Np / N."""
 RUNS_A_SEED = 20
@@ -154,13 +159,13 @@ class GrowthResult:
     def verdicts(self) -> list[Verdict]:
         """Judge the claims of sections 2 and 5.1, run by run on the same truth."""
         found = []
-        for n in PARTICLES:
-            standard, selected = self.by_particles["standard PF"][n], self.by_particles["WSPF"][n]
-            higher, lower = selected.neff > standard.neff, selected.rmse < standard.rmse
-            than, place = f"that of the standard PF, N = {n}", "section 5.1, table 1"
+        for label, standard, n in itertools.product(SELECTIONS, STANDARDS, PARTICLES):
+            ours, theirs = self.by_particles[label][n], self.by_particles[standard][n]
+            than, place = f"that of {standard}, N = {n}", "section 5.1, table 1"
+            neff, error = f"mean Neff of {label} above {than}", f"RMSE of {label} below {than}"
             found += [
-                _verdict("Weight selection raises Neff.", place, f"mean Neff over all N above {than}", higher),
-                _verdict("It lowers the root mean square error.", place, f"RMSE below {than}", lower),
+                _verdict("Weight selection raises Neff.", place, neff, ours.neff > theirs.neff),
+                _verdict("It lowers the root mean square error.", place, error, ours.rmse < theirs.rmse),
             ]
         for share, text in (
             (SHARES[0], "Selecting too few makes the estimate inaccurate."),

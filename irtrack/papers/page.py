@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -32,6 +33,7 @@ from irtrack.papers.runs import (
     run_real,
     settle_choices,
 )
+from irtrack.papers.summary import commit, counts, growth_summary, rows_summary, verdict_list
 from irtrack.papers.tables import (
     Row,
     Speed,
@@ -51,6 +53,7 @@ PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
 PARTS = (*(paper.key for paper in PAPERS), "growth", "hard")
 RESULTS = "sources.db"
 PAGE = "sources.html"
+SUMMARY = "sources.json"
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,8 @@ def write_papers(
 ) -> Path:
     """Run the experiments and write FOLDER/sources.html; return its path.
 
-    folder   created if missing; FOLDER/sources.db keeps every run, which is then not repeated
+    folder   created if missing; FOLDER/sources.db keeps every run, which is then not repeated; FOLDER/sources.json has
+             the numbers that the documents cite
     seeds    number of seeds, from `first` on
     only     parts of PARTS; empty: all
     real     folder of labelled sequences, for the table of real recordings; None: no table
@@ -165,12 +169,13 @@ def write_papers(
             real_table = run_real(real, Path(work), results, jobs, progress=progress)
     growth_verdicts = growth.verdicts() if growth else []
     verdicts = [each for part in parts for each in part.verdicts] + growth_verdicts
+    derived = [each for part in parts for each in part.paper.derived]
     goals = [each for part in parts for each in part.goals]
     text = render(
         "papers.html.j2",
         "papers",
         parts=parts,
-        counts=Counter(each.judgement.word for each in verdicts),
+        counts=Counter([each.judgement.word for each in verdicts] + [each.word for each in derived]),
         untested=sum(len(part.paper.untested) for part in parts),
         goals_found=goals,
         goal_counts=Counter([each.word for each in goals] + [each.word for each in comparisons]),
@@ -193,6 +198,16 @@ def write_papers(
         loss_rule=LOSS_RULE,
         command=command,
     )
+    summary = {
+        "commit": commit(),
+        "seeds": [taken.start, len(taken)],
+        "claims": {part.paper.key: counts(part.paper, part.verdicts) for part in parts if part.verdicts},
+        "scenes": {each.experiment.scene.name: rows_summary(each.rows) for part in parts for each in part.experiments},
+        "growth": growth_summary(growth) if growth else None,
+        "verdicts": {part.paper.key: verdict_list(part.verdicts) for part in parts},
+    }
+    with atomic_text(folder / SUMMARY) as file:
+        file.write(json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
     path = folder / PAGE
     with atomic_text(path) as file:
         file.write(text)

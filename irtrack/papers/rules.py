@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from irtrack.metrics.lost import OFF_PX
-from irtrack.papers.experiment import Figure, Rule, Run
+from irtrack.metrics import Trace
+from irtrack.metrics.lost import OFF_PX, off_beyond
+from irtrack.papers.experiment import Figure, PairedRule, Rule, Run
 
 BACK_WITHIN = 5
 """Number of frames within which a tracker must be on its target again."""
@@ -44,12 +45,34 @@ def _until_back(run: Run) -> float | None:
     return float("inf") if after is None else float(after)
 
 
+def _bounded(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Return min(error, threshold) of each scored frame, px, and the threshold beyond which the frame is off, px."""
+    scored = trace.scored
+    limits = off_beyond(np.hypot(trace.truth_sizes[scored, 0], trace.truth_sizes[scored, 1]), trace.accuracy[scored])
+    return np.minimum(trace.errors[scored], limits), limits
+
+
+def _bounded_error(run: Run) -> float | None:
+    errors, _ = _bounded(run.trace)
+    return float(np.mean(errors)) if len(errors) else None
+
+
+def _bounded_share(run: Run) -> float | None:
+    errors, limits = _bounded(run.trace)
+    return float(np.mean(errors / limits)) if len(errors) else None
+
+
 error_held = _score("mean error before loss", "error_held")
 error_all = _score("mean error", "error")
 abs_x = _score("mean |error| in X", "abs_x")
 abs_y = _score("mean |error| in Y", "abs_y")
 variance_x = _variance("variance in X", "sd_x")
 variance_y = _variance("variance in Y", "sd_y")
+bounded_error = Figure("bounded error", _bounded_error)
+"""Mean of min(error, threshold beyond which a frame is off) over all scored frames, px: defined for lost runs too, and
+two trackers hardly tie."""
+bounded_share = Figure("bounded error as a share", _bounded_share)
+"""The same with each frame's error divided by its threshold, 0 .. 1."""
 lost = _score("lost", "lost")
 off_share = _score("share of frames off", "off_share")
 cpu = _score("CPU time", "cpu_ms_median")
@@ -111,6 +134,21 @@ def loses_about(label: str, frame: int, within: int) -> Rule:
     lost_at = Figure("", lambda run: float("inf") if run.score.lost is False else run.score.lost_at)
     words = f"{label} is lost within {within} frames of frame {frame}"
     return _rule(words, lost_at, (label,), lambda at: abs(at - frame) <= within)
+
+
+def nearer(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded error of one tracker is below that of another."""
+    return PairedRule(bounded_error, label, other)
+
+
+def no_worse(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded error of one tracker is at most a margin above that of another."""
+    return PairedRule(bounded_error, label, other, "no_worse")
+
+
+def as_near(label: str, other: str) -> PairedRule:
+    """Return the rule that the mean bounded errors of two trackers are equal within a margin."""
+    return PairedRule(bounded_error, label, other, "equal")
 
 
 def less(figure: Figure, label: str, other: str) -> Rule:

@@ -12,7 +12,7 @@ from irtrack.external import PEERS
 from irtrack.metrics import CentreFigures, mean_interval, wilson
 from irtrack.papers.experiment import Experiment, Figure, Paper, Printed, Run, Sweep
 from irtrack.papers.growth import PARTICLES, FilterRuns, GrowthResult
-from irtrack.papers.rules import cpu, off_share, wall
+from irtrack.papers.rules import bounded_error, cpu, off_share, wall
 from irtrack.papers.runs import SceneRuns
 from irtrack.report.line_styles import LineStyle, styles
 from irtrack.report.plots import Axis, Line, error_chart, line_chart
@@ -29,6 +29,7 @@ class Row:
                     their ratio
     kept, all       centre errors of all frames of the runs without loss, and of all runs
     off             mean share of frames off
+    bounded         mean bounded error of all runs, px
     ms              median CPU time of a step; of an external tracker, wall time
     siblings        (lost, decided) on each of the experiment's siblings
     absent          reason where the tracker has no runs
@@ -46,6 +47,7 @@ class Row:
     kept: CentreFigures | None = None
     all: CentreFigures | None = None
     off: float | None = None
+    bounded: float | None = None
     ms: float | None = None
 
     @property
@@ -75,7 +77,7 @@ def _row(experiment: Experiment, label: str, spec: str, every: Mapping[str, Scen
     runs = list(found.of(label).values())
     lost, decided = _losses(label, found)
     steps = _values(wall if spec.partition(":")[0] in PEERS else cpu, runs)
-    off = _values(off_share, runs)
+    off, bounded = _values(off_share, runs), _values(bounded_error, runs)
     return Row(
         label,
         spec,
@@ -88,6 +90,7 @@ def _row(experiment: Experiment, label: str, spec: str, every: Mapping[str, Scen
         kept=_errors([run for run in runs if not run.score.lost]),
         all=_errors(runs),
         off=float(np.mean(off)) if off else None,
+        bounded=float(np.mean(bounded)) if bounded else None,
         ms=float(np.median(steps)) if steps else None,
     )
 
@@ -193,7 +196,7 @@ def growth_charts(result: GrowthResult) -> list[str]:
     rmse = [line(label, lambda each, count: each.rmse) for label in result.by_particles]
     neff = [line(label, lambda each, count: each.neff / count) for label in result.by_particles]
     shares = np.array([mean_interval(each.rmse) for each in result.by_share.values()]).T
-    share = Line(style["WSPF"], np.array(list(result.by_share)), *shares)
+    share = Line(style["WSPF, own weights"], np.array(list(result.by_share)), *shares)
     return [
         line_chart(rmse, Axis("N"), Axis("RMSE"), size=SMALL, name="growth model: RMSE against N"),
         line_chart(neff, Axis("N"), Axis("Neff / N", (0, 1)), size=SMALL, name="growth model: Neff against N"),

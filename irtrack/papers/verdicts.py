@@ -11,16 +11,23 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from irtrack.metrics import FIGURES, Difference, Score, mean_interval, paired_difference, wilson
-from irtrack.papers.experiment import HARD, OURS, THEIRS, Claim, Goal, Rule, Switch
+from irtrack.metrics.statistics import LEAST_SCENES
+from irtrack.papers.experiment import HARD, MARGIN, OURS, THEIRS, Claim, Goal, PairedRule, Rule, Run, Switch
 from irtrack.papers.runs import SceneRuns, fewest_off
 
-Word = Literal["held", "not held", "not decidable"]
+Word = Literal["held", "not held", "no difference", "not decidable"]
 
 LEVEL = 0.95
 RULE = (
-    "A claim is held where the Wilson 95 % interval of the share of seeds that support it lies above one half. It is "
-    "not held where the interval lies below one half, and not decidable otherwise or without seeds. A failed run does "
-    "not count, and neither does a seed in which two compared trackers have equal figures (as in a sign test). A goal "
+    "A claim of single runs is held where the Wilson 95 % interval of the share of seeds that support it lies above "
+    "one half. It is not held where the interval lies below one half, and not decidable otherwise or without seeds. "
+    "A failed run does not count, and neither does a seed in which two compared trackers have equal figures (as in "
+    "a sign test; of losses: McNemar's test). A claim that compares two trackers is judged by the mean over the "
+    "seeds of the paired difference of their bounded errors, min(centre error, threshold beyond which a frame is "
+    "off) over all frames, so that lost runs count and none ties: held where the 95 % interval lies below 0, not "
+    f"held where it lies above; no difference where the 90 % interval lies within {MARGIN:.0%} of the control's "
+    "bounded error. A claim of equality is held by this last test (two one-sided tests of 5 %), and a claim that "
+    "something does no harm where the upper end of the 90 % interval lies below the margin (one-sided, 5 %). A goal "
     "has a share of its own in place of one half, or a limit for the 95 % interval of a mean (Student's t)."
 )
 
@@ -34,6 +41,8 @@ class Judgement(NamedTuple):
     high: float
     word: Word
     why: str = ""
+    difference: Difference | None = None
+    """Of paired rules: mean and interval of the difference, tracker less control, px."""
 
     @property
     def share(self) -> float:
@@ -50,6 +59,38 @@ def judge(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
         return Judgement(yes, count, low, high, "held" if low > wanted else "not held")
     why = _needed(seeds_to_decide(yes / count, wanted)) if decided else "no seed decides"
     return Judgement(yes, count, low, high, "not decidable", why)
+
+
+def judge_paired(rule: PairedRule, runs: Sequence[Mapping[str, Run]]) -> Judgement:
+    """Judge a claim on the mean difference in a metric; `runs`: by label, one mapping a seed.
+
+    `yes` of `decided` are the seeds with a difference below 0; equal ones are not counted.
+    """
+    pairs = [(rule.figure.of(run[rule.label]), rule.figure.of(run[rule.control])) for run in runs]
+    values = np.array([pair for pair in pairs if None not in pair], dtype=np.float64).reshape(-1, 2)
+    signs = np.sign(values[:, 0] - values[:, 1])
+    yes, decided = int((signs < 0).sum()), int((signs != 0).sum())
+    seeds = list(map(str, range(len(values))))
+    wide, narrow = (paired_difference(values[:, 0], values[:, 1], seeds, level) for level in (LEVEL, 2 * LEVEL - 1))
+    share = wilson(yes, decided, LEVEL)
+    if wide is None or narrow is None or wide.is_open:
+        return Judgement(yes, decided, *share, "not decidable", f"fewer than {LEAST_SCENES} seeds decide")
+    margin = MARGIN * float(values[:, 1].mean())
+    alike = -margin < narrow.low and narrow.high < margin
+    apart = narrow.low > margin or (rule.kind == "equal" and narrow.high < -margin)
+    if rule.kind == "less":
+        word: Word = "held" if wide.high < 0 else "not held" if wide.low > 0 else "not decidable"
+        word = "no difference" if word == "not decidable" and alike else word
+    else:
+        held = alike if rule.kind == "equal" else narrow.high < margin
+        word = "held" if held else "not held" if apart else "not decidable"
+    found = wide if rule.kind == "less" else narrow
+    why = ""
+    if word == "not decidable":
+        limits = {"less": (0.0,), "no_worse": (margin,), "equal": (margin, -margin)}[rule.kind]
+        near = min(abs(found.mean - limit) for limit in limits)
+        why = _needed(math.ceil(found.pairs * ((found.high - found.low) / 2 / near) ** 2) if near else None)
+    return Judgement(yes, decided, *share, word, why, found)
 
 
 def seeds_to_decide(share: float, wanted: float) -> int | None:
@@ -86,7 +127,8 @@ def verdict(claim: Claim, every: Mapping[str, SceneRuns]) -> Verdict:
         judgement = Judgement(0, 0, 0.0, 1.0, "not decidable", "; ".join(map(found.reason, missing)))
     else:
         together = set.intersection(*(set(found.of(label)) for label in rule.labels))
-        judgement = judge([rule.of({label: found.of(label)[seed] for label in rule.labels}) for seed in together])
+        runs = [{label: found.of(label)[seed] for label in rule.labels} for seed in sorted(together)]
+        judgement = judge_paired(rule, runs) if isinstance(rule, PairedRule) else judge(list(map(rule.of, runs)))
     return Verdict(claim.text, claim.place, claim.scene.name, rule.words, judgement)
 
 

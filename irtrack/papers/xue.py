@@ -5,6 +5,7 @@ from __future__ import annotations
 from irtrack.papers.experiment import (
     BETTER,
     Claim,
+    Derived,
     Experiment,
     Goal,
     Paper,
@@ -20,14 +21,12 @@ from irtrack.papers.rules import (
     abs_y,
     at_most,
     cpu,
-    error_all,
     holds,
     less,
     loses,
     loses_about,
     mostly_nearer,
-    nearly,
-    off_share,
+    nearer,
     on_target,
     unless_lost,
     variance_x,
@@ -78,11 +77,10 @@ def paper_claims(scene: Scene) -> tuple[Claim, ...]:
     (mean_x, var_x), (mean_y, var_y) = MEANS[scene]
     table, chart = ("table 1", "figure 7") if scene is SKY else ("table 2", "figure 9")
     limits = ((abs_x, mean_x), (variance_x, var_x), (abs_y, mean_y), (variance_y, var_y))
-    product = "The cascade takes as long as the product of both likelihoods at N = N1 + N2."
     printed = [
         (
             f"The cascade's {figure.words} is as printed.",
-            at_most(unless_lost(figure), "cascade_pf", limit, " (runs not lost)"),
+            at_most(unless_lost(figure), "cascade_pf", limit, " (conditional: only runs not lost)"),
         )
         for figure, limit in limits
     ]
@@ -94,15 +92,14 @@ def paper_claims(scene: Scene) -> tuple[Claim, ...]:
         (
             "The cascade's error is below that of mean shift with PF.",
             table,
-            less(error_all, "cascade_pf", "mean_shift_pf"),
+            nearer("cascade_pf", "mean_shift_pf"),
         ),
         ("In most frames the cascade's error is the smaller.", chart, mostly_nearer("cascade_pf", "mean_shift_pf")),
         ("The cascade is faster than mean shift with PF.", table, less(cpu, "cascade_pf", "mean_shift_pf")),
         ("The ring makes the high-pass fast.", "section 1.1", less(cpu, "cascade_pf", "full high-pass")),
-        ("The high-pass reduces noise and clouds.", "section 1", less(off_share, "cascade_pf", "no high-pass")),
-        ("The velocity cue helps.", "sections 0, 5", less(off_share, "cascade_pf", "no velocity")),
-        (product, "section 3.2", nearly(cpu, "cascade_pf", "product_pf", 0.1, relative=True)),
-        ("The cascade is more robust than the product.", "section 3.2", less(error_all, "cascade_pf", "product_pf")),
+        ("The high-pass reduces noise and clouds.", "section 1", nearer("cascade_pf", "no high-pass")),
+        ("The velocity cue helps.", "sections 0, 5", nearer("cascade_pf", "no velocity")),
+        ("The cascade is more robust than the product.", "section 3.2", nearer("cascade_pf", "product_pf")),
     )
 
 
@@ -121,8 +118,8 @@ def goals(scene: Scene) -> tuple[Goal, ...]:
         for label in ("cascade_pf", *BETTER)
         for goal in (
             Goal("not lost", scene, label, holds(label), FOLLOWED),
-            Goal("mean |error| in X of runs not lost", scene, label, unless_lost(abs_x), mean_x),
-            Goal("mean |error| in Y of runs not lost", scene, label, unless_lost(abs_y), mean_y),
+            Goal("mean |error| in X of runs not lost (conditional)", scene, label, unless_lost(abs_x), mean_x),
+            Goal("mean |error| in Y of runs not lost (conditional)", scene, label, unless_lost(abs_y), mean_y),
         )
     )
 
@@ -141,7 +138,7 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("velocity by PCA against least squares", cascade, f"{cascade}:velocity=least_squares"),
         ("normal spread against a uniform disc", cascade, f"{cascade}:propagation=disc"),
         ("model update", cascade, f"{cascade}:update=never"),
-        ("cascade against product, equal N and, see the claim above, equal time", cascade, product),
+        ("cascade against product, equal N", cascade, product),
         ("mean shift", shift, f"{cascade}:high_pass=none:cues=grey"),
         ("mean shift on high-pass", f"{shift}:high_pass=ring", shift),
         ("importance correction of moved particles", f"{shift}:corrected=true", shift),
@@ -153,14 +150,23 @@ XUE = Paper(
     title="Xue, Yuan, Xie 2011: integrating grey and velocity cues",
     remark=(
         "The comparison with mean shift and a particle filter is confounded with the high-pass, which only the "
-        "cascade had: that tracker is shown on the high-pass image as well. Cascade and product take about the same "
-        "time at N = N1 + N2, for the high-pass takes most of it: equal N is equal time as well."
+        "cascade had: that tracker is shown on the high-pass image as well. The number of particles hardly matters to "
+        "the time of a step, for the high-pass takes most of it."
     ),
     experiments=(
         experiment(SKY, "First experiment: an aircraft among clouds of similar grey"),
         experiment(GROUND, "Second experiment: a vehicle, a neighbour of similar grey, a crossing"),
     ),
     claims=paper_claims(SKY) + paper_claims(GROUND) + AT_FRAMES,
+    derived=(
+        Derived(
+            "The cascade costs as much as the product of both likelihoods at N = N1 + N2.",
+            "section 3.2",
+            "not held",
+            "with the costs F_g, F_v of a particle's likelihoods the cascade takes N1 F_g + N2 F_v, not the printed "
+            "(N1 + N2)(F_g + F_v), which is the product's: it saves N2 F_g + N1 F_v",
+        ),
+    ),
     untested=(
         Untested("Mean shift with PF drifts at frame 133 of the sky.", "section 4.1", "the frame is not described"),
         Untested("High-passes by frequency are slow.", "section 1", "no tracker here has one"),

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, Literal, get_origin
 
 import numpy as np
 
@@ -145,8 +145,9 @@ def _plain(value: Any, place: str) -> Any:
 def weights_digest(tracker: Any) -> str:
     """Return a hex digest of all files that decide a run besides parameters and code; '' where there are none.
 
-    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several); for
-    a tracker on a detector (`detector_used`) also that detector's code and files. InputError where a file is missing.
+    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several; a
+    parameter with fixed words is none); for a tracker on a detector (`detector_used`) also that detector's code and
+    files. InputError where a file is missing.
     """
     parts: list[str] = []
     used = getattr(tracker, "detector_used", None)
@@ -154,6 +155,9 @@ def weights_digest(tracker: Any) -> str:
         parts += [code_hash(used), weights_digest(used)]
     kind = _kind(tracker)
     declared = getattr(tracker if kind is type(tracker) else kind, "weights", ())
+    parameter = getattr(kind, "model_fields", {}).get("weights")
+    if parameter is not None and get_origin(parameter.annotation) is Literal:
+        declared = ()
     for path in (declared,) if isinstance(declared, str | Path) else declared:
         if not Path(path).is_file():
             raise InputError(f"{tracker_name(tracker)}: weights {path}: there is no such file; allowed: a file")

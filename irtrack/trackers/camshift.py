@@ -119,7 +119,7 @@ class CamShiftKalman(GatedKalman, MonitoredTracker):
             if self.within_gate(mean, covariance, place):
                 monitor = state.monitor.after(score, match.background_score, self.seen)
             if monitor.misses == 0:
-                mean, covariance = self.update(mean, covariance, place)
+                mean, covariance = self.updated(mean, covariance, place)
                 now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
                 scale = scale + self.resize * (now - scale)
         after = replace(state, mean=mean, covariance=covariance, scale=scale, monitor=monitor)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ from pydantic import Field
 
 from irsim.types import Box, Floats, Frame
 from irtrack.features.trajectory import line_fit, trajectory_similarity
-from irtrack.filters.motion import random_walk
+from irtrack.filters.motion import random_walk, random_walk_variance
 from irtrack.filters.particle import Weights, mean, particle_estimate, smc_step
 from irtrack.filters.resampling import RESAMPLERS, Indices
 from irtrack.trackers.appearance import Appearance, RandomWalkParticles
@@ -117,7 +117,11 @@ class TrajectoryPF(RandomWalkParticles):
             monitor=monitor,
         )
         status, velocity = self.status(monitor, step.in_view), line_fit(trajectory)[1]
-        return after, particle_estimate(positions, W, center, velocity, appearance.size, status, match.score)
+        estimate = particle_estimate(positions, W, center, velocity, appearance.size, status, match.score)
+        spacing = self._spacing_variance()
+        if spacing > 0 and estimate.covariance is not None:
+            estimate = replace(estimate, covariance=estimate.covariance + spacing * np.eye(2))
+        return after, estimate
 
     @abstractmethod
     def _first_layer(self) -> int:
@@ -128,6 +132,10 @@ class TrajectoryPF(RandomWalkParticles):
         self, positions: Floats, W: Floats, cue: VelocityCue, rng: np.random.Generator
     ) -> tuple[Floats, Floats]:
         """Return positions (n, 2) and their weights (n,) by both cues; `W`: weights of `positions` by grey levels."""
+
+    def _spacing_variance(self) -> float:
+        """Return the variance, px^2, added to the covariance on each axis for the distance between particles."""
+        return 0.0
 
     def _velocity_cue(self, state: TrajectoryPFState, ahead: Floats) -> VelocityCue:
         if self.velocity == "least_squares":
@@ -159,12 +167,24 @@ class CascadePF(TrajectoryPF):
     def _first_layer(self) -> int:
         return self.n1
 
+    def _spacing_variance(self) -> float:
+        """Return s^2 / N1, s^2 px^2 the variance of the random walk on each axis.
+
+        The second layer has two or three distinct places of weight, whose covariance may be 0. N1 normal draws have the
+        density N1 / (2 pi s^2) at their centre, so that the nearest is 2 s^2 / N1 away in the mean square.
+        """
+        return random_walk_variance(self.radius, self.propagation) / self.n1
+
     def _weighed_by_velocity(
         self, positions: Floats, W: Floats, cue: VelocityCue, rng: np.random.Generator
     ) -> tuple[Floats, Floats]:
-        """Draw N2 of the N1 by their grey weights, then weigh them by eq. 7 alone (Algorithm 2, step 4)."""
-        chosen = positions.take(RESAMPLERS[self.resampling](W, rng, self.n2), axis=0)
-        return chosen, Weights(cue(chosen)).W
+        """Draw N2 of the N1 by their grey weights, then weigh them by eq. 7 alone (Algorithm 2, step 4).
+
+        Copies of one particle become one particle with the sum of their weights.
+        """
+        places, copies = np.unique(RESAMPLERS[self.resampling](W, rng, self.n2), return_counts=True)
+        chosen = positions.take(places, axis=0)
+        return chosen, Weights(cue(chosen), copies.astype(np.float64)).W
 
 
 class ProductPF(TrajectoryPF):

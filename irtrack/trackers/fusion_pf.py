@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.correlation import best_distractor
 from irtrack.features.gradients import CueImage, Cues, Pattern
-from irtrack.features.histogram import DISTANCES, Distance
+from irtrack.features.histogram import DISTANCES, Distance, kullback_leibler
 from irtrack.features.mean_shift import bandwidth, mean_shift
 from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser
 from irtrack.features.window import Window
@@ -112,8 +113,9 @@ class FusionWSPF(MonitoredTracker):
     orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
     the condition of eq. 13 (the fused coefficient, or that of the leading cue, passes rho_T); the update's rate; the
     weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
-    that of the Np chosen is always below Nth. Mean shift on grey levels starts from the estimate; the particles move to
-    a mode where the target is visible. Detection compares the model with every position of the frame; the best one is
+    that of the Np chosen is always below Nth. Section 4.3 resamples before it estimates; here the estimate comes first,
+    of the same mean and a smaller variance. Mean shift on grey levels starts from the estimate; the particles move to a
+    mode where the target is visible. Detection compares the model with every position of the frame; the best one is
     taken where it passes `accept`.
 
     A hit passes rho_T and the threshold of its scene (`irtrack.trackers.base.VisibilityMonitor`), since a target
@@ -140,8 +142,12 @@ class FusionWSPF(MonitoredTracker):
     """Grey range of the bins: that of the first frame for all frames, or the full range of the bit depth."""
     cues: Literal["both", "grey", "gradient"] = "both"
     """Cues used; a single cue has the confidence 1."""
-    confidence: Distance | Literal["equal"] = "bhattacharyya"
-    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues."""
+    confidence: Distance | Literal["equal"] = "kullback_leibler"
+    """Confidence of a cue: distance of the model's histogram from the ring's (eq. 9), or one half for both cues. Eq. 9
+    prints xi and background densities, as in a mean log-ratio: kullback_leibler."""
+    xi: Annotated[float, Field(ge=1e-9, le=0.1)] = 1e-3
+    """kullback_leibler: xi of eq. 9, least share of a bin in the logarithm; no value is printed (Collins et al. 2005:
+    0.001)."""
     sigma: Annotated[float, Field(ge=0.01, le=100)] = 0.15
     """sigma of the observation model (eq. 12), in units of the Bhattacharyya distance."""
     position_sd: Spread = 1.0
@@ -157,6 +163,8 @@ class FusionWSPF(MonitoredTracker):
     or of the leading cue, in addition to the threshold by `seen`; without a value only that threshold is used."""
     update: Fraction = 0.05
     """Share of the estimate's cues that enters the model when eq. 13 holds; 0: the model stays."""
+    update_when: Literal["seen", "always"] = "seen"
+    """Frames in which the model is updated: those of a hit, or all with a window inside the frame."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
     """Number of successive misses from which on mean shift is used (section 4.2: 2; the step list: 4)."""
     widening: Annotated[float, Field(ge=0, le=10)] = 2.0
@@ -227,7 +235,8 @@ class FusionWSPF(MonitoredTracker):
         particles = particles + np.concatenate([match.state[:2] - mean[:2], np.zeros(4)])
 
         hit = monitor.misses == 0
-        model = state.model.blended(match.cues, self.update) if hit and self.update > 0 else state.model
+        follows = hit or (self.update_when == "always" and match.score > 0)
+        model = state.model.blended(match.cues, self.update) if follows and self.update > 0 else state.model
         after = FusionState(
             start=start,
             model=model,
@@ -276,6 +285,8 @@ class FusionWSPF(MonitoredTracker):
         if self.confidence == "equal":
             return np.array([0.5, 0.5])
         distance = DISTANCES[self.confidence]
+        if self.confidence == "kullback_leibler":
+            distance = partial(kullback_leibler, floor=self.xi)
         both = np.array([distance(model.grey, ring.grey), distance(model.gradient, ring.gradient)])
         return normalise(both) if both.sum() > 0 else np.array([0.5, 0.5])
 

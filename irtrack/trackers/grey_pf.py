@@ -48,14 +48,16 @@ class GreyPF(GreyTracker):
     J. Infrared Millim. Waves 25(2), 2006. A step is the paper's section 2.3: resample, move by
     eq. 4, weigh by eq. 10, estimate by eq. 3; then the reference is updated by eq. 13.
 
+    The text leaves further choices: the pair (x_t, x_{t-1}) is resampled by one index; before the first distances are
+    known R is Rmin; R is computed for each particle, though eq. 11 and 12 print one R_t.
+
     Chosen here, as the paper leaves them open, and not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
-    particles (normal in place and speed); the scale of the kernel (half sizes; eq. 6 says "size of the target's area",
-    section 3 gives sizes of (14, 10)); the grey range (fitted to the first frame). On the shipped sky and ground
-    kernel_scale 0.25 and alpha 0.02 gave smaller errors: at the window's corner the kernel is .61 with half sizes, .14
-    with quarter sizes. `w_t` is a threshold on rho of eq. 8; without a value the reference is updated while the status
-    is tracking (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R a variance, but U = R U0 with U0
-    standard normal makes it a standard deviation, px. A histogram is taken at the nearest whole pixel. The size stays
-    that of the start box.
+    particles (normal in place and speed); the grey range (fitted to the first frame). The scale of the kernel (eq. 6
+    says "size of the target's area", section 3 gives sizes of (14, 10)), lambda (20 or 40 would fit) and alpha come
+    from `irtrack.papers.search` on development seeds. `w_t` is a threshold on rho of eq. 8; without a value the
+    reference is updated while the status is tracking (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R
+    a variance, but U = R U0 with U0 standard normal makes it a standard deviation, px. A histogram is taken at the
+    nearest whole pixel. The size stays that of the start box.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006"
@@ -78,8 +80,8 @@ class GreyPF(GreyTracker):
     """Resampling scheme (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
     """True: the reference is updated (eq. 13)."""
-    alpha: Fraction = 0.05
-    """alpha of eq. 13; the paper says only: small."""
+    alpha: Fraction = 0.1
+    """alpha of eq. 13; the paper says only: small. Found by `irtrack.papers.search`."""
     w_t: Fraction | None = None
     """w_T, least rho at the estimate for an update of the reference; by default the status decides."""
     start_sd: Spread = 1.0
@@ -160,7 +162,8 @@ class GreyPF(GreyTracker):
             monitor=monitor,
         )
         status = self.status(monitor, step.in_view)
-        return after, particle_estimate(step.particles, W, center, velocity, appearance.size, status, match.score)
+        stated = self.spread_weights(step.W, W)
+        return after, particle_estimate(step.particles, stated, center, velocity, appearance.size, status, match.score)
 
     def truncated_weights(self, W: Floats) -> Floats:
         """Return the weights (N,) for estimation and resampling, in this class those of all particles."""
@@ -168,6 +171,10 @@ class GreyPF(GreyTracker):
 
     def estimator_weights(self, W: Floats, truncated: Floats) -> Floats:
         """Return the weights (N,) of positions in the estimate, in this class those of all particles (eq. 3)."""
+        return W
+
+    def spread_weights(self, W: Floats, truncated: Floats) -> Floats:
+        """Return the weights (N,) of the estimate's covariance and Neff, in this class those of all particles."""
         return W
 
     def deviation(self, distances: Floats, size: tuple[float, float]) -> Floats:
@@ -193,7 +200,8 @@ class BackgroundRestrainedPF(GreyPF):
     X_true), where W_false is the total weight of the particles about the false target. The particle of largest weight
     (eq. 10a, MAP) is good with many particles and little noise. The remedy is to estimate from, and to resample, "a
     suitable number" of the particles of largest weight. The share kept and the filter are open: here the filter is that
-    of Cheng et al. 2006, to which `keep` = 1 is equal. Two equally good modes are both kept.
+    of Cheng et al. 2006, to which `keep` = 1 is equal: the filter without restraint, for `estimate` = mean still
+    resamples the particles kept. Two equally good modes are both kept.
     """
 
     source: ClassVar[str] = "An, Gao, Chen, Wu 2007"
@@ -227,3 +235,7 @@ class BackgroundRestrainedPF(GreyPF):
         heaviest: Floats = np.zeros(len(W))
         heaviest[W.argmax()] = 1.0
         return heaviest
+
+    def spread_weights(self, W: Floats, truncated: Floats) -> Floats:
+        """Return the weights (N,) over which the estimator is the mean; for `map` those of all particles, about it."""
+        return truncated if self.estimate == "restrained" else W

@@ -68,7 +68,7 @@ class GatedKalman(TrackerPart):
         """Return whether a measured position (2,) px is within the gate around the predicted one."""
         return kalman.squared_distance(*kalman.innovation(mean, covariance, place, *self._measured(mean))) <= self.gate
 
-    def update(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
+    def updated(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
         """Return mean and covariance after a measured position (2,) px."""
         return kalman.update(mean, covariance, place, *self._measured(mean))
 
@@ -103,6 +103,8 @@ class Target:
     """Description of the target in the first frame, with a field for each kind of measurement.
 
     contrast  counts, for centroid;  patch  for ncc, and its window also for centroid;  grey  for mean_shift
+
+    `updated` blends the patch; the others stay as in the first frame.
     """
 
     footage: Footage
@@ -134,6 +136,10 @@ class Target:
             ),
         )
 
+    def updated(self, image: Image, place: tuple[float, float], rate: float) -> Target:
+        """Return the target whose patch is blended with the share `rate` of the patch at a place (x, y) px."""
+        return replace(self, patch=self.patch.blended(image, place, rate))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KalmanState:
@@ -153,11 +159,17 @@ class PositionFilter(GatedKalman, MonitoredTracker):
     """Base of Gaussian filters with one of three measurements; where no measurement is in the gate, the prediction is
     kept."""
 
+    acceleration: Deviation = 0.3
+    """Standard deviation of the acceleration on each axis, px/frame^2. Of least mean cost over `kalman` with its three
+    measurements and `ekf` (`irtrack.papers.search`)."""
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first
     patch, or the mode of similarity that mean shift reaches from the predicted place."""
     threshold: Fraction = 0.5
     """centroid: share of the target's first contrast that a pixel must pass."""
+    update: Fraction = 0.02
+    """ncc: share of the patch at a measured place that enters the reference patch; 0: the first patch stays. Found by
+    `irtrack.papers.search`."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
         """Return the state at the box's centre, with velocity 0 of standard deviation `start_speed_sd`."""
@@ -173,10 +185,12 @@ class PositionFilter(GatedKalman, MonitoredTracker):
         if measured is not None:
             place = np.array(measured)
             if self.within_gate(mean, covariance, place):
-                mean, covariance = self.update(mean, covariance, place)
+                mean, covariance = self.updated(mean, covariance, place)
+                if self.update > 0 and self.measurement == "ncc":
+                    target = target.updated(frame.image, measured, self.update)
             else:
                 monitor = state.monitor.miss()
-        after = replace(state, mean=mean, covariance=covariance, monitor=monitor)
+        after = replace(state, target=target, mean=mean, covariance=covariance, monitor=monitor)
         return after, kalman_estimate(mean, covariance, target.size, monitor.status(self.lost_after), score)
 
     def _measure(self, state: KalmanState, image: Image, mean: Floats, variance: Floats) -> Measured:

@@ -115,7 +115,7 @@ class MeanShiftKalman(MeanShiftSearch, GatedKalman):
         gated = in_view and self.within_gate(mean, covariance, measured)
         monitor = self.monitor_after(state.monitor, match, gated)
         if monitor.misses == 0:
-            mean, covariance = self.update(mean, covariance, measured)
+            mean, covariance = self.updated(mean, covariance, measured)
             reference = blend(reference, match, self.alpha)
         after = replace(state, reference=reference, mean=mean, covariance=covariance, monitor=monitor)
         status = self.status(monitor, in_view)

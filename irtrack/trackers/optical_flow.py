@@ -39,9 +39,11 @@ class OpticalFlow(MonitoredTracker):
     The optical flow of J. Cheng et al. 2006, section 3, a baseline that they only name. Chosen here: pyramidal
     Lucas-Kanade (Bouguet 2001), a grid of points, their forward-backward error and the medians of place and scale as in
     Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error: Automatic Detection of Tracking Failures", ICPR 2010
-    ("median flow"). Points are set anew in each frame. The target is visible where enough points return and the patch
-    at the estimate matches the first patch (normalised cross-correlation). While occluded, the box keeps its last
-    velocity, and flow starts from there. Pictures are quantised to 256 levels of the first frame's range.
+    ("median flow"). Points are set anew in each frame. The status is that of a visible target where enough
+    points return and the patch at the estimate matches the first patch (normalised cross-correlation). The box moves by
+    the flow of the points that return, or, with `check`, only where the patch matches too; else it keeps its last
+    velocity, and flow starts from there. A target that deforms fails the check. Pictures are quantised to 256 levels of
+    the first frame's range.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bouguet 2001; Kalal, Mikolajczyk, Matas 2010"
@@ -57,6 +59,8 @@ class OpticalFlow(MonitoredTracker):
     """Pyramid levels above the picture."""
     agree: Fraction = 0.3
     """Share of the points that must return within `error`."""
+    check: bool = False
+    """True: the box moves by the flow only where the patch there matches the first patch."""
     scale: bool = False
     """True: the box is scaled by the ratio of the points' distances."""
 
@@ -93,7 +97,7 @@ class OpticalFlow(MonitoredTracker):
             x, y = (state.center + step).tolist()
             _, score = state.patch.search(frame.image, (x, y), 1)
             monitor = state.monitor.after(score, state.patch.distractor, self.seen)
-            if monitor.misses == 0:
+            if monitor.misses == 0 or not self.check:
                 center, velocity = state.center + step, step
                 covariance = np.atleast_2d(np.cov(moves.T)) / len(moves) if len(moves) > 2 else None
                 if self.scale:

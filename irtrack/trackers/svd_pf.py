@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -57,6 +58,30 @@ class SVDPFState:
     particles: Floats
     weights: Floats
     monitor: VisibilityMonitor
+    tentative: Tentative | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tentative:
+    """Candidates of successive frames that may be one target outside the search window.
+
+    first, last  (2,) px, the first and the last of them;  age  number of frames since the first
+    hits         True for each recent frame with a candidate near the last one, the newest last
+    """
+
+    first: Floats
+    last: Floats
+    age: int = 0
+    hits: tuple[bool, ...] = (True,)
+
+    def after(self, found: Floats | None, length: int) -> Tentative:
+        """Return the candidates after a frame with the candidate `found` (2,) px, or with none."""
+        hits = (*self.hits, found is not None)[-length:]
+        return Tentative(self.first, self.last if found is None else found, self.age + 1, hits)
+
+    def state(self) -> Floats:
+        """Return the state (4,) at the last candidate, with the mean velocity since the first."""
+        return np.concatenate([self.last, (self.last - self.first) / max(self.age, 1)])
 
 
 @dataclass(slots=True, eq=False)
@@ -66,6 +91,7 @@ class Observed(Likelihood):
     score: float
     monitor: VisibilityMonitor
     restart: Floats | None = None
+    tentative: Tentative | None = None
 
 
 class SVDPF(MonitoredTracker):
@@ -78,7 +104,8 @@ class SVDPF(MonitoredTracker):
     The rest is chosen here. Candidates are maxima of z, the mean over the target's box (or over 3x3 px, if
     z is larger) in standard deviations, above `threshold`. The highest candidate in the search window is the target. In
     a frame without one, particles are weighed by z at their positions, as in the mode `pf`; after `wrong_after` such
-    frames, they start anew at the highest candidate of the frame.
+    frames, they start anew at a candidate outside the window that was found in `confirm` of `confirm_of` frames, the
+    M-of-N rule of track initiation (Bar-Shalom, Li, Kirubarajan 2001), since the highest of one frame may be clutter.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
@@ -107,6 +134,10 @@ class SVDPF(MonitoredTracker):
     """Resampling scheme, used where Neff is below N / 2."""
     wrong_after: int = Field(default=10, ge=1, le=1_000_000)
     """Number of successive frames without a candidate in the window from which on the whole frame is searched."""
+    confirm: int = Field(default=3, ge=1, le=100)
+    """M, number of hits after which the particles start anew at a candidate outside the window."""
+    confirm_of: int = Field(default=5, ge=1, le=100)
+    """N, number of frames in which the M hits must lie; below M, M."""
     seen: Fraction = 0.3
     """Least z of a visible target: the share of the way from `threshold` to the target's usual z."""
 
@@ -154,7 +185,8 @@ class SVDPF(MonitoredTracker):
         if estimate.neff is not None and estimate.neff < self.particles / 2:
             particles = particles[RESAMPLERS[self.resampling](W, rng)]
             W = equal_weights(self.particles)
-        return replace(state, particles=particles, weights=W, monitor=found.monitor), estimate
+        after = replace(state, particles=particles, weights=W, monitor=found.monitor, tentative=found.tentative)
+        return after, estimate
 
     def standardised(self, image: Image, start: Start, rng: np.random.Generator) -> Residual:
         """Return z (rows, columns) of a frame, positive for targets."""
@@ -184,15 +216,38 @@ class SVDPF(MonitoredTracker):
                 if monitor.misses == 0:
                     squares = ((particles[:, :2] - centers[first]) ** 2).sum(axis=1) / self.measurement_sd**2
                     return Observed(-squares, 0.5, np.ones(len(squares)), float(heights[first]), monitor)
-        zero = np.zeros(len(particles))
-        if (self.use == "svd" or state.monitor.misses + 1 >= self.wrong_after) and len(centers) > 0:
-            monitor = state.monitor.after(float(heights[0]), self.threshold, self.seen)
-            if monitor.misses == 0:
-                restart = np.concatenate([centers[0], predicted[2:]])
-                return Observed(zero, 0.0, zero + 1, float(heights[0]), monitor, restart)
+        zero, one = np.zeros(len(particles)), np.ones(len(particles))
         if self.use == "svd":
-            return Observed(zero, 0.0, zero + 1, 0.0, state.monitor.miss())
-        return replace(self._by_z(state, particles, z), monitor=state.monitor.miss())
+            height = float(heights[0]) if len(centers) > 0 else 0.0
+            monitor = state.monitor.after(height, self.threshold, self.seen)
+            if monitor.misses == 0:
+                return Observed(zero, 0.0, one, height, monitor, np.concatenate([centers[0], predicted[2:]]))
+            return Observed(zero, 0.0, one, 0.0, monitor)
+        usual = self.threshold + self.seen * max((state.monitor.level or self.threshold) - self.threshold, 0.0)
+        high = heights > usual
+        tentative = self._tentative(state.tentative, centers[high])
+        confirmed = tentative is not None and tentative.hits[-1] and sum(tentative.hits) >= self.confirm
+        if tentative is not None and confirmed and state.monitor.misses + 1 >= self.wrong_after:
+            height = float(heights[high][(centers[high] == tentative.last).all(axis=1)].max())
+            monitor = replace(state.monitor, misses=0)
+            return Observed(zero, 0.0, one, height, monitor, tentative.state())
+        return replace(self._by_z(state, particles, z), monitor=state.monitor.miss(), tentative=tentative)
+
+    def _tentative(self, before: Tentative | None, centers: Floats) -> Tentative | None:
+        """Return the tentative target after a frame with candidates (n, 2) px, the highest first; None without one.
+
+        A hit is the highest candidate within `gate` deviations of the last one. After more than N - M misses the
+        highest candidate of the frame is taken in its place.
+        """
+        length = max(self.confirm, self.confirm_of)
+        if before is not None:
+            frames = 1 + before.hits[::-1].index(True)
+            deviation = np.hypot(sqrt(2) * self.measurement_sd, frames * self.start_speed_sd)
+            near = centers[(np.hypot(*(centers - before.last).T) <= self.gate * deviation)]
+            after = before.after(near[0] if len(near) > 0 else None, length)
+            if after.hits.count(False) <= length - self.confirm:
+                return after
+        return Tentative(centers[0], centers[0]) if len(centers) > 0 else None
 
     def _by_z(self, state: SVDPFState, particles: Floats, z: Residual) -> Observed:
         """Return the likelihood by z at the positions of the particles; z is 0 outside the frame."""

@@ -40,8 +40,8 @@ class Template(MonitoredTracker):
 
     window: int | None = Field(default=None, ge=1, le=10_000)
     """Largest displacement from the last estimate in the search, px; by default the whole frame is searched."""
-    update: Fraction = 0.0
-    """Share of the new patch that enters the template where the target is visible."""
+    update: Fraction = 0.1
+    """Share of the new patch that enters the template where the target is visible. Found by `irtrack.papers.search`."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
         """Return the template, the part of the start box inside the frame."""
@@ -55,7 +55,6 @@ class Template(MonitoredTracker):
         center, score = patch.search(frame.image, state.center, self.window)
         monitor = state.monitor.after(score, patch.distractor, self.seen)
         if self.update > 0 and monitor.misses == 0:
-            new = patch.window.cut(frame.image, patch.window.corner(center))
-            patch = replace(patch, pixels=(1 - self.update) * patch.pixels + self.update * new)
+            patch = patch.blended(frame.image, center, self.update)
         after = replace(state, patch=patch, center=center, monitor=monitor)
         return after, Estimate(center=center, size=state.size, status=monitor.status(self.lost_after), score=score)

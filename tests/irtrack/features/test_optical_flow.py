@@ -77,3 +77,19 @@ def test_camshift_predicts_through_occlusion() -> None:
     assert np.hypot(*np.subtract(found[16].center, boxes[17][:2])) < 4
     assert found[-1].status == "tracking"
     assert np.hypot(*np.subtract(found[-1].center, boxes[-1][:2])) < 1.5
+
+
+def test_flow_follows_a_target_that_deforms_unless_checked() -> None:
+    """One pattern fades into another, which the first patch does not match; then the target turns back."""
+    y, x = np.mgrid[:60, :120]
+    frames = []
+    for k in range(41):
+        at, turn = 30 + 2 * (22 - abs(22 - k)), min(k / 15, np.pi / 2)
+        u, v = x - at, y - 30
+        pattern = np.cos(turn) * np.sin(u / 2) * np.sin(v / 2) + np.sin(turn) * np.cos(u / 2) * np.cos(v / 2)
+        inside = np.hypot(u / 9, v / 7) < 1
+        frames.append(Frame(np.rint(120 + 60 * pattern * inside).astype(np.uint8), k, k / 30, 8))
+    free, checked = (follow(OpticalFlow(check=check), frames, Box(30, 30, 14, 10))[-1] for check in (False, True))
+    assert np.hypot(*np.subtract(free.center, (38, 30))) < 1
+    assert free.status != "tracking"
+    assert np.hypot(*np.subtract(checked.center, (38, 30))) > 3

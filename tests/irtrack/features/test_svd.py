@@ -88,8 +88,30 @@ def test_a_wrong_prediction_is_corrected() -> None:
     assert np.hypot(*np.subtract(during[-1].center, at[14])) < 6
     # It reappears 35 px away: a candidate of the whole frame corrects the prediction.
     frames, at = dim(seed, gone=range(12, 16), jump=35)
-    assert error(SVDPF(wrong_after=3), frames[:19], at[:19], last=2) < 1
-    assert error(SVDPF(wrong_after=1000), frames[:19], at[:19], last=2) > 5
+    assert error(SVDPF(wrong_after=3), frames[:20], at[:20], last=2) < 1
+    assert error(SVDPF(wrong_after=1000), frames[:20], at[:20], last=2) > 5
+    # Two hits of three that are demanded; one that is demanded.
+    assert error(SVDPF(wrong_after=3), frames[:18], at[:18], last=1) > 5
+    assert error(SVDPF(wrong_after=3, confirm=1), frames[:18], at[:18], last=1) < 1
+
+
+def test_tentative_target_by_hand() -> None:
+    """M = 2 of N = 3; at rest a hit is within 3 hypot(sqrt(2), 2) = 7.3 px; after two misses another one is taken."""
+    tracker, none = SVDPF(confirm=2, confirm_of=3), np.empty((0, 2))
+    found = tracker._tentative(None, np.array([[10.0, 10.0], [50.0, 50.0]]))
+    assert found is not None
+    assert found.last.tolist() == [10, 10]
+    hit = tracker._tentative(found, np.array([[50.0, 50.0], [14.0, 13.0]]))
+    assert hit is not None
+    assert hit.hits == (True, True)
+    assert hit.state().tolist() == [14, 13, 4, 3]
+    missed = tracker._tentative(found, none)
+    assert missed is not None
+    assert missed.hits == (True, False)
+    other = tracker._tentative(missed, np.array([[50.0, 50.0]]))
+    assert other is not None
+    assert (other.hits, other.last.tolist()) == ((True,), [50, 50])
+    assert tracker._tentative(missed, none) is None
 
 
 def test_without_suppression_clouds_hide_the_target() -> None:

@@ -10,9 +10,9 @@ from paper_runs import run_at, runs_of
 
 import irtrack
 from irtrack.papers import rules
-from irtrack.papers.experiment import HARD, Choice, Claim, Goal, Paper, Rule, Run, Scene, Switch
+from irtrack.papers.experiment import HARD, Choice, Claim, Goal, PairedRule, Paper, Rule, Run, Scene, Switch
 from irtrack.papers.runs import SceneRuns, plan_choices, settle_choices
-from irtrack.papers.verdicts import compare_peers, effect, judge, judge_goal, seeds_to_decide, verdict
+from irtrack.papers.verdicts import compare_peers, effect, judge, judge_goal, judge_paired, seeds_to_decide, verdict
 
 TINY = Scene.of("tiny")
 
@@ -96,6 +96,44 @@ RUNS = {
 )
 def test_rules(rule: Rule, answer: bool | None) -> None:
     assert rule.of(RUNS) is answer
+
+
+def test_bounded_error_counts_lost_runs() -> None:
+    """A box of 6 x 6 px: a frame is off beyond hypot(6, 6) = 8.49 px."""
+    assert rules.bounded_error.of(run_at(4)) == pytest.approx(4)
+    assert rules.bounded_error.of(run_at(300)) == pytest.approx(np.hypot(6, 6))
+    assert rules.bounded_share.of(run_at(300)) == pytest.approx(1)
+
+
+CLOSE = [4.0, 4.1, 3.9, 4.05, 3.95, 4.0, 4.1, 3.9]
+"""Errors of a control, px."""
+
+
+@pytest.mark.parametrize(
+    ("rule", "shift", "word"),
+    [
+        (rules.nearer("a", "b"), -1.0, "held"),
+        (rules.nearer("a", "b"), 1.0, "not held"),
+        (rules.nearer("a", "b"), 0.0, "no difference"),
+        (rules.no_worse("a", "b"), -1.0, "held"),
+        (rules.no_worse("a", "b"), 0.2, "held"),
+        (rules.no_worse("a", "b"), 1.0, "not held"),
+        (rules.as_near("a", "b"), 0.0, "held"),
+        (rules.as_near("a", "b"), -1.0, "not held"),
+        (rules.as_near("a", "b"), 0.4, "not decidable"),
+    ],
+    ids=lambda value: value.kind if isinstance(value, PairedRule) else str(value),
+)
+def test_paired_rules_have_a_margin_of_a_tenth(rule: PairedRule, shift: float, word: str) -> None:
+    """The control's mean is 4 px, the margin .4 px; the differences have a standard deviation of .15 px."""
+    noise = np.array([0.2, -0.2, 0.1, -0.1, 0.15, -0.15, 0.05, -0.05])
+    runs = [{"a": run_at(each + shift + extra), "b": run_at(each)} for each, extra in zip(CLOSE, noise, strict=True)]
+    judgement = judge_paired(rule, runs)
+    assert judgement.word == word
+    assert judgement.difference is not None
+    assert judgement.difference.mean == pytest.approx(shift)
+    assert bool(judgement.why) == (word == "not decidable")
+    assert judge_paired(rule, runs[:5]).why == "fewer than 6 seeds decide"
 
 
 def test_figures_of_frames_and_statuses() -> None:

@@ -17,8 +17,8 @@ import pytest
 
 import irtrack
 from irtrack.errors import InputError
-from irtrack.registry.identity import code_hash, tracker_config, tracker_name
-from irtrack.registry.table import make, of
+from irtrack.registry.identity import code_hash, tracker_config, tracker_name, weights_digest
+from irtrack.registry.table import TRACKERS, make, of
 
 TRACKER = "class T:\n    def start(self, image, box): self.box = box\n    def step(self, image): return self.box\n"
 
@@ -179,3 +179,9 @@ def test_the_hash_is_the_same_in_any_process_and_line() -> None:
     env = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == typed_hash(TYPED)
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_shipped_trackers_have_no_files_of_weights(name: str) -> None:
+    """`weights` of camshift_kalman is a parameter, not a path."""
+    assert weights_digest(make(name)) == ""

@@ -18,7 +18,11 @@ def test_confidence_is_shared_between_the_cues() -> None:
     """Grey tells all apart (distance 1), gradients with rho = 3/4 (distance 1/2): 2/3 and 1/3."""
     model = Cues(np.array([1.0, 0]), np.array([1.0, 0]))
     ring = Cues(np.array([0.0, 1]), np.array([0.75**2, 1 - 0.75**2]))
-    assert FusionWSPF()._confidence(model, ring) == pytest.approx([2 / 3, 1 / 3])
+    bhattacharyya = FusionWSPF(confidence="bhattacharyya")
+    assert bhattacharyya._confidence(model, ring) == pytest.approx([2 / 3, 1 / 3])
+    # Log-ratios with xi = .01: ln(1 / .01) = 4.61 and ln(1 / .5625) = .575.
+    shares = np.log([100, 1 / 0.5625])
+    assert FusionWSPF(xi=0.01)._confidence(model, ring) == pytest.approx(shares / shares.sum())
     assert FusionWSPF(confidence="equal")._confidence(model, ring).tolist() == [0.5, 0.5]
     assert FusionWSPF(cues="gradient")._confidence(model, ring).tolist() == [0, 1]
     assert FusionWSPF()._confidence(model, model).tolist() == [0.5, 0.5]
@@ -62,6 +66,23 @@ def test_the_model_moves_by_its_rate() -> None:
     assert moved() == moved(update=0.05) > 0
 
 
+def test_always_updates_where_the_target_is_not_seen() -> None:
+    """Hidden from frame 14 on: the model of the tracker that always updates drifts, the other's stays."""
+    scene = blob(30, count=18, hidden=range(14, 18))
+    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+
+    def change(**parameters: Any) -> float:
+        tracker = FusionWSPF(redetect=False, widening=0, **parameters)
+        state = tracker.init(frames[0], box, stream(0, 0))
+        for k in range(1, 18):
+            before = state.model.grey
+            state, _ = tracker.step(state, frames[k], stream(0, k))
+        return float(np.abs(state.model.grey - before).sum())
+
+    assert change() == change(rho_t=0) == 0
+    assert change(update_when="always") > 0
+
+
 def test_all_chosen_is_the_standard_filter() -> None:
     """Np = N: the estimate is the mean over all particles and weights."""
     tracker = FusionWSPF(share=1)
@@ -81,7 +102,7 @@ def test_all_chosen_is_the_standard_filter() -> None:
 
 def test_a_target_that_reappears_elsewhere_is_redetected() -> None:
     """Hidden for 8 frames, then 50 px off its course."""
-    seed = 0
+    seed = 3
     scene = blob(30 + seed, count=28, hidden=range(14, 22))
     jump = 50 if scene[22][1][0] < 80 else -50
     frames = [frame for frame, _ in scene]
@@ -94,5 +115,5 @@ def test_a_target_that_reappears_elsewhere_is_redetected() -> None:
     assert np.hypot(*(found[-1].center - at)) < 3
     # While hidden it is lost.
     assert [e.status for e in found[17:20]] == ["lost"] * 3
-    alone = follow(FusionWSPF(redetect=False), frames[:25], box, seed)[-1]
+    alone = follow(FusionWSPF(redetect=False, widening=0), frames[:25], box, seed)[-1]
     assert np.hypot(*np.subtract(alone.center, np.add(scene[24][1], (jump, 0)))) > 10

@@ -11,8 +11,10 @@ from tracker_scenes import blob, follow
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
+from irtrack.filters.motion import Propagation, random_walk, random_walk_variance
 from irtrack.registry.table import make
 from irtrack.trackers.base import VisibilityMonitor
+from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.mean_shift import MeanShiftPF
@@ -132,6 +134,19 @@ def test_a_truncated_mean_ignores_a_false_target() -> None:
     assert (estimates["restrained"], estimates["map"]) == (0, 0)
 
 
+def test_covariance_and_neff_are_those_of_the_estimator() -> None:
+    scene = blob(3, count=4)
+    frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+    sizes = {}
+    for estimate in ("mean", "restrained"):
+        last = follow(make("background_restrained_pf", {"keep": 0.3, "estimate": estimate}), frames[:2], box)[-1]
+        assert last.neff is not None
+        assert last.covariance is not None
+        sizes[estimate] = last.neff, float(np.trace(last.covariance))
+    assert sizes["restrained"][0] <= 30 < sizes["mean"][0]
+    assert sizes["restrained"][1] < sizes["mean"][1]
+
+
 def test_keeping_all_is_grey_pf() -> None:
     scene = blob(3, count=10)
     frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
@@ -175,3 +190,38 @@ def test_a_template_without_structure_stays(window: int | None, box: Box) -> Non
     for index in range(1, 4):
         state, estimate = tracker.step(state, Frame(image, index, index / 30, 8), rng)
         assert estimate.center == pytest.approx((box.cx, box.cy), abs=0.01)
+
+
+def test_correlation_patch_is_blended_by_its_rate() -> None:
+    scene = blob(0, count=2)
+    box = Box(*scene[0][1], 14, 10)
+
+    def change(update: float) -> float:
+        tracker = Kalman(measurement="ncc", update=update)
+        state = tracker.init(scene[0][0], box, stream(0, 0))
+        after, _ = tracker.step(state, scene[1][0], stream(0, 1))
+        return float(np.abs(after.target.patch.pixels - state.target.patch.pixels).sum())
+
+    assert change(0) == 0
+    assert change(0.2) == pytest.approx(4 * change(0.05))
+    assert change(0.05) > 0
+
+
+def test_cascade_counts_distinct_places() -> None:
+    """Two places of weight 1: 15 draws are at most 2 particles, and the covariance is at least s^2 / N1."""
+    tracker = CascadePF(resampling="systematic")
+    places, W = np.arange(60.0).reshape(30, 2), np.zeros(30)
+    W[[3, 7]] = 0.6, 0.4
+    chosen, weights = tracker._weighed_by_velocity(places, W, lambda at: np.zeros(len(at)), stream(0, 0))
+    assert chosen.tolist() == places[[3, 7]].tolist()
+    assert weights == pytest.approx([9 / 15, 6 / 15])
+    scene = blob(0, count=12)
+    for estimate in follow(tracker, [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)):
+        assert estimate.covariance is not None
+        assert np.linalg.eigvalsh(estimate.covariance)[0] >= 0.999 * (10 / 3) ** 2 / 30
+
+
+@pytest.mark.parametrize("propagation", ["gaussian", "disc"])
+def test_variance_of_the_random_walk(propagation: Propagation) -> None:
+    moved = random_walk(np.zeros((40_000, 2)), 6.0, propagation, stream(0, 0))
+    assert moved.var(axis=0) == pytest.approx([random_walk_variance(6.0, propagation)] * 2, rel=0.03)
