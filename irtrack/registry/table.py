@@ -28,6 +28,7 @@ from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
 from irtrack.external import ALL_PEERS, HINT, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
+from irtrack.trackers.apf_tbd import APFTBD
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
@@ -64,6 +65,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "change_kalman": ChangeKalman,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
+    "apf_tbd": APFTBD,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}
