@@ -56,9 +56,8 @@ class GridFilter:
         self.tracker, self.start, self.amplitude = tracker, state.start, state.level
         self.x = np.arange(-MARGIN - 0.5 + PITCH / 2, COLUMNS - 0.5 + MARGIN, PITCH)
         self.y = np.arange(-MARGIN - 0.5 + PITCH / 2, ROWS - 0.5 + MARGIN, PITCH)
-        self.p = self._normal(self.y, box.cy, tracker.start_sd)[:, None] * self._normal(
-            self.x, box.cx, tracker.start_sd
-        )
+        rows, columns = (self._normal(*axis, tracker.start_sd) for axis in ((self.y, box.cy), (self.x, box.cx)))
+        self.p = rows[:, None] * columns
         self.p *= START_EXISTENCE / self.p.sum()
         inside = ((self.y > -0.5) & (self.y < ROWS - 0.5))[:, None] & ((self.x > -0.5) & (self.x < COLUMNS - 0.5))
         self.births = inside / inside.sum()
@@ -104,7 +103,10 @@ def test_posterior_is_that_of_the_hidden_markov_model(auxiliary: bool) -> None:
         if existence > 0.5:
             assert state.weights @ state.particles[:, :2] == pytest.approx(place, abs=0.12)
         seen.append(existence > 0.5)
-    assert True in seen[:5] and False in seen[5:8] and True in seen[8:12] and not seen[-1]
+    assert True in seen[:5]
+    assert False in seen[5:8]
+    assert True in seen[8:12]
+    assert not seen[-1]
 
 
 def test_existence_needs_a_prior() -> None:
@@ -127,42 +129,34 @@ def test_existence_needs_a_prior() -> None:
 
 @pytest.mark.slow
 def test_detects_fainter_targets_than_detection_then_tracking() -> None:
-    """Pd after 15 frames at Pfa .1 from 60 sequences each, against SCR; `gnn` on matched-filter detections beside it."""
-    from irtrack.tracks import TrackFrame
+    """Pd after 15 frames at Pfa .1, 60 sequences each, against SCR; `gnn` on matched-filter detections beside it."""
 
     def scores(scr: float, seed: int) -> tuple[float, float]:
         rng = np.random.default_rng(seed)
         begin, speed = rng.uniform(14, 34, 2), rng.uniform(-0.5, 0.5, 2)
         ends = [tuple(begin + k * speed) if scr > 0 else None for k in range(16)]
         frames = [noisy(1000 * seed + k, at, scr, (48, 48)) for k, at in enumerate(ends)]
-        tracker = APFTBD(
-            psf=1.0,
-            whiten="none",
-            birth_place="frame",
-            position_sd=0.1,
-            speed_sd=0.1,
-            start_speed_sd=0.4,
-            particles=2000,
-        )
+        still = {"position_sd": 0.1, "speed_sd": 0.1, "start_speed_sd": 0.4}
+        tracker = make("apf_tbd", still | {"psf": 1.0, "whiten": "none", "birth_place": "frame", "particles": 2000})
+        assert isinstance(tracker, APFTBD)
         state = tracker.init(frames[0], Box(24, 24, 5, 5), stream(seed, 0))
         state = replace(state, start=replace(state.start, gain=1.0), level=2.0, existence=0.0)
-        many = make("gnn", {"detector": "matched_filter:threshold=2.5:most=20", "acceleration": 0.1})
-        tracks = many.init(frames[0], stream(seed, 0))  # type: ignore[call-arg]  # of many targets: no start box
-        shown: TrackFrame | None = None
+        many = GNN(detector="matched_filter:threshold=2.5:most=20")
+        tracks = many.init(frames[0], stream(seed, 0))
         for k, frame in enumerate(frames[1:], 1):
             state, _ = tracker.step(state, frame, stream(seed, k))
-            tracks, shown = many.step(tracks, frame, stream(seed, k))  # type: ignore[assignment]
+            tracks, _ = many.step(tracks, frame, stream(seed, k))
         table = tracks.tracks
         counts = np.bitwise_count(table.hits) * table.level * table.confirmed
         return state.existence, float(counts.max(initial=0.0))
 
     false = np.array([scores(0.0, seed) for seed in range(60)])
     least = np.quantile(false, 0.9, axis=0)
-    rates = {
-        scr: (np.array([scores(scr, seed) for seed in range(100, 160)]) > least).mean(axis=0) for scr in (1, 1.5, 2, 3)
-    }
+    rates = {}
+    for scr in (1.0, 1.5, 2.0, 3.0):
+        rates[scr] = (np.array([scores(scr, seed) for seed in range(100, 160)]) > least).mean(axis=0)
     print({scr: rate.round(2).tolist() for scr, rate in rates.items()})
     for before, after in rates.values():
         assert before >= after - 0.1
-    assert rates[2][0] > rates[2][1]
-    assert rates[3][0] > 0.95
+    assert rates[2.0][0] > rates[2.0][1]
+    assert rates[3.0][0] > 0.95
