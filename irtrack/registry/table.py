@@ -44,6 +44,7 @@ from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
 from irtrack.trackers.mht import MHT
 from irtrack.trackers.optical_flow import OpticalFlow
+from irtrack.trackers.pdaf import PDAF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
 from irtrack.types import Tracker
@@ -66,6 +67,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
     "apf_tbd": APFTBD,
+    "pdaf": PDAF,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -35,6 +35,8 @@ LEAST_PSF = 0.6
 """Least standard deviation of the target's image, px."""
 LEAST_SNR = 3.0
 """Least signal-to-noise ratio of the target's image in the first frame; a fainter one is taken as this bright."""
+FAINTEST_SNR = 1.5
+"""Least signal-to-noise ratio of a particle: a fainter target explains noise as well as no target does."""
 START_EXISTENCE = 0.95
 """Probability that the start box holds a target."""
 GROWTH = 1.0
@@ -201,7 +203,7 @@ class APFTBD(MonitoredTracker):
             nonlocal factors
             assert ancestors is not None
             new, densities = self.born(state, track, z, rng)
-            continuing = self.moved(predicted.take(ancestors, axis=0), rng)
+            continuing = self.moved(predicted.take(ancestors, axis=0), start, rng)
             # A degenerate first stage draws evenly among impossible places, whose second stage is as impossible.
             second = -np.where(stage.degenerate, 0.0, first.take(ancestors))
             whole = 0.0 if stage.degenerate else _log_sum(first, state.weights)
@@ -263,13 +265,14 @@ class APFTBD(MonitoredTracker):
         amplitude = particles[:, 4]
         return Likelihood(amplitude * projected - 0.5 * amplitude**2 * squares, 1.0, squares)
 
-    def moved(self, particles: Floats, rng: np.random.Generator) -> Floats:
+    def moved(self, particles: Floats, start: Start, rng: np.random.Generator) -> Floats:
         """Return the particles with the noise of their motion and of their amplitude."""
         deviations = np.repeat([self.position_sd, self.speed_sd], 2)
         noise = rng.standard_normal(particles.shape)
         moved: Floats = particles.copy()
         moved[:, :4] += deviations * noise[:, :4]
         moved[:, 4] *= np.exp(self.amplitude_sd * noise[:, 4])
+        np.maximum(moved[:, 4], FAINTEST_SNR / sqrt(start.energy), out=moved[:, 4])
         return moved
 
     def born(self, state: APFTBDState, track: Floats, z: Picture, rng: np.random.Generator) -> tuple[Floats, Floats]:

@@ -12,6 +12,7 @@ from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.registry.table import make
 from irtrack.trackers.apf_tbd import APFTBD, START_EXISTENCE, APFTBDState
+from irtrack.trackers.gnn import GNN
 
 POINT = {"psf": 1.0, "whiten": "none", "snr_limit": 10_000, "amplitude_sd": 0, "speed_sd": 0, "start_speed_sd": 0}
 ROWS, COLUMNS, PITCH, MARGIN = 18, 22, 0.25, 3.0
@@ -129,7 +130,7 @@ def test_existence_needs_a_prior() -> None:
 
 @pytest.mark.slow
 def test_detects_fainter_targets_than_detection_then_tracking() -> None:
-    """Pd after 15 frames at Pfa .1, 60 sequences each, against SCR; `gnn` on matched-filter detections beside it."""
+    """Pd after 15 frames at Pfa .1, 40 sequences each, against SCR; `gnn` on matched-filter detections beside it."""
 
     def scores(scr: float, seed: int) -> tuple[float, float]:
         rng = np.random.default_rng(seed)
@@ -140,7 +141,7 @@ def test_detects_fainter_targets_than_detection_then_tracking() -> None:
         tracker = make("apf_tbd", still | {"psf": 1.0, "whiten": "none", "birth_place": "frame", "particles": 2000})
         assert isinstance(tracker, APFTBD)
         state = tracker.init(frames[0], Box(24, 24, 5, 5), stream(seed, 0))
-        state = replace(state, start=replace(state.start, gain=1.0), level=2.0, existence=0.0)
+        state = replace(state, start=replace(state.start, gain=1.0, sign=1.0), level=2.0, existence=0.0)
         many = GNN(detector="matched_filter:threshold=2.5:most=20")
         tracks = many.init(frames[0], stream(seed, 0))
         for k, frame in enumerate(frames[1:], 1):
@@ -150,13 +151,14 @@ def test_detects_fainter_targets_than_detection_then_tracking() -> None:
         counts = np.bitwise_count(table.hits) * table.level * table.confirmed
         return state.existence, float(counts.max(initial=0.0))
 
-    false = np.array([scores(0.0, seed) for seed in range(60)])
+    false = np.array([scores(0.0, seed) for seed in range(40)])
     least = np.quantile(false, 0.9, axis=0)
     rates = {}
     for scr in (1.0, 1.5, 2.0, 3.0):
-        rates[scr] = (np.array([scores(scr, seed) for seed in range(100, 160)]) > least).mean(axis=0)
+        rates[scr] = (np.array([scores(scr, seed) for seed in range(100, 140)]) > least).mean(axis=0)
     print({scr: rate.round(2).tolist() for scr, rate in rates.items()})
     for before, after in rates.values():
         assert before >= after - 0.1
-    assert rates[2.0][0] > rates[2.0][1]
-    assert rates[3.0][0] > 0.95
+    assert rates[1.0][0] > rates[1.0][1] + 0.2
+    assert rates[1.5][0] > rates[1.5][1]
+    assert min(rates[3.0]) > 0.95
