@@ -37,6 +37,7 @@ from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.h_infinity import HInfinity
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
@@ -68,6 +69,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "svd_pf": SVDPF,
     "apf_tbd": APFTBD,
     "pdaf": PDAF,
+    "h_infinity": HInfinity,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

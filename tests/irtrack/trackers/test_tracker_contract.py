@@ -42,6 +42,7 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("change_kalman", {"company": False, "register_frames": False}),
     ("apf_tbd", {"auxiliary": False, "whiten": "none", "resampling": "residual"}),
     ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
+    ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
@@ -126,7 +127,7 @@ def test_each_parameter_at_its_limits(name: str) -> None:
     for key, limit in limits_of(TRACKERS[name]):
         needed = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
         others = {k: v for k, v in needed.items() if k in fields and k != key}
-        for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf") else (None,):
+        for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf", "h_infinity") else (None,):
             chosen = {"measurement": measurement} if measurement else {}
             for estimate in follow(make(name, others | {key: limit} | chosen), frames, Box(*scene[0][1], 14, 10)):
                 assert_valid(estimate)
