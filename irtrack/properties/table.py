@@ -11,6 +11,9 @@ from irtrack.properties.case import Case
 
 EXCEPTIONS: dict[str, dict[str, str]] = {
     "template": {"distractor": "it searches the whole frame, in which a perfect copy matches as well as the target"},
+    "lbp_mean_shift": {
+        "polarity": "a pattern counts neighbours above the middle pixel, so a negative has other patterns"
+    },
     "svd": {"finds": "points of small frames are background to it"},
 }
 

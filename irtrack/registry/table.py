@@ -40,6 +40,7 @@ from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
+from irtrack.trackers.lbp_mean_shift import LBPMeanShift
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
@@ -70,6 +71,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "apf_tbd": APFTBD,
     "pdaf": PDAF,
     "h_infinity": HInfinity,
+    "lbp_mean_shift": LBPMeanShift,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -24,6 +24,7 @@ from irtrack.features.histogram import (
     histogram,
     similarity,
 )
+from irtrack.features.lbp import TexturePicture
 from irtrack.features.mean_shift import Bandwidth, Modes, bandwidth, mean_shift
 from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser, full_range
 from irtrack.features.window import Window
@@ -48,7 +49,7 @@ class Appearance:
     kernel: Floats
     background: LocalBackground
     quantiser: Quantiser
-    high_pass: HighPass | None
+    high_pass: HighPass | TexturePicture | None
 
     def picture(self, frame: Frame) -> Image:
         """Return the image of which histograms are taken; InputError where the frame is of another size or type."""

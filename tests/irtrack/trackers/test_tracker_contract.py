@@ -43,6 +43,7 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("apf_tbd", {"auxiliary": False, "whiten": "none", "resampling": "residual"}),
     ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
     ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
+    ("lbp_mean_shift", {"offset": 0.0, "bins": 16, "alpha": 0.1}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
