@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Image
+from irtrack.features.frequency import FrequencyHighPass
 from irtrack.features.highpass import HighPass
 from irtrack.features.quantiser import Quantiser
 
@@ -30,7 +30,7 @@ Codes = npt.NDArray[np.uint8]
 
 def uniform_patterns(image: npt.NDArray[np.generic], offset: float) -> Codes:
     """Return the pattern 0 .. 9 of each pixel, (rows, columns); edge pixels are repeated beyond the frame."""
-    wide = cv2.copyMakeBorder(image.astype(np.float64), 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    wide = np.pad(image.astype(np.float64), 1, mode="edge")
     rows, columns = image.shape
 
     def moved(down: int, right: int) -> npt.NDArray[np.float64]:
@@ -64,7 +64,7 @@ class TexturePicture:
 
     levels: Quantiser
     offset: float
-    before: HighPass | None = None
+    before: HighPass | FrequencyHighPass | None = None
 
     @property
     def joint(self) -> Quantiser:

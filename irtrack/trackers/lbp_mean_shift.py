@@ -39,7 +39,8 @@ class LBPMeanShift(MeanShift):
         """Return the target's appearance in its first frame, and its joint histogram (10 bins,) there."""
         plain, _ = super().appearance(frame, box)
         levels = plain.quantiser
-        picture = TexturePicture(levels, self.offset * (levels.high - levels.low) / LEVELS, plain.high_pass)
+        offset = self.offset * (levels.high - levels.low) / LEVELS
+        picture = TexturePicture(levels, offset, self._high_pass(frame.image, box))
         appearance = replace(
             plain,
             quantiser=picture.joint,

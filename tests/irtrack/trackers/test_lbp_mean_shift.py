@@ -44,7 +44,7 @@ def test_drifting_gain_costs_less_than_on_grey_levels() -> None:
         first, places = rendered[0][1], np.array([target.center for _, target in rendered[1:]])
         row = []
         for tracker in (make("lbp_mean_shift"), make("mean_shift", {"bins": 8}), make("mean_shift")):
-            found = follow(tracker, frames, Box(*first.center, first.box.w, first.box.h))
+            found = follow(tracker, frames, Box(first.center[0], first.center[1], first.box.w, first.box.h))
             off = np.hypot(*(np.array([estimate.center for estimate in found]) - places).T)
             row.append(np.minimum(off, FURTHEST).mean())
         errors.append(row)
