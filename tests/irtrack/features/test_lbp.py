@@ -14,7 +14,7 @@ from irtrack.features.quantiser import Quantiser, full_range
 def test_patterns_equal_scikit_image(dtype: type[np.uint8] | type[np.uint16]) -> None:
     """Inside the frame: it takes pixels beyond the frame as 0."""
     for seed in range(5):
-        image = np.random.default_rng(seed).integers(0, np.iinfo(dtype).max, (40, 50), dtype)
+        image = np.random.default_rng(seed).integers(0, np.iinfo(dtype).max, (140, 150), dtype)
         theirs = local_binary_pattern(image, 8, 1, "uniform")  # type: ignore[no-untyped-call]
         ours = uniform_patterns(image, 0.0)
         assert np.array_equal(ours[1:-1, 1:-1], theirs[1:-1, 1:-1])
