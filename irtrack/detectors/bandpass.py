@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Annotated, Any, ClassVar
 
 import cv2
 import numpy as np
 from pydantic import Field
-from scipy import fft
 
 from irtrack.detectors.base import FilterDetector, Picture, Width
+from irtrack.features.frequency import first_cutoff, passed, spectrum_of
 from irtrack.features.highpass import predicted_background, ring_kernel
-
-CUTOFFS = tuple(0.02 * 2 ** (k / 2) for k in range(7))
-"""Cut-off frequencies that `Butterworth` tries, cycles/px: .02 to .16, half the bandwidth of a point's image."""
-SURE = 4.0
-"""Number of standard errors by which a kurtosis must exceed another; for n normal pixels the error is sqrt(24 / n)."""
 
 
 class DoG(FilterDetector):
@@ -75,10 +69,8 @@ class Ring(FilterDetector):
 class Butterworth(FilterDetector):
     """High-pass filter in the frequency domain, H = 1 / (1 + (D0 / D)^(2 n)).
 
-    R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3; named by Xue et al. 2011, section 1, as
-    the costly way. D is the frequency. By default D0 is the one of `CUTOFFS` whose response to the first frame has the
-    largest kurtosis, since sparse targets give long tails; the smallest D0 where the differences are within the noise.
-    The filter uses the cosine transform (DCT-II), which mirrors the frame at its edges. The memory is D0.
+    R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3 (see `irtrack.features.frequency`). By
+    default D0 is the one of its `CUTOFFS` whose response to the first frame has the largest kurtosis. The memory is D0.
     """
 
     source: ClassVar[str] = "Gonzalez, Woods 2008, eq. 4.9-3"
@@ -89,33 +81,6 @@ class Butterworth(FilterDetector):
     """Order n of the filter."""
 
     def respond(self, memory: float | None, picture: Picture) -> tuple[Any, Picture]:
-        spectrum = fft.dctn(picture, norm="ortho")
-        cutoff = self.cutoff or memory
-        if cutoff is None:
-            kurtoses = [_kurtosis(self._passed(spectrum, each)) for each in CUTOFFS]
-            enough = max(kurtoses) - SURE * (24 / picture.size) ** 0.5
-            cutoff = next(each for each, kurtosis in zip(CUTOFFS, kurtoses, strict=True) if kurtosis >= enough)
-        return cutoff, self._passed(spectrum, cutoff)
-
-    def _passed(self, spectrum: Picture, cutoff: float) -> Picture:
-        passed = spectrum * butterworth(spectrum.shape, cutoff, self.order)
-        response: Picture = fft.idctn(passed, norm="ortho", overwrite_x=True)
-        return response
-
-
-@lru_cache(maxsize=16)
-def butterworth(shape: tuple[int, ...], cutoff: float, order: int) -> Picture:
-    """Return H (rows, cols) at the frequencies k / (2 N) cycles/px of a cosine transform; 0 at frequency 0."""
-    down, across = (np.arange(count) / (2 * count) for count in shape)
-    squared = down[:, None] ** 2 + across**2
-    squared[0, 0] = 1.0
-    H = (1 / (1 + (cutoff**2 / squared) ** order)).astype(np.float32)
-    H[0, 0] = 0.0
-    H.setflags(write=False)
-    return H
-
-
-def _kurtosis(response: Picture) -> float:
-    squares = np.square(response, dtype=np.float64)
-    variance = squares.mean()
-    return float(np.square(squares).mean() / variance**2) if variance > 1e-6 else 0.0
+        spectrum = spectrum_of(picture)
+        cutoff = self.cutoff or memory or first_cutoff(spectrum, self.order)
+        return cutoff, passed(spectrum, cutoff, self.order)

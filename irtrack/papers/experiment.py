@@ -14,9 +14,9 @@ from irtrack.registry.table import TRACKERS
 OF_PAPERS = (
     *("grey_pf", "cascade_pf", "product_pf", "mean_shift", "mean_shift_kalman", "mean_shift_pf"),
     *("background_restrained_pf", "template", "kalman", "ekf", "optical_flow", "camshift_kalman"),
-    *("fusion_wspf", "svd_pf"),
+    *("fusion_wspf", "svd_pf", "apf_tbd", "pdaf", "h_infinity", "lbp_mean_shift"),
 )
-"""Trackers that a paper describes or compares with."""
+"""Trackers that a paper describes, names, or compares with."""
 
 BETTER = {name: name for name in TRACKERS if name not in OF_PAPERS}
 """The other trackers of irtrack by name, for which the same goals hold."""

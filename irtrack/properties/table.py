@@ -11,6 +11,7 @@ from irtrack.properties.case import Case
 
 EXCEPTIONS: dict[str, dict[str, str]] = {
     "template": {"distractor": "it searches the whole frame, in which a perfect copy matches as well as the target"},
+    "lbp_mean_shift": {"polarity": "patterns count neighbours above the middle pixel: a negative has others"},
     "svd": {"finds": "points of small frames are background to it"},
 }
 

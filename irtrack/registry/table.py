@@ -29,6 +29,7 @@ from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
 from irtrack.external import ALL_PEERS, HINT, offered, required
 from irtrack.trackers.adapters import Plain, is_plain
+from irtrack.trackers.apf_tbd import APFTBD
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
@@ -37,13 +38,16 @@ from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.h_infinity import HInfinity
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
+from irtrack.trackers.lbp_mean_shift import LBPMeanShift
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
 from irtrack.trackers.mht import MHT
 from irtrack.trackers.optical_flow import OpticalFlow
+from irtrack.trackers.pdaf import PDAF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
 from irtrack.types import Tracker
@@ -65,6 +69,10 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "change_kalman": ChangeKalman,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
+    "apf_tbd": APFTBD,
+    "pdaf": PDAF,
+    "h_infinity": HInfinity,
+    "lbp_mean_shift": LBPMeanShift,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
+from irtrack.features.frequency import FrequencyHighPass
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
     LocalBackground,
@@ -24,6 +25,7 @@ from irtrack.features.histogram import (
     histogram,
     similarity,
 )
+from irtrack.features.lbp import TexturePicture
 from irtrack.features.mean_shift import Bandwidth, Modes, bandwidth, mean_shift
 from irtrack.features.quantiser import BinsRange, Quantiser, first_quantiser, full_range
 from irtrack.features.window import Window
@@ -33,6 +35,7 @@ from irtrack.filters.resampling import Resampling
 from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Ratio, VisibilityMonitor, footage, start_window
 from irtrack.types import Status
 
+PictureFilter = HighPass | FrequencyHighPass
 LEAST_L = 5
 """Least radius L of the high-pass ring, px: for targets of up to 6 px it is well beyond the target, at little cost."""
 
@@ -48,7 +51,7 @@ class Appearance:
     kernel: Floats
     background: LocalBackground
     quantiser: Quantiser
-    high_pass: HighPass | None
+    high_pass: PictureFilter | TexturePicture | None
 
     def picture(self, frame: Frame) -> Image:
         """Return the image of which histograms are taken; InputError where the frame is of another size or type."""
@@ -91,9 +94,10 @@ class GreyTracker(MonitoredTracker):
     kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.1
     """gaussian: factor of h; 1: hx, hy are the full sides of the target, 0.5: half the sides. At 0.5 the box's corners
     count .61 of its middle, and the likelihood is flat. Found by `irtrack.papers.search`."""
-    high_pass: Literal["none", "ring", "full"] = "none"
+    high_pass: Literal["none", "ring", "full", "butterworth"] = "none"
     """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
-    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
+    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999), or its high frequencies
+    (`irtrack.features.frequency`; their reference 13)."""
     ring_l: int | None = Field(default=None, ge=1, le=100)
     """L of eq. 1, the largest radius, px; by default three quarters of the box's longer side, at least 5."""
     ring_m: int = Field(default=8, ge=3, le=64)
@@ -143,9 +147,11 @@ class GreyTracker(MonitoredTracker):
         """Return the status of the monitor; `lost` where no window is inside the frame."""
         return monitor.status(self.lost_after) if in_view else "lost"
 
-    def _high_pass(self, image: Image, box: Box) -> HighPass | None:
+    def _high_pass(self, image: Image, box: Box) -> PictureFilter | None:
         if self.high_pass == "none":
             return None
+        if self.high_pass == "butterworth":
+            return FrequencyHighPass.fitted(image)
         L = max(LEAST_L, ceil(0.75 * max(box.w, box.h))) if self.ring_l is None else self.ring_l
         L = min(L, max(image.shape))
         kernel = full_kernel(L) if self.high_pass == "full" else ring_kernel(L, self.ring_m, min(self.ring_inner, L))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -51,9 +51,10 @@ class TrajectoryPF(RandomWalkParticles):
     from the last k estimates; that of a particle, from the last k - 1 estimates and its own position.
     """
 
-    high_pass: Literal["none", "ring", "full"] = "ring"
+    high_pass: Literal["none", "ring", "full", "butterworth"] = "ring"
     """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
-    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999)."""
+    from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999), or its high frequencies
+    (`irtrack.features.frequency`; their reference 13)."""
     cues: Literal["both", "grey", "velocity"] = "both"
     """Likelihoods used: both, or one alone."""
     k: int = Field(default=5, ge=3, le=100)
@@ -71,6 +72,12 @@ class TrajectoryPF(RandomWalkParticles):
     occlusion."""
     carried: bool = False
     """True: particles first move by the velocity of the trajectory's line; false in the paper."""
+    adapt: Literal["none", "velocity"] = "none"
+    """velocity: the number of particles is (1 + v / r)^2 times as large, v the speed of the trajectory's line, r the
+    `radius`, and the walk's radius is r + v, so that particles stay as dense on the disc that the target may reach.
+    Chosen here: the paper calls for a number by speed (section 5) and gives no method."""
+    adapt_most: Annotated[float, Field(ge=1, le=100)] = 4.0
+    """velocity: largest factor of the number of particles."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TrajectoryPFState:
         """Return the initial state: the reference histogram, and a single particle at the box's centre, of weight 1."""
@@ -85,15 +92,17 @@ class TrajectoryPF(RandomWalkParticles):
         appearance, reference = state.appearance, state.reference
         picture = appearance.view(frame)
         ahead, velocity = line_fit(state.trajectory)
+        speed = float(np.hypot(*velocity)) if self.adapt == "velocity" else 0.0
+        count = round(self._first_layer() * min((1 + speed / self.radius) ** 2, self.adapt_most))
         scale = 0.0 if self.cues == "velocity" else 1 / (2 * self.sigma_grey**2)
 
         def move(ancestors: Indices | None) -> Floats:
             start = state.positions.take(ancestors, axis=0) if ancestors is not None else state.positions
-            return random_walk(start + velocity if self.carried else start, self.radius, self.propagation, rng)
+            return random_walk(start + velocity if self.carried else start, self.radius + speed, self.propagation, rng)
 
         step = smc_step(
             state.weights,
-            lambda W: RESAMPLERS[self.resampling](W, rng, self._first_layer()),
+            lambda W: RESAMPLERS[self.resampling](W, rng, count),
             move,
             lambda places: appearance.likelihood(picture, places, reference, scale),
         )
@@ -182,7 +191,8 @@ class CascadePF(TrajectoryPF):
 
         Copies of one particle become one particle with the sum of their weights.
         """
-        places, copies = np.unique(RESAMPLERS[self.resampling](W, rng, self.n2), return_counts=True)
+        count = round(self.n2 * len(positions) / self.n1)
+        places, copies = np.unique(RESAMPLERS[self.resampling](W, rng, count), return_counts=True)
         chosen = positions.take(places, axis=0)
         return chosen, Weights(cue(chosen), copies.astype(np.float64)).W
 
@@ -223,7 +233,7 @@ class CoastingPF(ProductPF):
     source: ClassVar[str] = "after Xue, Yuan, Xie 2011"
 
     bins: int = Field(default=8, ge=2, le=256)
-    high_pass: Literal["none", "ring", "full"] = "none"
+    high_pass: Literal["none", "ring", "full", "butterworth"] = "none"
     particles: int = Field(default=60, ge=2, le=100_000)
     k: int = Field(default=10, ge=3, le=100)
     velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "least_squares"

@@ -59,10 +59,10 @@ class Steps:
         }
         for name in (
             *("template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman", "mean_shift"),
-            "background_restrained_pf",
+            *("background_restrained_pf", "pdaf", "h_infinity", "lbp_mean_shift"),
         ):
             self._cases[f"{name}_160x120_step"] = partial(step_ms, name, {}, large, box)
-        for name in ("cascade_pf", "product_pf", "mean_shift_pf"):
+        for name in ("cascade_pf", "product_pf", "mean_shift_pf", "apf_tbd"):
             self._cases[f"{name}_320x240_step"] = partial(step_ms, name, {}, small, spot)
         self._cases["cascade_pf_320x240_step_whole_high_pass"] = partial(whole_high_pass_ms, "cascade_pf", small, spot)
         self._least_ms = dict.fromkeys(self._cases, math.inf)

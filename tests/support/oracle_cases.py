@@ -52,3 +52,29 @@ def shared_gates(seed: int) -> dict[str, np.ndarray]:
     near = centers[rng.random(tracks) < 0.8]
     detections = np.concatenate([near + rng.normal(0, 1, near.shape), rng.uniform(0, 12, (int(rng.integers(0, 4)), 2))])
     return {"centers": centers, "variances": rng.uniform(1, 4, tracks), "detections": detections}
+
+
+def one_gate(seed: int) -> dict[str, Any]:
+    """Return a predicted centre (2,), covariance (2, 2) px^2, and up to five detections (m, 2) px near it."""
+    rng = np.random.default_rng(seed)
+    center, factor = rng.uniform(20, 40, 2), rng.normal(0, 1, (2, 2))
+    covariance = factor @ factor.T + np.eye(2)
+    return {
+        "center": center,
+        "covariance": covariance,
+        "detections": center + rng.normal(0, 2, (int(rng.integers(1, 6)), 2)),
+        "detection_probability": float(rng.uniform(0.5, 0.99)),
+        "clutter": float(rng.uniform(0.001, 0.05)),
+    }
+
+
+def straight_target(seed: int) -> dict[str, Any]:
+    """Return detections (20, 2) px of a target at constant velocity, and the numbers of an H-infinity filter."""
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(40, 60, 2) + np.arange(20)[:, None] * rng.uniform(-2, 2, 2)
+    return {
+        "detections": places + rng.normal(0, 1, places.shape),
+        "acceleration": float(rng.uniform(0.1, 0.5)),
+        "measurement_sd": float(rng.uniform(0.5, 2)),
+        "theta": float(rng.uniform(0.001, 0.02)),
+    }

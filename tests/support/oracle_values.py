@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
-from oracle_cases import masks, sequence, shared_gates, turning_target
+from oracle_cases import masks, one_gate, sequence, shared_gates, straight_target, turning_target
 
 
 def of_trackeval(seed: int) -> dict[str, float]:
@@ -136,11 +136,73 @@ def of_stonesoup(seed: int) -> dict[str, Any]:
     return {"beta": beta.tolist()}
 
 
+def of_stonesoup_pda(seed: int) -> dict[str, Any]:
+    """Return probabilities (m,) by Stone Soup's PDA of one track, without a gate."""
+    from stonesoup.dataassociator.probability import PDA
+    from stonesoup.hypothesiser.probability import PDAHypothesiser
+    from stonesoup.models.measurement.linear import LinearGaussian
+    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, RandomWalk
+    from stonesoup.predictor.kalman import KalmanPredictor
+    from stonesoup.types.detection import Detection
+    from stonesoup.types.state import GaussianState
+    from stonesoup.types.track import Track
+    from stonesoup.updater.kalman import KalmanUpdater
+
+    case, now = one_gate(seed), datetime(2026, 1, 1)
+    model = LinearGaussian(2, (0, 1), np.eye(2))
+    still = CombinedLinearGaussianTransitionModel([RandomWalk(0.0), RandomWalk(0.0)])
+    hypothesiser = PDAHypothesiser(
+        KalmanPredictor(still),
+        KalmanUpdater(model),
+        clutter_spatial_density=case["clutter"],
+        prob_detect=case["detection_probability"],
+        prob_gate=1 - 1e-12,
+    )
+    track = Track([GaussianState(case["center"][:, None], case["covariance"], now)])
+    later = now + timedelta(seconds=1)
+    plots = [Detection(each[:, None], timestamp=later, measurement_model=model) for each in case["detections"]]
+    beta = [0.0] * len(plots)
+    for hypothesis in PDA(hypothesiser).associate({track}, set(plots), later)[track]:
+        if hypothesis:
+            beta[next(k for k, plot in enumerate(plots) if plot is hypothesis.measurement)] = float(
+                hypothesis.probability
+            )
+    return {"beta": beta}
+
+
+def of_filterpy_hinfinity(seed: int) -> dict[str, Any]:
+    """Return predicted states (19, 4) by filterpy's H-infinity filter, whose update gives the next prediction's gain.
+
+    Its Q is the weight S of the errors, its W the process noise; its mean lacks the transition, which is added here.
+    """
+    from filterpy.hinfinity import HInfinityFilter
+
+    case = straight_target(seed)
+    one = HInfinityFilter(dim_x=4, dim_z=2, dim_u=0, gamma=case["theta"])
+    one.F = np.array([[1.0, 0, 1, 0], [0, 1, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
+    one.H = np.eye(2, 4)
+    gain = np.array([[0.5, 0], [0, 0.5], [1, 0], [0, 1]])
+    one.W = case["acceleration"] ** 2 * gain @ gain.T
+    one.Q = np.eye(4)
+    one.V = case["measurement_sd"] ** 2 * np.eye(2)
+    one.P = np.diag([4.0, 4.0, 9.0, 9.0])
+    one.x = np.array([[*case["detections"][0], 0.0, 0.0]]).T
+    states = []
+    for detection in case["detections"][1:]:
+        moved = one.F @ one.x
+        one.update(detection[:, None])  # x + K nu with K = F P L H' V^-1
+        one.x = moved + one.x - np.linalg.solve(one.F, moved)
+        states.append(np.ravel(one.x).tolist())
+    return {"states": states}
+
+
 ORACLES = {
     "trackeval": of_trackeval,
     "pyirstdmetrics": of_pyirstdmetrics,
     "filterpy": of_filterpy,
     "stonesoup": of_stonesoup,
+    "stonesoup_pda": of_stonesoup_pda,
+    "filterpy_hinfinity": of_filterpy_hinfinity,
 }
 
 if __name__ == "__main__":

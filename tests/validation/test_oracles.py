@@ -22,6 +22,8 @@ COMPARISONS = (
     "irtrack/metrics/test_detection_figures.py::test_masks_equal_pyirstdmetrics",
     "irtrack/filters/test_multiple_model.py::test_imm_equals_filterpy",
     "irtrack/filters/test_data_association.py::test_joint_probabilities_equal_stone_soup",
+    "irtrack/trackers/test_h_infinity.py::test_states_equal_filterpy",
+    "irtrack/trackers/test_pdaf.py::test_probabilities_equal_stone_soup",
 )
 
 pytestmark = pytest.mark.skipif(not ORACLES.exists(), reason="no .venv-oracles; make oracles installs it")

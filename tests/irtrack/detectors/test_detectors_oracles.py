@@ -15,9 +15,9 @@ from tracker_loops import plain
 from irsim.types import Frame
 from irtrack._native import COMPILED
 from irtrack.detectors import make_detector
-from irtrack.detectors.bandpass import CUTOFFS
 from irtrack.detectors.frame_difference import reduced, registered
 from irtrack.detectors.matched_filter import clutter_covariance, point_image, whitened
+from irtrack.features.frequency import CUTOFFS
 
 IMAGE = np.random.default_rng(5).integers(900, 1100, (40, 47)).astype(np.float32)
 

@@ -7,7 +7,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from irsim.types import Image
+from irsim.types import MEDIAN_TO_SIGMA, Image
+from irtrack.detectors.bandpass import Butterworth
+from irtrack.features.frequency import FrequencyHighPass
 from irtrack.features.highpass import ROUNDING, HighPass, full_kernel, predicted_background, ring_kernel
 
 
@@ -92,3 +94,18 @@ def test_sums_are_exact_however_many_there_are(L: int, most: int) -> None:
     levels = 128 + (2 * L + 1) ** 2 * image.astype(np.int64) - sums
     assert high_pass.full_picture(image).tolist() == np.clip(levels, 0, 255).tolist()
     assert high_pass.view(image)[20:41, 7:50].tolist() == np.clip(levels, 0, 255)[20:41, 7:50].tolist()
+
+
+def test_frequency_high_pass_shows_the_butterworth_response() -> None:
+    """Its picture is the detector's response, 128 + gain z, with the cut-off of the first frame."""
+    rng = np.random.default_rng(4)
+    y, x = np.mgrid[:60, :80]
+    image = np.rint(900 + 3 * x + 20 * np.sin(y / 9) + rng.normal(0, 4, x.shape)).astype(np.uint16)
+    image[30, 40] += 60
+    first = FrequencyHighPass.fitted(image)
+    cutoff, response = Butterworth().respond(None, image.astype(np.float32))
+    assert first.cutoff == cutoff
+    spread = np.median(np.abs(response)) * MEDIAN_TO_SIGMA
+    assert first.gain == pytest.approx(16 / spread, rel=1e-5)
+    assert np.abs(first(image) - np.clip(128 + first.gain * response, 0, 255)).max() <= 0.51
+    assert first(image).argmax() == 30 * 80 + 40

@@ -28,6 +28,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff", "bins": 16}),
     ("cascade_pf", {"velocity": "least_squares", "carried": True, "propagation": "disc", "radius": 5.0}),
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
+    ("product_pf", {"high_pass": "butterworth", "adapt": "velocity"}),
+    ("cascade_pf", {"adapt": "velocity", "adapt_most": 2.0}),
     ("mean_shift", {"high_pass": "ring", "alpha": 0.1}),
     ("mean_shift_kalman", {"high_pass": "ring", "bandwidth": 1.3}),
     ("mean_shift_pf", {"corrected": True, "particles": 15, "high_pass": "ring", "propagation": "disc"}),
@@ -41,12 +43,17 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("svd_pf", {"use": "svd", "components": 1}),
     ("svd_pf", {"use": "pf"}),
     ("change_kalman", {"company": False, "register_frames": False}),
+    ("apf_tbd", {"auxiliary": False, "whiten": "none", "resampling": "residual"}),
+    ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
+    ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
+    ("lbp_mean_shift", {"offset": 0.0, "bins": 16, "alpha": 0.1}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
-SHIFT_TOLERANCE = {"svd_pf": 1.0, "optical_flow": 0.05, "change_kalman": 0.05}
-"""px. Of trackers on the whole frame: crops have other singular values, pyramids and registrations."""
+SHIFT_TOLERANCE = {"svd_pf": 1.0, "apf_tbd": 0.5, "pdaf": 0.5, "optical_flow": 0.05, "change_kalman": 0.05}
+"""px. Of trackers on the whole frame: crops have other singular values, noise levels, pyramids and
+registrations."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 SMALL, START = Frame(np.zeros((60, 80), np.uint8), 0, 0.0, 8), Box(40, 30, 9, 7)
 
@@ -100,6 +107,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "neff_": {"adapt": "neff"},
     "kld_": {"adapt": "kld"},
     "jitter": {"corrected": True},
+    "adapt_most": {"adapt": "velocity"},
     "place_sd": {"velocity": "least_squares"},
 }
 """Switches that make the parameters with these first letters matter."""
@@ -124,7 +132,7 @@ def test_each_parameter_at_its_limits(name: str) -> None:
     for key, limit in limits_of(TRACKERS[name]):
         needed = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
         others = {k: v for k, v in needed.items() if k in fields and k != key}
-        for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf") else (None,):
+        for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf", "h_infinity") else (None,):
             chosen = {"measurement": measurement} if measurement else {}
             for estimate in follow(make(name, others | {key: limit} | chosen), frames, Box(*scene[0][1], 14, 10)):
                 assert_valid(estimate)

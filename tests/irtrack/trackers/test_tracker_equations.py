@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 from typing import Any
 
@@ -225,3 +226,19 @@ def test_cascade_counts_distinct_places() -> None:
 def test_variance_of_the_random_walk(propagation: Propagation) -> None:
     moved = random_walk(np.zeros((40_000, 2)), 6.0, propagation, stream(0, 0))
     assert moved.var(axis=0) == pytest.approx([random_walk_variance(6.0, propagation)] * 2, rel=0.03)
+
+
+@pytest.mark.parametrize(("most", "expected"), [(4.0, 1.4**2), (1.5, 1.5)])
+def test_number_of_particles_grows_with_speed(most: float, expected: float) -> None:
+    """(1 + v / r)^2 at v = 4 px/frame, r = 10 px; both layers alike, and none at rest."""
+    for speed, factor in ((4.0, expected), (0.0, 1.0)):
+        for name, first, last in (("cascade_pf", 300, 150), ("product_pf", 45, 45)):
+            counts = {"n1": first, "n2": last} if name == "cascade_pf" else {"particles": first}
+            tracker = make(name, {"adapt": "velocity", "adapt_most": most, "high_pass": "none", **counts})
+            scene = blob(1, count=7, speed=speed)
+            state = tracker.init(scene[0][0], Box(*scene[0][1], 14, 10), stream(0, 0))
+            path = np.array([at for _, at in scene])
+            state = replace(state, trajectory=path[:5])
+            state, estimate = tracker.step(state, scene[5][0], stream(0, 5))
+            assert estimate.particles is not None
+            assert len(estimate.particles) == pytest.approx(last * factor, abs=1)
