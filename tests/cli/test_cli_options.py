@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import typer
 
+from irsim.cli import terminal
 from irsim.cli.app import app as irsim_app
 from irsim.types import Box
 from irtrack import InputError
