@@ -54,7 +54,7 @@ class GreyPF(GreyTracker):
     Chosen here, as the paper leaves them open, and not tuned to a scene: R0, Rmin, Rmax, w_T, alpha; the first
     particles (normal in place and speed); the grey range (fitted to the first frame). The scale of the kernel (eq. 6
     says "size of the target's area", section 3 gives sizes of (14, 10)), lambda (20 or 40 would fit) and alpha come
-    from `irtrack.papers.search` on development seeds. `w_t` is a threshold on rho of eq. 8; without a value the
+    from a search on development seeds. `w_t` is a threshold on rho of eq. 8; without a value the
     reference is updated while the status is tracking (see `irtrack.trackers.base.VisibilityMonitor`). The text calls R
     a variance, but U = R U0 with U0 standard normal makes it a standard deviation, px. A histogram is taken at the
     nearest whole pixel. The size stays that of the start box.
@@ -81,7 +81,7 @@ class GreyPF(GreyTracker):
     update: bool = True
     """True: the reference is updated (eq. 13)."""
     alpha: Fraction = 0.1
-    """alpha of eq. 13; the paper says only: small. Found by `irtrack.papers.search`."""
+    """alpha of eq. 13; the paper says only: small. Found by search on development seeds."""
     w_t: Fraction | None = None
     """w_T, least rho at the estimate for an update of the reference; by default the status decides."""
     start_sd: Spread = 1.0

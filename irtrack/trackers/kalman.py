@@ -161,7 +161,7 @@ class PositionFilter(GatedKalman, MonitoredTracker):
 
     acceleration: Deviation = 0.3
     """Standard deviation of the acceleration on each axis, px/frame^2. Of least mean cost over `kalman` with its three
-    measurements and `ekf` (`irtrack.papers.search`)."""
+    measurements and `ekf`, by search on development seeds."""
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first
     patch, or the mode of similarity that mean shift reaches from the predicted place."""
@@ -169,7 +169,7 @@ class PositionFilter(GatedKalman, MonitoredTracker):
     """centroid: share of the target's first contrast that a pixel must pass."""
     update: Fraction = 0.02
     """ncc: share of the patch at a measured place that enters the reference patch; 0: the first patch stays. Found by
-    `irtrack.papers.search`."""
+    search on development seeds."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:
         """Return the state at the box's centre, with velocity 0 of standard deviation `start_speed_sd`."""

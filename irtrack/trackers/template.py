@@ -41,7 +41,7 @@ class Template(MonitoredTracker):
     window: int | None = Field(default=None, ge=1, le=10_000)
     """Largest displacement from the last estimate in the search, px; by default the whole frame is searched."""
     update: Fraction = 0.1
-    """Share of the new patch that enters the template where the target is visible. Found by `irtrack.papers.search`."""
+    """Share of the new patch that enters the template where the target is visible, by search on development seeds."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
         """Return the template, the part of the start box inside the frame."""
