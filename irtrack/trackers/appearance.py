@@ -93,13 +93,8 @@ class GreyTracker(MonitoredTracker):
     with half the sizes on each axis (Xue et al. 2011, eq. 2)."""
     kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.1
     """gaussian: factor of h; 1: hx, hy are the full sides of the target, 0.5: half the sides. At 0.5 the box's corners
-<<<<<<< HEAD
-    count .61 of its middle, and the likelihood is flat. Found by `irtrack.papers.search`."""
-    high_pass: Literal["none", "ring", "full", "butterworth"] = "none"
-=======
     count .61 of its middle, and the likelihood is flat. Found by search on development seeds."""
-    high_pass: Literal["none", "ring", "full"] = "none"
->>>>>>> corrections
+    high_pass: Literal["none", "ring", "full", "butterworth"] = "none"
     """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
     from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999), or its high frequencies
     (`irtrack.features.frequency`; their reference 13)."""
