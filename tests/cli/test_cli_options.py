@@ -106,13 +106,16 @@ def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, statu
     assert (done.returncode, done.stderr) == (status, "work: stopped\n")
 
 
-def test_a_long_error_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_long_error_is_cut(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     app = typer.Typer()
 
     @app.command()
     def fail() -> None:
         raise InputError("x" * 100_000)
 
+    monkeypatch.setattr(sys, "argv", ["irsim"])
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(terminal, "_interrupt_on_signals", list)  # pytest keeps its own
     with pytest.raises(SystemExit) as left:
         terminal.run(app, "irsim")
     assert left.value.code == 2

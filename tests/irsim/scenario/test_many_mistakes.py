@@ -49,7 +49,7 @@ def calls(text: str) -> int:
 @pytest.mark.parametrize("mistakes", [kinds, names, chain])
 def test_work_grows_as_the_number_of_mistakes(mistakes: Callable[[int], str]) -> None:
     calls(mistakes(2))  # imports
-    assert calls(mistakes(160)) < 6 * calls(mistakes(40))
+    assert calls(mistakes(96)) < 6 * calls(mistakes(24))
 
 
 def test_a_circle_behind_a_chain_is_found() -> None:

@@ -67,6 +67,7 @@ def limited_bench(path: str) -> list[str]:
         return [cell.status for cell in results.cells()]
 
 
+@pytest.mark.slow
 def test_a_daemonic_worker_may_limit_times(tmp_path: Path) -> None:
     """Those of `dask worker` are daemonic."""
     with multiprocessing.get_context("fork").Pool(1) as pool:
