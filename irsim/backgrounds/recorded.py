@@ -19,7 +19,7 @@ from irsim.config.quantities import FileName, Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import Scale, limits
-from irsim.types import Band, CameraFacts, Curve, Floats, Image
+from irsim.types import Band, CameraFacts, Curve, Floats, Image, TargetTruth
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -128,6 +128,10 @@ class Recorded(Background):
         known = None if camera.band is None else self.known(camera.band)
         return replace(camera, range_k=self.range_k, curve=known)
 
+    @property
+    def recorded_targets(self) -> Mapping[str, str | None]:
+        return {target.id: target.cls for target in self.recording.contents.targets}
+
     def ambient(self, context: SceneContext) -> float:
         """Return the mean radiance of the first recorded frame."""
         return _mean_light(self, context.band)
@@ -163,10 +167,23 @@ class Footage:
     def _recording(self) -> Recording:
         return self._recorded.recording
 
+    def number(self, index: int) -> int:
+        """Return the number of the recorded frame that is the background of frame `index`."""
+        wanted, length = self._recorded.start + index, len(self._recording)
+        return wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
+
+    def targets(self, index: int) -> tuple[TargetTruth, ...]:
+        """Return the ground truth of the recorded frame behind frame `index`. In a held frame targets stand still."""
+        truth = self._recording.truth(self.number(index))
+        if truth is None:
+            return ()
+        if self._recorded.start + index < len(self._recording) or self._recorded.past_end == "loop":
+            return truth.targets
+        return tuple(replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets)
+
     def counts(self, index: int) -> Image:
         """Return the counts of the recorded frame that is the background of frame `index`."""
-        wanted, length = self._recorded.start + index, len(self._recording)
-        wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
+        wanted = self.number(index)
         last = self._last  # read once: another thread may replace it
         if last is None or last[0] != wanted:
             last = self._last = wanted, self._recording.frame(wanted).image

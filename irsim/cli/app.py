@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim.cli.authoring import new, sample, schema
+from irsim.cli.export import export
 from irsim.cli.info import info
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
@@ -129,16 +130,23 @@ def import_(
         Path,
         typer.Argument(
             metavar="FOLDER|TIFF|NPY|VIDEO",
-            help="Folder of PNG or TIFF files, TIFF of several pages, .npy or .npz array of frames, or video.",
+            help="Folder of PNG, TIFF or JPEG files, TIFF of several pages, .npy or .npz array of frames, or video.",
             parser=given_path,
         ),
     ],
     truth: Annotated[
         Path | None,
         typer.Option(
-            metavar="CSV",
-            help="Ground truth, frame,x,y,w,h[,id,cls]: top left pixel and size, px; blank where absent.",
+            metavar="LABELS",
+            help="Ground truth: CSV frame,x,y,w,h[,id,cls], or labels in a format of --truth-format.",
             parser=given_path,
+        ),
+    ] = None,
+    truth_format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="csv, mot, vot, coco, yolo, voc, anti-uav or sirst; default: what the labels look like.",
         ),
     ] = None,
     rate: Annotated[
@@ -182,7 +190,13 @@ def import_(
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(
-            *(frames, path, truth, rate), agc=chosen, bits=bits, accuracy_px=accuracy, follow=follow, progress=progress
+            *(frames, path, truth, rate),
+            agc=chosen,
+            bits=bits,
+            accuracy_px=accuracy,
+            follow=follow,
+            truth_format=truth_format,
+            progress=progress,
         )
     for note in open_recording(path).contents.notes:
         print(f"irsim: note: {note}", file=sys.stderr)
@@ -217,6 +231,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "masks": masks,
     "sample": sample,
     "import": import_,
+    "export": export,
     "noise": noise,
     "fit": fit,
     "realism": realism,
