@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -22,13 +23,13 @@ from irsim.datasets.plan import (
     planned_jobs,
 )
 from irsim.datasets.splits import split_names
-from irsim.errors import whole_number
+from irsim.errors import InputError, IrsimError, counted, whole_number
 from irsim.recording.formats import WRITERS, dataset_format
 from irsim.recording.formats.base import LabelledFrame, touches
 from irsim.recording.formats.folder import DatasetFolder
-from irsim.recording.output import make_folder, refuse_others
+from irsim.recording.output import make_folder
 from irsim.render.frame import Renderer
-from irsim.render.interrupts import ignore_interrupts
+from irsim.render.interrupts import end_with_parent, ignore_interrupts
 from irsim.render.masks import visible_pixels
 from irsim.render.stream import Rendering
 from irsim.types import Bools, Input, TargetTruth
@@ -69,8 +70,9 @@ def export_dataset(
     parts = split_names([name for _, _, name in opened], split)
     planned = planned_jobs(opened, parts, settings)
     whole_number("jobs", jobs, 1)
-    refuse_others(root, lambda name: True, "files", "nothing else")
     make_folder(root)
+    if there := sorted(path.name for path in root.iterdir()):
+        raise InputError(f"{root}: holds {counted(len(there), 'file')}, such as {there[0]}; allowed: an empty folder")
 
     card = Card(planned, settings, command)
     total, done = sum(job.clip.frames for job in planned), 0
@@ -98,11 +100,16 @@ def _results(planned: Sequence[Job], settings: Settings, jobs: int) -> Iterator[
         stack.callback(pool.shutdown, wait=True, cancel_futures=True)
         tasks = {pool.submit(_write_clip, job, settings): job for job in planned}
         for task in as_completed(tasks):
-            yield tasks[task], task.result()
+            try:
+                written = task.result()
+            except BrokenProcessPool:
+                raise IrsimError("a worker process died; allowed: the same again, or fewer jobs") from None
+            yield tasks[task], written
 
 
 def _begin() -> None:
     ignore_interrupts()
+    end_with_parent()
     cv2.setNumThreads(1)
 
 

@@ -26,9 +26,8 @@ def write(folder: DatasetFolder, clip: Clip, frames: Iterator[LabelledFrame]) ->
         stream.width, stream.height = (side + side % 2 for side in clip.size)
         stream.pix_fmt = "yuv420p"
         for frame in frames:
-            even: npt.NDArray[np.uint8] = np.pad(
-                frame.image, [(0, side % 2) for side in frame.image.shape], mode="edge"
-            )
+            more = [(0, side % 2) for side in frame.image.shape]
+            even: npt.NDArray[np.uint8] = np.pad(frame.image, more, mode="edge")
             container.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="gray").reformat(format="yuv420p")))
             table.add(frame)
         container.mux(stream.encode())
