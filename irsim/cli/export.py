@@ -35,9 +35,7 @@ def export(
         str | None,
         typer.Option(metavar="A,B[,C]", help="Shares for train, val and test, by scene and seed; default: no split."),
     ] = None,
-    min_visible: Annotated[
-        float, typer.Option(metavar="F", help="Least visible fraction of a labelled target; hidden ones have no label.")
-    ] = 0.0,
+    min_visible: Annotated[float, typer.Option(metavar="F", help="Least visible fraction of a labelled target.")] = 0.1,
     input: Annotated[
         str | None,
         typer.Option(

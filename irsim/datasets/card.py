@@ -38,7 +38,7 @@ class Card:
         self._whole: dict[str, Written] = {}
         splits = [job.clip.split for job in planned]
         about = f"{counted(len(planned), 'clip')} of infrared scenes with ground truth, in the format {settings.format}"
-        labels = f"targets of a visible fraction above 0 and of at least {settings.min_visible:g}"
+        labels = f"targets in the picture, of a visible fraction of at least {settings.min_visible:g}"
         masks = f"masks: pixels with at least {HALF:g} of the target's greatest coverage"
         self._facts = {
             "about": about,

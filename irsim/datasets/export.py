@@ -14,6 +14,7 @@ import cv2
 from irsim.config.paths import path_of
 from irsim.datasets.card import Card, Written
 from irsim.datasets.plan import (
+    MIN_VISIBLE,
     Job,
     Settings,
     checked_fraction,
@@ -41,7 +42,7 @@ def export_dataset(
     format: str,
     seeds: int | None = None,
     split: Sequence[float] | None = None,
-    min_visible: float = 0.0,
+    min_visible: float = MIN_VISIBLE,
     jobs: int = 1,
     input: Input | None = None,
     command: str = "",
@@ -53,8 +54,8 @@ def export_dataset(
     format       a key of `recording.formats.WRITERS`
     seeds        scenes with seeds 0 .. seeds-1; default: the scenario's seed, and for a suite its number of seeds
     split        shares of clips for train, val and test, which add up to 1; default: no split
-    min_visible  least visible fraction of a labelled target. Hidden targets, and those outside the picture, are not
-                 labelled
+    min_visible  least visible fraction of a labelled target. Wholly hidden targets, and those outside the picture, have
+                 no labels
     jobs         number of processes, each of which writes whole clips
     input        display or counts; default: the first that the format has
     command      command line for the card

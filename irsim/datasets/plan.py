@@ -21,6 +21,8 @@ from irsim.scenario.loader import read_part
 from irsim.types import Input, Source, expect_input
 
 BITS_OF_DISPLAY = 8
+MIN_VISIBLE = 0.1
+"""Default least visible fraction of a labelled target."""
 
 
 class _Suite(Part):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -142,11 +143,17 @@ def _formats_of_lines(lines: Sequence[Sequence[str]]) -> tuple[str, ...]:
         return ("vot",) if lines and lines[0][0].startswith("m") else ("csv",)
     as_mot = bool(lengths) and min(lengths) >= 6 and max(lengths) <= 10
     as_vot = all(length == 4 or (length >= 6 and length % 2 == 0) for length in lengths)
-    if as_mot and all(text.isdecimal() for fields in lines[:-1] or lines for text in fields[:2]):
+    if as_mot and all(_is_row_of_mot(fields) for fields in lines[:-1] or lines):  # the last may be cut short
         return ("mot", "vot") if as_vot else ("mot",)
     if as_vot:
         return ("vot", "mot") if as_mot else ("vot",)
     return ("mot",) if as_mot else ("csv",)
+
+
+def _is_row_of_mot(fields: Sequence[str]) -> bool:
+    """Return True where frame and id are whole and the confidence, a coordinate of a polygon, is from -1 to 1."""
+    whole = all(re.fullmatch(r"-?[0-9]+(\.0*)?", text) for text in fields[:2])
+    return whole and all(_is_number(text) and abs(float(text)) <= 1 for text in fields[6:7])
 
 
 def _is_absent(fields: Sequence[str]) -> bool:

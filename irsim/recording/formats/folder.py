@@ -17,6 +17,9 @@ from irsim.recording.output import atomic_file, make_folder
 
 PNG_LEVEL = 1
 """Compression level of zlib, 0 to 9. Higher levels write noise hardly smaller, and take a multiple of the time."""
+_PNG_OPTIONS = [cv2.IMWRITE_PNG_COMPRESSION, PNG_LEVEL, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
+if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # OpenCV 4.12 and later; one filter for all rows takes half the time
+    _PNG_OPTIONS += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
 JPEG_QUALITY = 95
 
 
@@ -53,7 +56,7 @@ class DatasetFolder:
     def picture(self, name: str, image: npt.NDArray[Any]) -> None:
         """Write a picture of one channel, uint8 or (PNG only) uint16; its ending says the format, .png or .jpg."""
         png = name.endswith(".png")
-        options = [cv2.IMWRITE_PNG_COMPRESSION, PNG_LEVEL] if png else [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+        options = _PNG_OPTIONS if png else [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
         done, data = cv2.imencode(".png" if png else ".jpg", image, options)
         assert done
         self.write(name, data.tobytes())
