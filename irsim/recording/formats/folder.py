@@ -73,16 +73,15 @@ class DatasetFolder:
     def foreign(self, name: str) -> Iterator[Path]:
         """Yield a path at which another library writes a file or a folder, and which becomes `name` after the block."""
         path = self._place(name)
-        temporary = path.with_name(f".{path.name}.tmp{path.suffix}")
+        temporary = path.with_name(f".{path.name}.tmp")
+        make_folder(temporary)
         try:
-            yield temporary
-            temporary.replace(path)
+            yield temporary / path.name
+            (temporary / path.name).replace(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
         for file in sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]:
             self.add_digest(file.relative_to(self.root).as_posix())
 
