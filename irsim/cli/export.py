@@ -11,13 +11,17 @@ import typer
 
 from irsim.cli.source_options import from_option
 from irsim.cli.terminal import StoppedError, given_path, progress_bar
+from irsim.config.paths import is_there
 from irsim.errors import InputError
 
 
 def export(
-    sources: Annotated[
+    words: Annotated[
         list[str],
-        typer.Argument(metavar="SCENARIO|REC|SUITE", help="Scenarios, recordings and suites: files or shipped names."),
+        typer.Argument(
+            metavar="SCENARIO|REC|SUITE|KEY=VALUE",
+            help="Scenarios, recordings and suites, by file or shipped name; overrides of all scenarios.",
+        ),
     ],
     format: Annotated[
         str,
@@ -51,6 +55,8 @@ def export(
     """
     from irsim.datasets import CARD, export_dataset
 
+    overrides = [word for word in words if "=" in word and not is_there(word)]
+    sources = [word for word in words if word not in overrides]
     command = shlex.join(["irsim", *sys.argv[1:]])
     try:
         with (
@@ -64,6 +70,7 @@ def export(
             export_dataset(
                 *(sources, output, format, seeds, _shares(split), min_visible, jobs),
                 input=input,  # type: ignore[arg-type]  # checked there
+                overrides=overrides,
                 command=command,
                 progress=progress,
             )

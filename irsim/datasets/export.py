@@ -45,6 +45,7 @@ def export_dataset(
     min_visible: float = MIN_VISIBLE,
     jobs: int = 1,
     input: Input | None = None,
+    overrides: Sequence[str] = (),
     command: str = "",
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
@@ -58,6 +59,7 @@ def export_dataset(
                  no labels
     jobs         number of processes, each of which writes whole clips
     input        display or counts; default: the first that the format has
+    overrides    overrides of all scenarios, such as "camera.netd_mk=80"
     command      command line for the card
     progress     called with the number of frames done and that of all
 
@@ -67,7 +69,7 @@ def export_dataset(
     root = path_of(out)
     writer = dataset_format(format)
     settings = Settings(root, format, checked_input(input, format), checked_fraction(min_visible))
-    opened = opened_clips(sources, seeds)
+    opened = opened_clips(sources, seeds, overrides)
     parts = split_names([name for _, _, name in opened], split)
     planned = planned_jobs(opened, parts, settings)
     whole_number("jobs", jobs, 1)

@@ -72,14 +72,16 @@ def checked_fraction(given: float) -> float:
     return float(given)
 
 
-def opened_clips(sources: Sequence[str | Path], seeds: int | None) -> list[tuple[Source, str, str]]:
+def opened_clips(
+    sources: Sequence[str | Path], seeds: int | None, overrides: Sequence[str]
+) -> list[tuple[Source, str, str]]:
     """Return (source, word, name of the clip) of each scene and seed."""
     if seeds is not None:
         whole_number("seeds", seeds, 1)
     taken: dict[str, str] = {}
     found: list[tuple[Source, str, str]] = []
     for word in sources:
-        for source, label, count in _scenes(word, seeds):
+        for source, label, count in _scenes(word, seeds, overrides):
             if isinstance(source, Recording) or count is None:
                 clips = [(source, label)]
             else:
@@ -98,11 +100,11 @@ def opened_clips(sources: Sequence[str | Path], seeds: int | None) -> list[tuple
     return found
 
 
-def _scenes(word: str | Path, seeds: int | None) -> Iterator[tuple[Source, str, int | None]]:
+def _scenes(word: str | Path, seeds: int | None, overrides: Sequence[str]) -> Iterator[tuple[Source, str, int | None]]:
     """Yield (source, name, number of seeds or None) of a scenario, of a recording, or of each source of a suite."""
     path = Path(word)
     if is_recording(path) or "suite" not in path.stem:
-        source = open_source(word)
+        source = open_source(word, overrides)
         yield source, source.name, seeds
         return
     read = read_part(word, _Suite, default_folder="suites")
@@ -112,6 +114,7 @@ def _scenes(word: str | Path, seeds: int | None) -> Iterator[tuple[Source, str, 
         beside = path.parent / str(given.get("source"))
         scene = str(beside) if beside.is_file() else str(given.get("source"))
         changes = [f"{key}={json.dumps(value)}" for key, value in dict(given.get("changes") or {}).items()]
+        changes += overrides
         first = open_source(scene, changes)
         label, severities = str(given.get("name") or first.name), given.get("severities") or ()
         if severities == "all":
