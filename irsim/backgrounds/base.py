@@ -99,10 +99,6 @@ class RecordedLayer(Layer, Protocol):
         """
         ...
 
-    def targets(self, index: int) -> tuple[TargetTruth, ...]:
-        """Return the ground truth of the recorded frame behind frame `index`; () where the recording has none."""
-        ...
-
 
 GroundRadiance = Callable[[ViewDirection], Floats]
 """Function that returns the radiance, W/m2/sr, (n,), of the pixels of a view that contain only ground or sea; read
@@ -241,6 +237,10 @@ class Background(Kind):
     def recorded_targets(self) -> Mapping[str, str | None]:
         """Class of each target of recorded frames, by its id in the recording."""
         return {}
+
+    def recorded_truth(self, index: int) -> tuple[TargetTruth, ...]:
+        """Return the ground truth of the recorded frame behind frame `index`; () where the recording has none."""
+        return ()
 
     def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
         """Return the camera whose counts the frames contain: the scenario's camera, or that of a recording."""

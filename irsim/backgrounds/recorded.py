@@ -132,6 +132,20 @@ class Recorded(Background):
     def recorded_targets(self) -> Mapping[str, str | None]:
         return {target.id: target.cls for target in self.recording.contents.targets}
 
+    def number(self, index: int, length: int) -> int:
+        """Return the number, of `length` recorded frames, of the one that is the background of frame `index`."""
+        wanted = self.start + index
+        return wanted % length if self.past_end == "loop" else min(wanted, length - 1)
+
+    def recorded_truth(self, index: int) -> tuple[TargetTruth, ...]:
+        recording = _kept(self)
+        truth = recording.truth(self.number(index, len(recording)))
+        if truth is None:
+            return ()
+        if self.start + index < len(recording) or self.past_end == "loop":
+            return truth.targets
+        return tuple(replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets)  # they stand still
+
     def ambient(self, context: SceneContext) -> float:
         """Return the mean radiance of the first recorded frame."""
         return _mean_light(self, context.band)
@@ -151,6 +165,12 @@ def _mean_light(recorded: Recorded, band: Band) -> float:
     return float(np.mean(recorded.scale(band).light(counts.astype(np.float32)), dtype=np.float64))
 
 
+@lru_cache(maxsize=16)
+def _kept(recorded: Recorded) -> Recording:
+    """Return the opened recording, which checks at each reading that the file is unchanged."""
+    return recorded.recording
+
+
 class Footage:
     """Opaque layer of recorded frames, read in sequence or by seeking."""
 
@@ -167,23 +187,9 @@ class Footage:
     def _recording(self) -> Recording:
         return self._recorded.recording
 
-    def number(self, index: int) -> int:
-        """Return the number of the recorded frame that is the background of frame `index`."""
-        wanted, length = self._recorded.start + index, len(self._recording)
-        return wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
-
-    def targets(self, index: int) -> tuple[TargetTruth, ...]:
-        """Return the ground truth of the recorded frame behind frame `index`. In a held frame targets stand still."""
-        truth = self._recording.truth(self.number(index))
-        if truth is None:
-            return ()
-        if self._recorded.start + index < len(self._recording) or self._recorded.past_end == "loop":
-            return truth.targets
-        return tuple(replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets)
-
     def counts(self, index: int) -> Image:
         """Return the counts of the recorded frame that is the background of frame `index`."""
-        wanted = self.number(index)
+        wanted = self._recorded.number(index, len(self._recording))
         last = self._last  # read once: another thread may replace it
         if last is None or last[0] != wanted:
             last = self._last = wanted, self._recording.frame(wanted).image

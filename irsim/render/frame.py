@@ -217,7 +217,7 @@ class Renderer:
 
     def _truth(self, index: int, drawn: list[DrawnTarget], pieces: Sequence[NamedSprite]) -> Truth:
         found = {target.piece.name: target for target in drawn}
-        own = footage_truth(self.recorded.targets(index), pieces, self.names) if self.recorded is not None else []
+        own = footage_truth(self.scenario.background.recorded_truth(index), pieces, self.names)
         boxes = {name: target.piece.sprite.box for name, target in found.items()}
         crossing = _crossing(boxes | {target.id: target.box for target in own})
         motions = self.motions[:, index].tolist()

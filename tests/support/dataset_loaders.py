@@ -74,6 +74,7 @@ def of_pyirstdmetrics(folder: Path) -> dict[str, float]:
         figures = theirs.ProbabilityDetectionAndFalseAlarmRate()
         for path in sorted((folder / "masks").glob("*.png")):
             mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+            assert mask is not None
             figures.update(factor * (mask / 255.0), mask > 0)
         values = figures.get()
         found[f"{name}_pd"] = float(np.ravel(values["probability_detection"])[0])

@@ -50,7 +50,7 @@ pytestmark = pytest.mark.skipif(not ORACLES.exists(), reason="no .venv-oracles; 
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sets")
     (folder / "two.yaml").write_text(SCENE)
-    where = [ORACLES, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    where = [str(ORACLES), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     site = subprocess.run(where, capture_output=True, text=True, check=True).stdout.strip()
     subprocess.run([sys.executable, "-c", EXPORT, str(folder / "two.yaml"), str(folder), site], check=True)
     return folder

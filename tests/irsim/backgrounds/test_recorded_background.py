@@ -266,7 +266,7 @@ def test_new_objects_hide_the_footage_s_targets(tmp_path: Path) -> None:
     """A bar over the left half of the bird's box hides half of it; behind nothing, its visibility stays unknown."""
     file = labelled_footage(tmp_path)
     bar = {"kind": "bar", "center_px": (19.5, 24.0), "size_px": (4.0, 30.0), "range_m": 300.0}
-    plate = {**PLATE, "shape": {**PLATE["shape"], "size_m": (3.0, 3.0)}}
+    plate = PLATE | {"shape": {"kind": "hot_spot", "size_m": (3.0, 3.0), "temperature_k": 320.0}}
     rendering = Rendering(scene(on(file), targets=[plate], occluders=[bar]))
     bird = rendering.truth(0).target("bird")
     assert bird is not None

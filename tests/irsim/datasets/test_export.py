@@ -81,6 +81,12 @@ FORMATS = {
 }
 
 
+def picture(path: Path) -> np.ndarray:
+    found = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    assert found is not None
+    return found
+
+
 def labelled(truth: Truth, held: Held) -> list[TargetTruth]:
     """Return the labels that a format holds of a frame's truth."""
     columns, rows = SIZE
@@ -131,7 +137,7 @@ def test_import_of_exported_masks_gives_their_parts(scene: Path, tmp_path: Path)
     assert names == [f"two_{index:06}" for index in range(8)]
     read = irsim.open_recording(import_frames(out / "images", tmp_path / "r.mcap", truth=out / "masks", rate_hz=30))
     for name, exact, truth in zip(names, irsim.masks(scenario), read.truths(), strict=True):
-        mask = cv2.imread(str(out / "masks" / f"{name}.png"), cv2.IMREAD_UNCHANGED)
+        mask = picture(out / "masks" / f"{name}.png")
         jet = exact["jet"].visible >= 0.5
         bird = exact["bird"].visible >= 0.5 * exact["bird"].whole.max()
         assert np.array_equal(mask, 255 * (jet | bird))
@@ -298,4 +304,4 @@ def test_a_folder_in_use_is_refused(scene: Path, tmp_path: Path) -> None:
 def test_pictures_of_16_bit_keep_their_counts(tmp_path: Path) -> None:
     counts = np.random.default_rng(0).integers(0, 65536, (30, 40)).astype(np.uint16)
     DatasetFolder(tmp_path).picture("a/b.png", counts)
-    assert np.array_equal(cv2.imread(str(tmp_path / "a" / "b.png"), cv2.IMREAD_UNCHANGED), counts)
+    assert np.array_equal(picture(tmp_path / "a" / "b.png"), counts)
