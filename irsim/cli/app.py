@@ -18,11 +18,13 @@ from irsim.cli.export import export
 from irsim.cli.info import info
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
+from irsim.cli.recordings import recover, verify
 from irsim.cli.source_options import (
     OverridesArgument,
     SeedOption,
     SourceArgument,
     WithoutOption,
+    from_option,
     part_names,
     warn_unheeded,
 )
@@ -105,6 +107,9 @@ def render(
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes that render.")] = 1,
     without: WithoutOption = None,
+    compression: Annotated[
+        str, typer.Option(metavar="none|lz4|zstd", help="Lossless compression of the recording.")
+    ] = "none",
 ) -> None:
     """Render a scenario, or that of a recording again, to a recording."""
     from irsim.recording import check_default_output, record
@@ -120,8 +125,9 @@ def render(
     check_output(path, find(source), endings=(".mcap",))
     if output is None:
         check_default_output(path)
-    with progress_bar(f"render {rendering.name}", stop - start) as progress:
-        record(rendering, path, start, stop, jobs, progress)
+    label = f"render {rendering.name}"
+    with from_option("--compression", "compression"), progress_bar(label, stop - start) as progress:
+        record(rendering, path, start, stop, jobs, progress, compression)  # type: ignore[arg-type]  # checked there
     _print_written(path)
 
 
@@ -232,6 +238,8 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "sample": sample,
     "import": import_,
     "export": export,
+    "verify": verify,
+    "recover": recover,
     "noise": noise,
     "fit": fit,
     "realism": realism,
