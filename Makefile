@@ -4,7 +4,7 @@
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
 # make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
-# make oracles other implementations of metrics, IMM and JPDA, in .venv-oracles; ours equal them on 1,000 cases
+# make oracles other implementations of metrics, IMM and JPDA, and loaders of data sets, in .venv-oracles
 # make peers   other people's trackers, of one target and of many, in an environment of their own, .venv-peers
 # make clean   remove what was generated (the environment .venv stays)
 
@@ -72,8 +72,9 @@ peers:
 oracles: $(INSTALLED)
 	@$(ORACLES)/bin/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(ORACLES)
 	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check trackeval scikit-image filterpy stonesoup
+	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check pycocotools supervision rosbags rerun-sdk opencv-python-headless
 	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps pyirstdmetrics
-	$(BIN)/python -m pytest tests/validation/test_oracles.py
+	$(BIN)/python -m pytest tests/validation/test_oracles.py tests/validation/test_dataset_loaders.py
 
 install: $(INSTALLED)
 

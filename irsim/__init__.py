@@ -66,6 +66,7 @@ _PUBLIC = {
     "fit": "irsim.calibration.fit",
     "measure_noise": "irsim.calibration",
     "measure_realism": "irsim.calibration",
+    "export_dataset": "irsim.datasets",
     "import_frames": "irsim.recording.importers",
 }
 

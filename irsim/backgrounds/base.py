@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Protocol, TypeGuard
@@ -15,7 +15,7 @@ from irsim.config.base import Kind
 from irsim.geometry.context import SceneContext
 from irsim.physics.climate import STANDARD_K
 from irsim.physics.radiometry import hemisphere, radiance
-from irsim.types import CameraFacts, Floats, Slices
+from irsim.types import CameraFacts, Floats, Slices, TargetTruth
 
 if TYPE_CHECKING:
     from irsim.backgrounds.panorama import ParallaxSurface
@@ -232,6 +232,15 @@ class Background(Kind):
     def _ground_light(self, sky: ClearLayer, context: SceneContext) -> float:
         """Return the radiance, W/m2/sr, of the ground below its sky."""
         return float(sky.radiance(np.zeros(1))[0])
+
+    @property
+    def recorded_targets(self) -> Mapping[str, str | None]:
+        """Class of each target of recorded frames, by its id in the recording."""
+        return {}
+
+    def recorded_truth(self, index: int) -> tuple[TargetTruth, ...]:
+        """Return the ground truth of the recorded frame behind frame `index`; () where the recording has none."""
+        return ()
 
     def recorded_camera(self, camera: CameraFacts) -> CameraFacts:
         """Return the camera whose counts the frames contain: the scenario's camera, or that of a recording."""

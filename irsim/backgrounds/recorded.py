@@ -19,7 +19,7 @@ from irsim.config.quantities import FileName, Index, ScaleKelvin
 from irsim.errors import InputError
 from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import Scale, limits
-from irsim.types import Band, CameraFacts, Curve, Floats, Image
+from irsim.types import Band, CameraFacts, Curve, Floats, Image, TargetTruth
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -128,6 +128,24 @@ class Recorded(Background):
         known = None if camera.band is None else self.known(camera.band)
         return replace(camera, range_k=self.range_k, curve=known)
 
+    @property
+    def recorded_targets(self) -> Mapping[str, str | None]:
+        return {target.id: target.cls for target in self.recording.contents.targets}
+
+    def number(self, index: int, length: int) -> int:
+        """Return the number, of `length` recorded frames, of the one that is the background of frame `index`."""
+        wanted = self.start + index
+        return wanted % length if self.past_end == "loop" else min(wanted, length - 1)
+
+    def recorded_truth(self, index: int) -> tuple[TargetTruth, ...]:
+        recording = _kept(self)
+        truth = recording.truth(self.number(index, len(recording)))
+        if truth is None:
+            return ()
+        if self.start + index < len(recording) or self.past_end == "loop":
+            return truth.targets
+        return tuple(replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets)  # they stand still
+
     def ambient(self, context: SceneContext) -> float:
         """Return the mean radiance of the first recorded frame."""
         return _mean_light(self, context.band)
@@ -145,6 +163,12 @@ def _mean_light(recorded: Recorded, band: Band) -> float:
     """Return the mean radiance of the first frame, W/m2/sr."""
     counts = recorded.recording.frame(recorded.start).image
     return float(np.mean(recorded.scale(band).light(counts.astype(np.float32)), dtype=np.float64))
+
+
+@lru_cache(maxsize=16)
+def _kept(recorded: Recorded) -> Recording:
+    """Return the opened recording, which checks at each reading that the file is unchanged."""
+    return recorded.recording
 
 
 class Footage:
@@ -165,8 +189,7 @@ class Footage:
 
     def counts(self, index: int) -> Image:
         """Return the counts of the recorded frame that is the background of frame `index`."""
-        wanted, length = self._recorded.start + index, len(self._recording)
-        wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
+        wanted = self._recorded.number(index, len(self._recording))
         last = self._last  # read once: another thread may replace it
         if last is None or last[0] != wanted:
             last = self._last = wanted, self._recording.frame(wanted).image

@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim.cli.authoring import new, sample, schema
+from irsim.cli.export import export
 from irsim.cli.info import info
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
+from irsim.cli.recordings import recover, verify
 from irsim.cli.source_options import (
     OverridesArgument,
     SeedOption,
     SourceArgument,
     WithoutOption,
+    from_option,
     part_names,
     warn_unheeded,
 )
@@ -105,6 +108,9 @@ def render(
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes that render.")] = 1,
     without: WithoutOption = None,
+    compression: Annotated[
+        str, typer.Option(metavar="none|lz4|zstd", help="Lossless compression of the recording.")
+    ] = "none",
 ) -> None:
     """Render a scenario, or that of a recording again, to a recording."""
     from irsim.recording import check_default_output, record
@@ -120,8 +126,9 @@ def render(
     check_output(path, find(source), endings=(".mcap",))
     if output is None:
         check_default_output(path)
-    with progress_bar(f"render {rendering.name}", stop - start) as progress:
-        record(rendering, path, start, stop, jobs, progress)
+    label = f"render {rendering.name}"
+    with from_option("--compression", "compression"), progress_bar(label, stop - start) as progress:
+        record(rendering, path, start, stop, jobs, progress, compression)  # type: ignore[arg-type]  # checked there
     _print_written(path)
 
 
@@ -130,16 +137,23 @@ def import_(
         Path,
         typer.Argument(
             metavar="FOLDER|TIFF|NPY|VIDEO",
-            help="Folder of PNG or TIFF files, TIFF of several pages, .npy or .npz array of frames, or video.",
+            help="Folder of PNG, TIFF or JPEG files, TIFF of several pages, .npy or .npz array of frames, or video.",
             parser=given_path,
         ),
     ],
     truth: Annotated[
         Path | None,
         typer.Option(
-            metavar="CSV",
-            help="Ground truth, frame,x,y,w,h[,id,cls]: top left pixel and size, px; blank where absent.",
+            metavar="LABELS",
+            help="Ground truth: CSV frame,x,y,w,h[,id,cls], or labels in a format of --truth-format.",
             parser=given_path,
+        ),
+    ] = None,
+    truth_format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="csv, mot, vot, coco, yolo, voc, anti-uav or sirst; default: what the labels look like.",
         ),
     ] = None,
     rate: Annotated[
@@ -183,7 +197,13 @@ def import_(
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(
-            *(frames, path, truth, rate), agc=chosen, bits=bits, accuracy_px=accuracy, follow=follow, progress=progress
+            *(frames, path, truth, rate),
+            agc=chosen,
+            bits=bits,
+            accuracy_px=accuracy,
+            follow=follow,
+            truth_format=truth_format,
+            progress=progress,
         )
     for note in open_recording(path).contents.notes:
         print(f"irsim: note: {note}", file=sys.stderr)
@@ -218,6 +238,9 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "masks": masks,
     "sample": sample,
     "import": import_,
+    "export": export,
+    "verify": verify,
+    "recover": recover,
     "noise": noise,
     "fit": fit,
     "realism": realism,

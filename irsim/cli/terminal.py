@@ -69,9 +69,10 @@ def given_path(text: str | os.PathLike[str]) -> Path:
 OPTIONS = {
     "init=BOX": "--init X,Y,W,H[@FRAME]",
     "rate_hz=HZ": "--rate HZ",
+    "seeds=N": "--seeds N",
     "region=X,Y,W,H": "--region X,Y,W,H",
     "stop=N": "--frames N",
-    "truth=CSV": "--truth CSV",
+    "truth=LABELS": "--truth LABELS",
 }
 """Parameters as the library's messages name them, and the options that set them in the commands."""
 

@@ -1,4 +1,4 @@
-"""Grey images made by other programs: a folder of PNG or TIFF, a TIFF of several pages, a numpy array or a video."""
+"""Grey images of other programs: a folder of PNG, TIFF or JPEG, a TIFF of several pages, a numpy array or a video."""
 
 from __future__ import annotations
 
@@ -20,8 +20,14 @@ from irsim.errors import InputError
 from irsim.recording.tiff import TIFF_SUFFIXES, page_sizes, read_pages
 from irsim.types import Image
 
-ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages, a .npy or .npz of such counts, or a video"
+ALLOWED = (
+    "a folder of PNG or TIFF (8 or 16 bit) or JPEG, a TIFF of several pages, a .npy or .npz of such counts, or a video"
+)
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+_JPEG_MAGIC, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
+JPEG_SUFFIXES = (".jpg", ".jpeg")
+_KINDS = ((".png",), TIFF_SUFFIXES, JPEG_SUFFIXES)
+"""Endings of each kind of picture in a folder."""
 _CODEC_ROUNDING = 4
 """Largest difference between the channels of a grey picture after a video codec, grey levels: colour differences one
 step too large change red by 255/224 * 1.402 = 1.6 and blue by 255/224 * 1.772 = 2.0 (ITU-R BT.601)."""
@@ -48,12 +54,14 @@ class Pictures:
     count     number of pictures; None for a video
     rate_hz   frame rate of a video that states one, Hz
     stated    number of frames that a video states, which may be wrong
+    files     files of a folder, in order
     """
 
     read: Callable[[], Iterator[Picture]]
     count: int | None = None
     rate_hz: float | None = None
     stated: int | None = None
+    files: tuple[Path, ...] = ()
 
     @property
     def is_video(self) -> bool:
@@ -64,11 +72,11 @@ def open_pictures(path: Path) -> Pictures:
     """Open a folder, a TIFF, an array or a video. Raises InputError for another file, or one without pictures."""
     if path.is_dir():
         files = _folder_files(path)
-        return Pictures(partial(_read_files, files), len(files))
+        return Pictures(partial(_read_files, files), len(files), files=tuple(files))
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     suffix = path.suffix.lower()
-    if suffix == ".png" or (suffix in TIFF_SUFFIXES and len(sizes := page_sizes(path)) == 1):
+    if suffix in (".png", *JPEG_SUFFIXES) or (suffix in TIFF_SUFFIXES and len(sizes := page_sizes(path)) == 1):
         raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or {ALLOWED}")
     if suffix in ARRAY_SUFFIXES:
         stack = read_stack(path)
@@ -80,12 +88,13 @@ def open_pictures(path: Path) -> Pictures:
 
 def _folder_files(path: Path) -> list[Path]:
     """Return the picture files of a folder in natural order. InputError for two formats, as one may be masks."""
-    found = [[file for file in path.iterdir() if file.suffix.lower() in kind] for kind in ((".png",), TIFF_SUFFIXES)]
-    if all(found):
-        raise InputError(f"{path}: holds .png and .tif; allowed: pictures of one kind in a folder")
-    if not any(found):
-        raise InputError(f"{path}: holds no .png or .tif; allowed: {ALLOWED}")
-    return sorted(found[0] or found[1], key=_natural)
+    found = {kind[0]: [file for file in path.iterdir() if file.suffix.lower() in kind] for kind in _KINDS}
+    kinds = [ending for ending, files in found.items() if files]
+    if len(kinds) > 1:
+        raise InputError(f"{path}: holds {' and '.join(kinds)}; allowed: pictures of one kind in a folder")
+    if not kinds:
+        raise InputError(f"{path}: holds no .png, .tif or .jpg; allowed: {ALLOWED}")
+    return sorted(found[kinds[0]], key=_natural)
 
 
 def _natural(file: Path) -> list[tuple[int, int, str]]:
@@ -97,7 +106,12 @@ def _natural(file: Path) -> list[tuple[int, int, str]]:
 def _read_files(files: list[Path]) -> Iterator[Picture]:
     for file in files:
         check_input(file, "a picture")
-        yield _grey(_read_tiff(file) if file.suffix.lower() in TIFF_SUFFIXES else _read_png(file), str(file))
+        ending = file.suffix.lower()
+        if ending in JPEG_SUFFIXES:
+            yield _grey(_decoded(file, "JPEG", _is_whole_jpeg), str(file), _CODEC_ROUNDING)
+        else:
+            read = _read_tiff(file) if ending in TIFF_SUFFIXES else _decoded(file, "PNG", _is_whole_png)
+            yield _grey(read, str(file))
 
 
 def _read_tiff_pages(file: Path, sizes: tuple[int, ...]) -> Iterator[Picture]:
@@ -204,18 +218,24 @@ def _read_tiff(file: Path) -> Any:
     return next(read_pages(file, sizes))
 
 
-def _read_png(file: Path) -> Any:
+def _decoded(file: Path, kind: str, is_whole: Callable[[bytes], bool]) -> Any:
+    """Return the pixels of a PNG or JPEG file that is whole."""
     try:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if _is_whole_png(data) else None
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if is_whole(data) else None
     except cv2.error:  # of an impossible size
         image = None
     if image is None:
-        raise InputError(f"{file}: is not a PNG picture, or is cut short or damaged")
+        raise InputError(f"{file}: is not a {kind} picture, or is cut short or damaged")
     return image
+
+
+def _is_whole_jpeg(data: bytes) -> bool:
+    """Return True where JPEG data has its begin and its end (ITU-T T.81, B.1.1.3); OpenCV fills in lost rows."""
+    return data.startswith(_JPEG_MAGIC) and data.rstrip(b"\0").endswith(_JPEG_END)
 
 
 def _is_whole_png(data: bytes) -> bool:

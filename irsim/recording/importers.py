@@ -17,6 +17,7 @@ from irsim.camera.agc import Agc
 from irsim.config.paths import begins_as_recording, check_input, path_of
 from irsim.errors import InputError, counted, expect_text, is_number, whole_number
 from irsim.recording import recover
+from irsim.recording.formats.base import PictureSet
 from irsim.recording.header import Header
 from irsim.recording.images import ALLOWED, Picture, Pictures, open_pictures
 from irsim.recording.labels import Labels, read_labels
@@ -46,6 +47,7 @@ def import_frames(
     bits: int | None = None,
     accuracy_px: float | None = None,
     follow: str | None = None,
+    truth_format: str | None = None,
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
@@ -53,12 +55,14 @@ def import_frames(
 
     source       folder of PNG or TIFF (8 or 16 bit, in natural order of names), TIFF of several pages, numpy array of
                  frames x rows x columns (.npy, .npz), video, or damaged recording
-    truth        CSV of boxes, see `labels.read_labels`; other truth, such as velocity and visibility, is None
+    truth        labels in a format of `formats.READERS`, see `labels.read_labels`; other truth, such as velocity, is
+                 None
     rate_hz      frame rate, Hz; default: the video's own, 30 for pictures
     agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
     bits         bit depth of counts in 16-bit pictures; default: 16
     accuracy_px  error of the truth's centres, px; default: DEFAULT_ACCURACY_PX
-    follow       id of the target to track, in the CSV or in the recording; default: the first
+    follow       id of the target to track, in the labels or in the recording; default: the first
+    truth_format  format of the labels; default: the one that they look like
     compression  compression of the recording's chunks; default: none
     progress     called with the number of frames done
 
@@ -76,6 +80,7 @@ def import_frames(
         "bits": bits,
         "accuracy": accuracy_px,
         "follow": follow,
+        "truth_format": truth_format,
         "compression": compression,
     }
     given = {key: value for key, value in options.items() if value is not None}
@@ -88,12 +93,13 @@ def import_frames(
     accuracy = DEFAULT_ACCURACY_PX if accuracy_px is None else float(accuracy_px)
 
     pictures = open_pictures(source)
-    labels = None if truth is None else read_labels(Path(truth), accuracy, follow)
+    reading = pictures.read()
+    first = next(reading)
+    found = PictureSet(first.image.shape[::-1], pictures.count, pictures.files)
+    labels = None if truth is None else read_labels(Path(truth), accuracy, follow, found, truth_format)
     if labels is not None and pictures.count is not None:
         labels.check_end(pictures.count)
     rate, notes = _rate(source, pictures, rate_hz)
-    reading = pictures.read()
-    first = next(reading)
     stored = 8 * first.image.itemsize
     if bits is not None and bits > stored:
         raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
@@ -137,9 +143,11 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
         agc = reprlib.repr(given["agc"])
         raise InputError(f"agc {agc}: is not an AGC; allowed: a value of irsim.camera.AGCS.parse")
     if "truth" not in given and "accuracy" in given:
-        raise InputError(f"{source}: an accuracy is of the truth; allowed with truth only (truth=CSV)")
+        raise InputError(f"{source}: an accuracy is of the truth; allowed with truth only (truth=LABELS)")
+    if "truth" not in given and "truth_format" in given:
+        raise InputError(f"{source}: a format is of the truth; allowed with truth only (truth=LABELS)")
     if "truth" not in given and "follow" in given:
-        raise InputError(f"{source}: a target to track is of the truth; allowed with truth only (truth=CSV)")
+        raise InputError(f"{source}: a target to track is of the truth; allowed with truth only (truth=LABELS)")
 
 
 def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float, list[str]]:

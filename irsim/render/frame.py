@@ -18,6 +18,7 @@ from irsim.motion.camera_trajectory import zooms
 from irsim.render.composite import DrawnTarget, NamedSprite, compose, contrast_k, uncovered
 from irsim.render.contrast import NoiseRadiance, no_noise, with_radiance
 from irsim.render.exposure import FIRST_FRAMES, Instant, Prefetch, Shifts, Trajectories, apply_atmosphere
+from irsim.render.footage import footage_truth
 from irsim.scenario.model import Scenario
 from irsim.scenario.placement import with_placements
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
@@ -41,6 +42,7 @@ class Renderer:
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.recorded = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
+        self.names = part_names(scenario)
         self.response_time = camera.response_time(scenario.is_on)
         self._frozen: tuple[int, Counts] | None = None
         self._prefetch = Prefetch(self.pieces, scenario.frames)
@@ -69,13 +71,20 @@ class Renderer:
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
         """Return frame `index` and its truth. Its counts are written to `out` (rows, cols), if given."""
+        return self.drawn_frame(index, out)[:2]
+
+    def drawn_frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth, list[DrawnTarget]]:
+        """Return a frame and its truth as `frame`, and its drawn targets."""
+        self.check(index)
+        pieces = self._prefetch.pieces(index)
+        light, drawn = self._composed(index, pieces)
         if self.recorded is not None:
-            image, truth = self._insert_into(self.recorded, index)
-            image = _put(image, out)
+            levels = self.recorded.insert_into(light, index, uncovered(pieces, light))
+            image = _put(np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16), out)
         else:
-            light, truth = self.scene(index)
             image = self._counts(light, index, out)
-        return Frame(image, index, truth.time, self.scenario.camera.bits), truth
+        truth = self._truth(index, drawn, pieces)
+        return Frame(image, index, truth.time, self.scenario.camera.bits), truth, drawn
 
     def _counts(self, light: Floats, index: int, out: Counts | None) -> Counts:
         """Return the counts of a frame from the radiance of its scene, (rows, cols) float32, which is overwritten."""
@@ -85,15 +94,6 @@ class Renderer:
         if self.response_time.has_memory:
             light = self.response_time.light(index, lambda k: light if k == index else self.scene(k)[0])
         return self.sensor.expose(light, index, spent=True, out=out)
-
-    def _insert_into(self, recorded: RecordedLayer, index: int) -> tuple[Counts, Truth]:
-        """Return a recorded frame with targets and occluders drawn into it, and its truth."""
-        self.check(index)
-        pieces = self._prefetch.pieces(index)
-        light, drawn = self._composed(index, pieces)
-        levels = recorded.insert_into(light, index, uncovered(pieces, light))
-        image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
-        return image, self._truth(index, drawn)
 
     def _frozen_frame(self, index: int) -> Counts:
         """Return the counts of the frame that the camera repeats while frozen; the last one is cached."""
@@ -115,8 +115,9 @@ class Renderer:
     def scene(self, index: int) -> tuple[Floats, Truth]:
         """Return the noiseless in-band radiance of a frame, (rows, cols) float32 in W/m2/sr, and its truth."""
         self.check(index)
-        light, drawn = self._composed(index, self._prefetch.pieces(index))
-        return light, self._truth(index, drawn)
+        pieces = self._prefetch.pieces(index)
+        light, drawn = self._composed(index, pieces)
+        return light, self._truth(index, drawn, pieces)
 
     def drawn_targets(self, index: int) -> list[DrawnTarget]:
         """Return the drawn targets of a frame, far to near."""
@@ -218,15 +219,18 @@ class Renderer:
         """Return the camera's pose in frame `index`."""
         return self.now(index).pose(index)
 
-    def _truth(self, index: int, drawn: list[DrawnTarget]) -> Truth:
+    def _truth(self, index: int, drawn: list[DrawnTarget], pieces: Sequence[NamedSprite]) -> Truth:
         found = {target.piece.name: target for target in drawn}
-        crossing = _crossing({name: target.piece.sprite.box for name, target in found.items()})
+        own = footage_truth(self.scenario.background.recorded_truth(index), pieces, self.names)
+        boxes = {name: target.piece.sprite.box for name, target in found.items()}
+        crossing = _crossing(boxes | {target.id: target.box for target in own})
         motions = self.trajectories(index).motions[:, index].tolist()
         targets = [
             self._target_truth(target.id, cls, found[target.id], motion, target.id in crossing)
             for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
             if target.id in found
         ]
+        targets += [replace(target, crossing=True) if target.id in crossing else target for target in own]
         pose = self.now(index).camera.pose(index) if self.recorded is None else None
         return Truth(index, index / self.context.rate_hz, tuple(targets), pose)
 
@@ -251,6 +255,11 @@ class Renderer:
             contrast_k=contrast_k(drawn, self.context.band),
             scr=drawn.scr,
         )
+
+
+def part_names(scenario: Scenario) -> set[str]:
+    """Return the names of a scenario's targets and occluders, switched off or not."""
+    return {target.id for target in scenario.targets} | {occluder.name for occluder in scenario.occluders}
 
 
 def _put(image: Counts, out: Counts | None) -> Counts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,10 +15,13 @@ from irsim.recording.output import make_folder, refuse_leftovers, refuse_others,
 from irsim.render.composite import DrawnTarget
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import frame_range
+from irsim.types import Bools, frame_range
 
 KINDS = ("whole", "visible")
 """Masks of a target in a frame, by the words in their file names."""
+
+HALF = 0.5
+"""Share of its greatest coverage from which a pixel belongs to a target."""
 
 Shares = npt.NDArray[np.float64]
 
@@ -52,6 +55,22 @@ def _masks(scenario: Scenario, start: int, stop: int | None) -> Iterator[dict[st
     columns, rows = scenario.camera.size
     for index in frame_range(start, stop, len(arrivals)):
         yield {drawn.piece.name: _mask(drawn, (rows, columns)) for drawn in renderer.drawn_targets(arrivals[index])}
+
+
+def visible_pixels(drawn: Iterable[DrawnTarget], shape: tuple[int, int]) -> dict[str, Bools]:
+    """Return the pixels of a frame, (rows, columns), that belong to each target, by id.
+
+    A pixel belongs to a target where its visible coverage is at least half of the target's greatest coverage: half
+    covered by a body, and within the half maximum of the spot of a point.
+    """
+    found = {}
+    for target in drawn:
+        sprite, pixels = target.piece.sprite, np.zeros(shape, bool)
+        met = sprite.within(shape)
+        if met is not None and (greatest := sprite.cover.max()) > 0:
+            pixels[met[1]] = target.visible_cover[met[0]] >= HALF * min(greatest, 1.0)
+        found[target.piece.name] = pixels
+    return found
 
 
 def write_masks(

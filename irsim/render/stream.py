@@ -11,11 +11,13 @@ from typing import TypeVar
 from irsim.camera.agc import Agc, AgcSequence
 from irsim.errors import frame_number, whole_number
 from irsim.notebook import source_card, source_line
-from irsim.render.frame import Renderer
+from irsim.render.footage import footage_id
+from irsim.render.frame import Renderer, part_names
+from irsim.render.masks import visible_pixels
 from irsim.render.workers import rendered
 from irsim.scenario.loader import dumps
 from irsim.scenario.model import Scenario, expect_scenario
-from irsim.types import CameraFacts, Frame, Input, Truth, expect_input, frame_range
+from irsim.types import Bools, CameraFacts, Frame, Input, Truth, expect_input, frame_range
 
 Numbered = TypeVar("Numbered", Frame, Truth)
 
@@ -102,8 +104,15 @@ class Rendering:
 
     @property
     def follow(self) -> str | None:
-        targets = [target.id for target in self.scenario.targets if self.scenario.is_on(target.id)]
-        return self.scenario.follow or (targets[0] if targets else None)
+        return self.scenario.follow or next(iter(self.target_classes), None)
+
+    @cached_property
+    def target_classes(self) -> dict[str, str | None]:
+        """Class of each target by id: those of the scenario, then those of its footage."""
+        scenario = self.scenario
+        own = {each.id: each.cls or each.shape.default_class for each in scenario.targets if scenario.is_on(each.id)}
+        taken = part_names(scenario)
+        return own | {footage_id(name, taken): cls for name, cls in scenario.background.recorded_targets.items()}
 
     def __len__(self) -> int:
         return len(self.arrivals)
@@ -141,6 +150,18 @@ class Rendering:
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = _numbered(frame, index)
             yield (arrived if input == "counts" else agc_sequence.display(arrived)), _numbered(truth, index)
+
+    def masked_pairs(
+        self, start: int = 0, stop: int | None = None, input: Input = "counts"
+    ) -> Iterator[tuple[Frame, Truth, dict[str, Bools]]]:
+        """Yield (frame, truth, visible pixels of each target by id) of frames start .. stop-1 (`visible_pixels`)."""
+        expect_input(input)
+        agc_sequence = self._new_agc_sequence()
+        for index in frame_range(start, stop, len(self)):
+            frame, truth, drawn = self._renderer.drawn_frame(self.arrivals[index])
+            arrived = _numbered(frame, index)
+            shown = arrived if input == "counts" else agc_sequence.display(arrived)
+            yield shown, _numbered(truth, index), visible_pixels(drawn, frame.image.shape)
 
     @cached_property
     def _agc_sequence(self) -> AgcSequence:

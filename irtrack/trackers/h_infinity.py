@@ -46,7 +46,7 @@ class HInfinity(PositionFilter):
     speed_weight: Spread = 0.0
     """Weight s of squared errors of velocity, frames^2, against those of place."""
 
-    def update(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
+    def updated(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
         """Return mean and covariance P M after a measured position (2,) px."""
         H, R = self._measured(mean)
         _, posterior = kalman.update(mean, covariance, place, H, R)  # its inverse is P^-1 + H' R^-1 H

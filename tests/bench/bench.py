@@ -32,6 +32,7 @@ from scipy import ndimage
 
 import irsim
 import irtrack
+from irsim.recording.formats.folder import DatasetFolder
 from irtrack import external as peers
 
 FRAMES = 60
@@ -138,6 +139,15 @@ def recording() -> None:
         report("read_640x512_any_frame", 1e3 * median_s(lambda k: recorded.frame(37 * k % FRAMES), FRAMES), "ms")
 
 
+def pictures() -> None:
+    """Encode and write 8-bit PNG pictures of a data set, level 1, rendering excluded."""
+    images = [frame.image for frame in irsim.open_source(sky()).frames("display", 0, 20)]
+    with tempfile.TemporaryDirectory() as folder:
+        writer = DatasetFolder(Path(folder))
+        seconds = median_s(lambda k: writer.picture(f"{k % 20:06}.png", images[k % 20]), FRAMES)
+        report("write_png_640x512", 1 / seconds, "frames/s")
+
+
 def growth() -> None:
     """256 runs of 100 steps of the growth model in one array, N = 100."""
     from irtrack.papers.growth import BOOTSTRAP, WSPF, Growth, run
@@ -213,6 +223,7 @@ def main() -> None:
         growth,
         suppression,
         recording,
+        pictures,
         partial(metrics, report),
         detection_and_many,
         start_up,

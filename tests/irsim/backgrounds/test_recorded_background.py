@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -16,6 +17,7 @@ from irsim.camera.presets import PRESETS
 from irsim.errors import InputError
 from irsim.physics.radiometry import Scale, temperature
 from irsim.recording import open_recording, record
+from irsim.recording.importers import import_frames
 from irsim.render.stream import Rendering
 from irsim.scenario.loader import dumps, loads
 from irsim.scenario.model import Scenario
@@ -228,3 +230,57 @@ def test_no_output_replaces_the_footage(tmp_path: Path, run: Run) -> None:
     (tmp_path / "into.yaml").write_text(dumps(into.scenario))
     assert run("render", "into.yaml", "-o", "own.mcap", "--frames", "2", cwd=tmp_path).returncode == 2
     assert file.read_bytes() == before
+
+
+def labelled_footage(folder: Path) -> Path:
+    """Return footage of four frames with a bird of 4 x 2 px that moves, and a stone with the id `hot`."""
+    (folder / "clip").mkdir()
+    for index in range(4):
+        cv2.imwrite(str(folder / "clip" / f"{index}.png"), np.full(SIZE[::-1], 8000 + index, np.uint16))
+    rows = [f"{index},{20 + 4 * index},23,4,2,bird,bird\n{index},5,40,3,3,hot,stone\n" for index in range(4)]
+    (folder / "gt.csv").write_text("frame,x,y,w,h,id,cls\n" + "".join(rows))
+    return import_frames(folder / "clip", folder / "own.mcap", truth=folder / "gt.csv", bits=14, rate_hz=30)
+
+
+def test_footage_keeps_its_own_truth(tmp_path: Path) -> None:
+    """Beside that of new targets, with another id where it is taken; in looped and held frames that of their frame."""
+    file = labelled_footage(tmp_path)
+    looped, held = (Rendering(scene(on(file, start=1, past_end=end), targets=[TARGET])) for end in ("loop", "hold"))
+    for rendering, last in ((looped, (1 + 8) % 4), (held, 3)):
+        for index, recorded in ((0, 1), (2, 3), (8, last)):
+            truth = rendering.truth(index)
+            assert [target.id for target in truth.targets] == ["hot", "bird", "footage-hot"]
+            own = open_recording(file).truth(recorded)
+            assert own is not None
+            assert [target.box for target in truth.targets[1:]] == [target.box for target in own.targets]
+            assert [target.cls for target in truth.targets[1:]] == ["bird", "stone"]
+            assert truth.targets[2].accuracy_px == 1.0
+        assert rendering.follow == "hot"
+    assert Rendering(scene(on(file))).follow == "bird"
+    read = open_recording(record(looped, tmp_path / "new.mcap"))
+    assert read.targets == ("hot", "bird", "footage-hot")
+    assert [target.id for target in next(read.truths()).targets] == ["hot", "bird", "footage-hot"]
+
+
+def test_new_objects_hide_the_footage_s_targets(tmp_path: Path) -> None:
+    """A bar over the left half of the bird's box hides half of it; behind nothing, its visibility stays unknown."""
+    file = labelled_footage(tmp_path)
+    bar = {"kind": "bar", "center_px": (19.5, 24.0), "size_px": (4.0, 30.0), "range_m": 300.0}
+    plate = PLATE | {"shape": {"kind": "hot_spot", "size_m": (3.0, 3.0), "temperature_k": 320.0}}
+    rendering = Rendering(scene(on(file), targets=[plate], occluders=[bar]))
+    bird = rendering.truth(0).target("bird")
+    assert bird is not None
+    # The bird covers columns 20 to 23, from 19.5 to 23.5; the bar reaches from 17.5 to 21.5.
+    assert (bird.box.left, bird.box.right) == (19.5, 23.5)
+    assert bird.visible == pytest.approx(0.5, abs=0.01)
+    assert bird.occluders == (rendering.scenario.occluders[0].name,)
+    assert not bird.crossing
+    later, target = (rendering.truth(3).target(name) for name in ("bird", "plate"))
+    assert later is not None
+    assert target is not None
+    assert later.box.iou(target.box) > 0
+    assert later.crossing
+    assert target.crossing
+    stone = rendering.truth(0).target("hot")
+    assert stone is not None
+    assert (stone.visible, stone.occluders) == (None, ())
