@@ -49,6 +49,8 @@ _PUBLIC = {
     "frames": "irsim.render.stream",
     "Moments": "irsim.render.moments",
     "Detectability": "irsim.render.detectability",
+    "TargetBounds": "irsim.types",
+    "bounds": "irsim.render.bounds",
     "Mask": "irsim.render.masks",
     "masks": "irsim.render.masks",
     "Recording": "irsim.recording",
