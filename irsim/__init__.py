@@ -50,6 +50,7 @@ _PUBLIC = {
     "Moments": "irsim.render.moments",
     "Detectability": "irsim.render.detectability",
     "TargetBounds": "irsim.types",
+    "FrameBounds": "irsim.render.bounds",
     "bounds": "irsim.render.bounds",
     "Mask": "irsim.render.masks",
     "masks": "irsim.render.masks",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim.cli.authoring import new, sample, schema
+from irsim.cli.bounds import bounds
 from irsim.cli.info import info
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
@@ -103,6 +104,9 @@ def render(
         ),
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes that render.")] = 1,
+    with_bounds: Annotated[
+        bool, typer.Option("--bounds", help="Add the least errors that the pixels allow, /truth/bounds.")
+    ] = False,
     without: WithoutOption = None,
 ) -> None:
     """Render a scenario, or that of a recording again, to a recording."""
@@ -119,8 +123,13 @@ def render(
     check_output(path, find(source), endings=(".mcap",))
     if output is None:
         check_default_output(path)
+    of_frame = None
+    if with_bounds:
+        from irsim.render.bounds import FrameBounds
+
+        of_frame = FrameBounds(rendering.scenario).of
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
-        record(rendering, path, start, stop, jobs, progress)
+        record(rendering, path, start, stop, jobs, progress, bounds=of_frame)
     _print_written(path)
 
 
@@ -215,6 +224,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "render": render,
     "info": info,
     "masks": masks,
+    "bounds": bounds,
     "sample": sample,
     "import": import_,
     "noise": noise,

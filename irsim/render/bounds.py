@@ -17,13 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.config.base import no_such
-from irsim.errors import InputError, is_number
+from irsim.errors import InputError, frame_number, is_number
 from irsim.render.detectability import Detectability, whitened
 from irsim.render.fisher import FrameNoise, needs_exact, pixel_information, position_covariance
 from irsim.render.frame import NO_SHIFTS, Renderer
 from irsim.render.interval_error import GATE_PX, LEAST_D, predicted_errors
 from irsim.render.moments import Exact, MeanCounts, Region, region_slices
-from irsim.render.sequence_bound import DRAWS, with_sequence_bound
+from irsim.render.sequence_bound import DRAWS, with_sequence_bounds
 from irsim.scenario.model import Scenario, expect_scenario
 from irsim.types import TargetBounds, frame_range
 
@@ -131,6 +131,69 @@ class FrameInformation:
         return np.where(outside, 0.0, 1 / self._variance(shown))
 
 
+class FrameBounds:
+    """Bounds of targets in single frames of a scenario; see `bounds`."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        targets: Sequence[str] | None = None,
+        gate_px: float = GATE_PX,
+        clutter: bool = False,
+    ) -> None:
+        self.information = FrameInformation(scenario)
+        names = [target.id for target in self.information.renderer.targets]
+        self.targets = names if targets is None else list(targets)
+        for name in self.targets:
+            if name not in names:
+                raise InputError(f"target: {no_such(name, names)}")
+        if not (is_number(gate_px) and 0 < gate_px < math.inf):
+            raise InputError(f"gate_px {gate_px!r}: allowed: a number above 0, px")
+        self._gate_px = gate_px
+        self._clutter = ClutterBound(scenario) if clutter else None
+        self._arrivals = scenario.arrivals
+
+    def __len__(self) -> int:
+        return len(self._arrivals)
+
+    def of(self, index: int) -> list[TargetBounds]:
+        """Return the bounds of each target that the arriving frame `index` shows. IndexError without such a frame."""
+        frame = self._arrivals[frame_number(index, len(self), "the scenario")]
+        rows = (self._row(index, frame, name) for name in self.targets)
+        return [row for row in rows if row is not None]
+
+    def _row(self, index: int, frame: int, name: str) -> TargetBounds | None:
+        """Return the bounds of a target in one frame; None where its pixels do not fix its place."""
+        derivatives = self.information.derivatives(frame, name)
+        if derivatives is None:
+            return None
+        J = self.information.of(frame, derivatives, background=True)
+        covariance, level = position_covariance(J[:3, :3]), position_covariance(J)
+        if covariance is None:
+            return None
+        d = math.sqrt(J[2, 2])
+        sd_x, sd_y = np.sqrt(np.diag(covariance)).tolist()
+        predicted = predicted_errors(covariance, d, self._gate_px) if d < LEAST_D else (None, None)
+        background = (None, None) if level is None else np.sqrt(np.diag(level)).tolist()
+        in_clutter = (None, None, None) if self._clutter is None else self._clutter.of(index, derivatives)
+        return TargetBounds(
+            index=index,
+            target=name,
+            sd_x=sd_x,
+            sd_y=sd_y,
+            sd_xy=float(covariance[0, 1]),
+            d=d,
+            sd_x_background=background[0],
+            sd_y_background=background[1],
+            region=derivatives.region,
+            sd_x_clutter=in_clutter[0],
+            sd_y_clutter=in_clutter[1],
+            d_clutter=in_clutter[2],
+            predicted_x=predicted[0],
+            predicted_y=predicted[1],
+        )
+
+
 def bounds(
     scenario: Scenario,
     targets: Sequence[str] | None = None,
@@ -158,67 +221,22 @@ def bounds(
     InputError for unknown targets, a target out of view in all of the frames, a recorded background, and a camera
     without temporal noise.
     """
-    information = FrameInformation(scenario)
-    names = [target.id for target in information.renderer.targets]
-    wanted = names if targets is None else list(targets)
-    for name in wanted:
-        if name not in names:
-            raise InputError(f"target: {no_such(name, names)}")
-    if not (is_number(gate_px) and 0 < gate_px < math.inf):
-        raise InputError(f"gate_px {gate_px!r}: allowed: a number above 0, px")
-    arrivals = scenario.arrivals
-    frames = frame_range(start, stop, len(arrivals))
-    coloured = ClutterBound(scenario) if clutter else None
-    found: dict[str, list[TargetBounds]] = {name: [] for name in wanted}
+    single = FrameBounds(scenario, targets, gate_px, clutter)
+    frames = frame_range(start, stop, len(single))
+    rows: list[TargetBounds] = []
     for done, index in enumerate(frames, 1):
-        for name in wanted:
-            row = _row(information, coloured, index, arrivals[index], name, gate_px)
-            if row is not None:
-                found[name].append(row)
+        rows += single.of(index)
         if progress is not None:
             progress(done)
-    unseen = [name for name in wanted if not found[name]]
-    if unseen and (targets is not None or len(unseen) == len(wanted)):
-        where = f"target {unseen[0]}: is" if wanted else "targets: there are none"
-        raise InputError(f"{where} in view in none of the frames {frames.start}:{frames.stop}")
+    seen = {row.target for row in rows}
+    unseen = [name for name in single.targets if name not in seen]
+    if not single.targets:
+        raise InputError("targets: there are none; allowed: a scenario with a target that is on")
+    if unseen and (targets is not None or not seen):
+        raise InputError(f"target {unseen[0]}: is in view in none of the frames {frames.start}:{frames.stop}")
     if start_error_px is not None:
-        for name in wanted:
-            found[name] = with_sequence_bound(information, found[name], name, frames, start_error_px, draws)
-    return sorted((row for rows in found.values() for row in rows), key=lambda row: row.index)
-
-
-def _row(
-    information: FrameInformation, coloured: ClutterBound | None, index: int, frame: int, name: str, gate_px: float
-) -> TargetBounds | None:
-    """Return the bounds of a target in one frame; None where its pixels do not fix its place."""
-    derivatives = information.derivatives(frame, name)
-    if derivatives is None:
-        return None
-    J = information.of(frame, derivatives, background=True)
-    covariance, level = position_covariance(J[:3, :3]), position_covariance(J)
-    if covariance is None:
-        return None
-    d = math.sqrt(J[2, 2])
-    sd_x, sd_y = np.sqrt(np.diag(covariance)).tolist()
-    predicted = predicted_errors(covariance, d, gate_px) if d < LEAST_D else (None, None)
-    background = (None, None) if level is None else np.sqrt(np.diag(level)).tolist()
-    in_clutter = (None, None, None) if coloured is None else coloured.of(index, derivatives)
-    return TargetBounds(
-        index=index,
-        target=name,
-        sd_x=sd_x,
-        sd_y=sd_y,
-        sd_xy=float(covariance[0, 1]),
-        d=d,
-        sd_x_background=background[0],
-        sd_y_background=background[1],
-        region=derivatives.region,
-        sd_x_clutter=in_clutter[0],
-        sd_y_clutter=in_clutter[1],
-        d_clutter=in_clutter[2],
-        predicted_x=predicted[0],
-        predicted_y=predicted[1],
-    )
+        rows = with_sequence_bounds(single.information, rows, frames, start_error_px, draws)
+    return rows
 
 
 class ClutterBound:

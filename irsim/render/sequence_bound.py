@@ -57,38 +57,49 @@ def no_sequence_bound(scenario: Scenario, target: str) -> str | None:
     return None
 
 
-def with_sequence_bound(
+def with_sequence_bounds(
     information: FrameInformation,
     rows: Sequence[TargetBounds],
-    target: str,
     frames: range,
     start_error_px: float,
     draws: int = DRAWS,
 ) -> list[TargetBounds]:
-    """Return single-frame bounds of a target with the sequence bound from the first of `frames` on; unchanged where
-    there is none.
+    """Return single-frame bounds with the sequence bound from the first of `frames` on; without it where there is none.
 
     InputError for an error of the start box that is not above 0.
     """
     if not (is_number(start_error_px) and 0 < start_error_px < math.inf):
         raise InputError(f"start_error_px {start_error_px!r}: allowed: a number above 0, px")
     draws, scenario = whole_number("draws", draws, 1), information.scenario
-    if no_sequence_bound(scenario, target) is not None:
-        return list(rows)
-    path = next(each.path for each in scenario.targets if each.id == target)
-    law = path.dynamics(scenario.context)
+    arrivals = [scenario.arrivals[index] for index in frames]
+    covariances: dict[tuple[str, int], Exact] = {}
+    for name in dict.fromkeys(row.target for row in rows):
+        if no_sequence_bound(scenario, name) is None:
+            found = sequence_covariances(information, name, arrivals, start_error_px, draws)
+            covariances |= {(name, index): each for index, each in zip(frames, found, strict=True)}
+    return [_with_covariance(row, covariances.get((row.target, row.index))) for row in rows]
+
+
+def _with_covariance(row: TargetBounds, covariance: Exact | None) -> TargetBounds:
+    if covariance is None:
+        return row
+    sd_x, sd_y = np.sqrt(np.diag(covariance)).tolist()
+    return replace(row, sd_x_sequence=sd_x, sd_y_sequence=sd_y)
+
+
+def sequence_covariances(
+    information: FrameInformation, target: str, frames: Sequence[int], start_error_px: float, draws: int
+) -> Exact:
+    """Return the bound on the covariance of a target's place, (n, 2, 2) px² of the unmoved camera, after each of the
+    scenario's `frames`, for a target that has one."""
+    context = information.scenario.context
+    path = next(each.path for each in information.scenario.targets if each.id == target)
+    law = path.dynamics(context)
     assert isinstance(path, PixelPath)
     assert law is not None
-    pixels = path.pixels(np.array([0.0, 1.0]), scenario.context, target)
-    arrivals = [scenario.arrivals[index] for index in frames]
-    mean = mean_information(information, target, arrivals, draws if law.noises.any() else 1)
-    speed = float(np.linalg.norm(pixels[1] - pixels[0]))
-    covariances = dict(zip(frames, filtered(law, arrivals, mean, start_error_px, speed), strict=True))
-    found = []
-    for row in rows:
-        sd_x, sd_y = np.sqrt(np.diag(covariances[row.index])).tolist()
-        found.append(replace(row, sd_x_sequence=sd_x, sd_y_sequence=sd_y))
-    return found
+    mean = mean_information(information, target, frames, draws if law.noises.any() else 1)
+    pixels = path.pixels(np.array([0.0, 1.0]), context, target)
+    return filtered(law, frames, mean, start_error_px, float(np.linalg.norm(pixels[1] - pixels[0])))
 
 
 def filtered(law: Dynamics, frames: Sequence[int], information: Exact, start_error_px: float, speed: float) -> Exact:
@@ -148,7 +159,7 @@ def mean_information(information: FrameInformation, target: str, frames: Sequenc
 def _information(information: FrameInformation, target: str, frames: Sequence[int]) -> Exact:
     """Return H' J H of each frame; 0 in a frame that repeats the one before, or shows no target."""
     found = np.zeros((len(frames), 2, 2))
-    turned = _picture_derivatives(information, target, frames)
+    turned = picture_derivatives(information, target, frames)
     shown = information.renderer.sensor.shown
     for k, frame in enumerate(frames):
         repeats = shown(frame) != frame or (k > 0 and frame == frames[k - 1])
@@ -159,7 +170,7 @@ def _information(information: FrameInformation, target: str, frames: Sequence[in
     return found
 
 
-def _picture_derivatives(information: FrameInformation, target: str, frames: Sequence[int]) -> Exact:
+def picture_derivatives(information: FrameInformation, target: str, frames: Sequence[int]) -> Exact:
     """Return H (n, 2, 2): derivatives of a target's place in each frame by its place in the unmoved camera."""
     renderer, half = information.renderer, 0.05
     trajectory = next(each for each in renderer.trajectories if each.target.id == target)
@@ -167,7 +178,7 @@ def _picture_derivatives(information: FrameInformation, target: str, frames: Seq
     ranges, pixels = np.linalg.norm(positions, axis=1), geometry.project(positions)
 
     def seen(x: float, y: float) -> Exact:
-        return np.asarray(camera.project(geometry.place((*pixels, x, y), ranges))[list(frames)], np.float64)
+        return np.asarray(camera.project(geometry.place(np.add(pixels, (x, y)), ranges))[list(frames)], np.float64)
 
     along, down = seen(half, 0) - seen(-half, 0), seen(0, half) - seen(0, -half)
     return np.stack([along, down], axis=-1) / (2 * half)
