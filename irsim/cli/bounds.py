@@ -154,10 +154,8 @@ def _lines(rows: Sequence[TargetBounds], pfa: float, gate: float, clutter: bool)
         if any(row.sd_x_sequence is not None for row in own):
             yield f"sequence   {median(own, 'sd_x_sequence', 'sd_y_sequence')}"
         if faint:
-            yield (
-                f"predicted  {median(faint, 'predicted_x', 'predicted_y')} in {counted(len(faint), 'frame')} with d below "
-                f"{LEAST_D:g}, gate {gate:g} px"
-            )
+            where = f"in {counted(len(faint), 'frame')} with d below {LEAST_D:g}, gate {gate:g} px"
+            yield f"predicted  {median(faint, 'predicted_x', 'predicted_y')} {where}"
 
 
 def _pd(row: TargetBounds, pfa: float) -> float:

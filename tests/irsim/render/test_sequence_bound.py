@@ -29,7 +29,7 @@ def scene(path: str = "kind: straight, speed: 1", *changes: str) -> irsim.Scenar
 
 def singer(sigma: float) -> Dynamics:
     """Return the law of a Singer path with a correlation time of 6 frames."""
-    path = Singer.model_validate({"kind": "singer", "start": (0, 0), "sigma": sigma, "correlation_frames": 6.0})
+    path = Singer.model_validate({"start": (0, 0), "sigma": sigma, "correlation_frames": 6.0})
     return path.dynamics(scene().context)
 
 
