@@ -108,7 +108,7 @@ def test_fits_in_coloured_clutter_reach_the_coloured_bound() -> None:
 
     amplitude, zero = 12.0, np.zeros((1, 1, 1))
     variance = np.ones((side, side))
-    D = np.concatenate([part for part in mean(zero, zero)])[[1, 2, 0]]
+    D = np.concatenate(list(mean(zero, zero)))[[1, 2, 0]]
     solved = np.stack([whitened(part, variance, spectrum) for part in D])
     J = np.einsum("iab,jab->ij", D, solved)
     bound = position_covariance((J + J.T) / 2)
