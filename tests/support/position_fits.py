@@ -83,6 +83,6 @@ def rounded(sigma: float, full: int) -> Score:
         density = (np.exp(-(lower**2) / 2) - np.exp(-(upper**2) / 2)) / (np.sqrt(2 * np.pi) * sigma)
         mirrored = lower > 0
         low, high = np.where(mirrored, -upper, lower), np.where(mirrored, -lower, upper)
-        return density / np.maximum(ndtr(high) - ndtr(low), 1e-300)
+        return np.asarray(density / np.maximum(ndtr(high) - ndtr(low), 1e-300))
 
     return score

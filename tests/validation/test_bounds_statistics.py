@@ -208,7 +208,7 @@ def _filter_errors(
     """Return the errors (n, 2) of a Kalman filter whose measurements are one-step fits of rendered frames."""
     F, Q, H = law
     information, rendering = FrameInformation(scenario), irsim.Rendering(scenario)
-    places = scenario.targets[0].path.pixels(np.array(frames, np.float64), scenario.context, "one")  # type: ignore[attr-defined]
+    places = scenario.targets[0].path.pixels(np.array(frames, np.float64), scenario.context, "one")
     x = np.zeros(6)
     x[[0, 3]] = places[0] + start_px * rng.standard_normal(2)
     P = np.diag([start_px**2, speed**2 / 2, 0.03**2] * 2)

@@ -195,18 +195,24 @@ targets:
 """
 
 
-def test_wrong_input_is_one_clear_line() -> None:
-    scenario = irsim.loads(CLUTTERED)
-    assert {row.target for row in irsim.bounds(scenario)} == {"a"}
-    noiseless = irsim.loads(CLUTTERED, overrides=["camera.netd_mk=0"])
-    for call, message in (
-        (lambda: irsim.bounds(scenario, ["b"]), "target: there is no 'b'; allowed: a, away"),
-        (lambda: irsim.bounds(scenario, ["away"]), "target away: is in view in none of the frames 0:4"),
-        (lambda: irsim.bounds(scenario, gate_px=0), "gate_px 0: allowed"),
-        (lambda: irsim.bounds(scenario, ["a"], start_error_px=-1), "start_error_px -1: allowed"),
-        (lambda: irsim.bounds(noiseless, ["a"]), "camera: has no temporal noise"),
-        (lambda: irsim.bounds(None), "bounds"),
-    ):
-        with pytest.raises(irsim.InputError, match=message) as caught:
-            call()
-        assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(
+    ("overrides", "arguments", "message"),
+    [
+        ([], {"targets": ["b"]}, "target: there is no 'b'; allowed: a, away"),
+        ([], {"targets": ["away"]}, "target away: is in view in none of the frames 0:4"),
+        ([], {"gate_px": 0}, "gate_px 0: allowed"),
+        ([], {"start_error_px": -1, "targets": ["a"]}, "start_error_px -1: allowed"),
+        (["camera.netd_mk=0"], {}, "camera: has no temporal noise"),
+        (["without=[a, away]"], {}, "targets: there are none"),
+    ],
+)
+def test_wrong_input_is_one_clear_line(overrides: list[str], arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(irsim.InputError, match=message) as caught:
+        irsim.bounds(irsim.loads(CLUTTERED, overrides=overrides), **arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_targets_out_of_view_have_no_rows() -> None:
+    assert {row.target for row in irsim.bounds(irsim.loads(CLUTTERED))} == {"a"}
+    with pytest.raises(irsim.InputError, match="bounds"):
+        irsim.bounds("sky")  # type: ignore[arg-type]
