@@ -9,7 +9,7 @@ from time import perf_counter
 import irsim
 
 FRAMES = 30
-POINT = "targets.jet.shape={kind: point, area_m2: 1, temperature_k: 600}"
+POINT = "targets.jet.shape={kind: point, area_m2: 0.2}"
 LINES = "camera.noise=[{kind: noise_3d, tvh: 1, tv: 0.3, th: 0.3}]"
 
 

@@ -215,4 +215,4 @@ def test_wrong_input_is_one_clear_line(overrides: list[str], arguments: dict[str
 def test_targets_out_of_view_have_no_rows() -> None:
     assert {row.target for row in irsim.bounds(irsim.loads(CLUTTERED))} == {"a"}
     with pytest.raises(irsim.InputError, match="bounds"):
-        irsim.bounds("sky")  # type: ignore[arg-type]
+        irsim.bounds("sky")
