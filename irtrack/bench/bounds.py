@@ -65,7 +65,7 @@ def frame_bounds(row: SourceRow, target: str) -> Iterator[Sequence[TargetBounds]
     if row.kind == "recording":
         recording: Recording = open_recording(row.text)
         if not recording.has_bounds:
-            raise IrsimError("the recording holds none; allowed: one of irsim render --bounds")
+            raise IrsimError("the recording holds none; allowed: a recording rendered with bounds")
         yield from recording.bounds()
         return
     bounds = FrameBounds(loads(row.text, row.name, trusted=False), [target])

@@ -55,7 +55,7 @@ def test_recordings_give_their_channel_or_a_note(tmp_path: Path) -> None:
     with run_bench(sources, [Entry("w", Walker(speed=1.1))], results=tmp_path / "r.db") as kept:
         notes = compute_bounds(kept, kept.cells())
         rows = bound_rows(kept, kept.cells())
-    assert notes == ["plain: no bounds: the recording holds none; allowed: one of irsim render --bounds"]
+    assert notes == ["plain: no bounds: the recording holds none; allowed: a recording rendered with bounds"]
     assert [(row.source, row.figures.frames) for row in rows] == [("with", 5)]
 
 
