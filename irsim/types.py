@@ -266,6 +266,39 @@ def _summary(target: TargetTruth) -> str:
     return f"{target.id} at ({x:.1f}, {y:.1f}), {box.w:.1f} x {box.h:.1f} px{visible}"
 
 
+@dataclass(frozen=True, slots=True)
+class TargetBounds:
+    """Least errors that the pixels of one frame allow for one target, by `irsim.bounds`; None where not computed.
+
+    index, target                     frame and id
+    sd_x, sd_y                        Cramér-Rao bound on the standard deviation of the centre, px, amplitude unknown
+    sd_xy                             covariance that belongs to it, px²
+    d                                 deflection of the ideal matched filter
+    sd_x_background, sd_y_background  bound where one level of the background in `region` is unknown too
+    region                            (first column, first row, columns, rows) of that level
+    sd_x_clutter, sd_y_clutter, d_clutter   bound and deflection where the clutter is coloured Gaussian noise
+    predicted_x, predicted_y          below d = 10: root mean square error of the best match within the search gate
+    sd_x_sequence, sd_y_sequence      bound of an estimate from this frame and all before it
+    """
+
+    index: int
+    target: str
+    sd_x: float
+    sd_y: float
+    sd_xy: float
+    d: float
+    sd_x_background: float | None
+    sd_y_background: float | None
+    region: tuple[int, int, int, int]
+    sd_x_clutter: float | None = None
+    sd_y_clutter: float | None = None
+    d_clutter: float | None = None
+    predicted_x: float | None = None
+    predicted_y: float | None = None
+    sd_x_sequence: float | None = None
+    sd_y_sequence: float | None = None
+
+
 class Display(Protocol):
     """Mapping of counts to the 8-bit picture."""
 

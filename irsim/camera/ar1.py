@@ -229,6 +229,10 @@ class Ar1(Noise):
         variance = self.ratio**2
         return NoiseVariance(frame=variance) if self.over == "frame" else NoiseVariance(pixel=variance)
 
+    def line_variance(self, frame: FrameContext) -> tuple[float, float]:
+        variance = self.ratio**2
+        return variance if self.over == "row" else 0.0, variance if self.over == "column" else 0.0
+
 
 @lru_cache(maxsize=8)
 def _process(decay: float, shape: tuple[int, int], seed: int, name: str) -> Ar1Process:

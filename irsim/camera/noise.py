@@ -223,6 +223,9 @@ class Noise3d(Noise):
         changing = self.tv**2 + self.th**2 + self.tvh**2
         return NoiseVariance(pixel=changing + (self.v**2 + self.h**2 + self.vh**2 if fixed else 0.0), frame=self.t**2)
 
+    def line_variance(self, frame: FrameContext) -> tuple[float, float]:
+        return self.tv**2, self.th**2
+
 
 @lru_cache(maxsize=4)
 def _line_block(shape: tuple[int, int], seed: int, name: str, sigmas: tuple[float, float, float], block: int) -> Lines:

@@ -141,6 +141,10 @@ class Noise(NamedKind):
         fixed   True: with fixed patterns; False: only the part that changes from frame to frame
         """
 
+    def line_variance(self, frame: FrameContext) -> tuple[float, float]:
+        """Return the temporal variances common to a row and to a column, NETD²; they are part of `pixel`."""
+        return 0.0, 0.0
+
     def variance(self, signal: Floats, response: Response, frame: FrameContext, fixed: bool) -> Floats | float:
         """Return the variance of each pixel about the noiseless `signal`, signal², broadcastable to the signal.
 

@@ -150,7 +150,7 @@ class SignalChain:
         """Return the noiseless counts before rounding and clipping, (rows, cols), float64 for float64 light."""
         return self._to_counts(self.pixel_signal(light, index))
 
-    def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
+    def variance(self, light: Floats, index: int, fixed: bool = True, clipped: bool = True) -> Floats:
         """Return the variance of each pixel about `mean(light, index)`, (rows, cols) float64, counts², 1/12 of rounding
         included.
 
@@ -158,17 +158,54 @@ class SignalChain:
         seeds, such as that of odd and even rows, counts too). Infinite where a pixel does not respond: dead or
         saturated. Where pixels spill, the part due to gains is a mean over draws (`bloom_variance`).
 
-        fixed   False: only the part that changes from frame to frame
+        fixed     False: only the part that changes from frame to frame
+        clipped   False: a pixel whose mean is outside the range of counts keeps the variance that it has before
+                  clipping
         """
         signal, frame = self.pixel_signal(light, index), self.frame_context(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
             variance += noise.variance(signal, self.response, frame, fixed) / self.response.gain**2
         variance += self._bloom_correction(light, index, signal, frame, fixed)
-        counts = self._to_counts(signal)
-        silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
+        silent = signal >= self.response.well
+        if clipped:
+            counts = self._to_counts(signal)
+            silent |= (counts < 0) | (counts >= self.response.full)
         variance[silent] = np.inf
         return variance
+
+    @property
+    def varies_by_signal(self) -> bool:
+        """True where the variance of each pixel follows from its own signal: without bloom and bad pixels."""
+        return self.bloom is None and all(type(noise).variance is Noise.variance for noise in self.noises)
+
+    def temporal_variance(self, mean: Floats, index: int) -> Floats:
+        """Return the temporal variance, counts², of any pixels by their noiseless counts, where `varies_by_signal`.
+
+        As `variance` with `fixed` and `clipped` False.
+        """
+        frame, response = self.frame_context(index, (1, 1)), self.response
+        terms = NoiseVariance.total(noise.variance_terms(frame, False) for noise in self.noises)
+        signal = (mean - response.offset) * response.gain
+        variance = 1 / 12 + terms.overall(signal, response) / response.gain**2
+        variance[signal >= response.well * (1 - 1e-9)] = np.inf
+        return variance
+
+    def common_variance(self, index: int) -> tuple[float, float, float]:
+        """Return the temporal variances common to a row, to a column and to the whole frame, counts²; `variance`
+        includes all three."""
+        frame, scale = self.frame_context(index, (1, 1)), (self.response.noise / self.response.gain) ** 2
+        lines = [noise.line_variance(frame) for noise in self.noises]
+        common = NoiseVariance.total(noise.variance_terms(frame, False) for noise in self.noises).frame
+        return scale * sum(row for row, _ in lines), scale * sum(column for _, column in lines), scale * common
+
+    def fixed_offsets(self, index: int, shape: tuple[int, int]) -> Floats:
+        """Return the sum of the fixed patterns, (rows, cols) counts, that frame `index` adds to the mean."""
+        frame, total = self.frame_context(index, shape), np.zeros(shape)
+        for noise in self._terms["fixed_pattern"]:
+            pattern = noise.fixed_pattern(frame)
+            total += 0.0 if pattern is None else pattern
+        return np.asarray(total * (self.response.noise / self.response.gain))
 
     def _bloom_correction(
         self, light: Floats, index: int, signal: Floats, frame: FrameContext, fixed: bool

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim.cli.authoring import new, sample, schema
+from irsim.cli.bounds import bounds
 from irsim.cli.export import export
 from irsim.cli.info import info
 from irsim.cli.measure import fit, noise, realism
@@ -107,6 +108,9 @@ def render(
         ),
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes that render.")] = 1,
+    with_bounds: Annotated[
+        bool, typer.Option("--bounds", help="Add the least errors that the pixels allow, /truth/bounds.")
+    ] = False,
     without: WithoutOption = None,
     compression: Annotated[
         str, typer.Option(metavar="none|lz4|zstd", help="Lossless compression of the recording.")
@@ -126,9 +130,14 @@ def render(
     check_output(path, find(source), endings=(".mcap",))
     if output is None:
         check_default_output(path)
+    of_frame = None
+    if with_bounds:
+        from irsim.render.bounds import FrameBounds
+
+        of_frame = FrameBounds(rendering.scenario).of
     label = f"render {rendering.name}"
     with from_option("--compression", "compression"), progress_bar(label, stop - start) as progress:
-        record(rendering, path, start, stop, jobs, progress, compression)  # type: ignore[arg-type]  # checked there
+        record(rendering, path, start, stop, jobs, progress, compression, of_frame)  # type: ignore[arg-type]  # checked there
     _print_written(path)
 
 
@@ -236,6 +245,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "render": render,
     "info": info,
     "masks": masks,
+    "bounds": bounds,
     "sample": sample,
     "import": import_,
     "export": export,

@@ -73,9 +73,7 @@ class GaussianPSF(PSF):
     @cached_property
     def fwhm_px(self) -> float:
         """1 px without blur, 2.355 sigma in the limit of wide blur."""
-        return full_width(
-            lambda offset: float(gaussian_integral(np.array([offset]), self.sigma_px)[0]), 1.0 + 2.5 * self.sigma_px, 60
-        )
+        return _gaussian_width(self.sigma_px)
 
     def otf(self, down: Floats, across: Floats) -> Floats:
         return np.asarray(np.exp(-2 * np.pi**2 * self.sigma_px**2 * (down**2 + across**2)))
@@ -88,6 +86,13 @@ class GaussianPSF(PSF):
 
     def separable_kernels(self, fine: int) -> Sequence[KernelTerm]:
         return [(1.0, *gaussian_kernels(self.support_px, fine, self.sigma_px))]
+
+
+@lru_cache(maxsize=64)
+def _gaussian_width(sigma_px: float) -> float:
+    return full_width(
+        lambda offset: float(gaussian_integral(np.array([offset]), sigma_px)[0]), 1.0 + 2.5 * sigma_px, 60
+    )
 
 
 def gaussian_integral(offsets: Floats, sigma_px: float) -> Floats:

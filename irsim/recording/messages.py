@@ -24,7 +24,7 @@ EPOCH_NS = 1_577_836_800 * 10**9
 reproducible and viewers align a track with its source."""
 
 IMAGE, PREVIEW, CAMERA = "/ir/image", "/ir/preview", "/ir/camera_info"
-TRUTH_BOXES, TRUTH = "/truth/annotations", "/truth/targets"
+TRUTH_BOXES, TRUTH, BOUNDS = "/truth/annotations", "/truth/targets", "/truth/bounds"
 """Topics of a recording."""
 
 SCENARIO, LAYOUT = "scenario.yaml", "layout.json"
@@ -71,8 +71,7 @@ def parse_band(words: str) -> Band | None:
     return _NAMED.get(words) if limits is None else (float(limits[1]), float(limits[2]))
 
 
-# Message -> fields (name, type) in the order of their numbers; "*" marks a repeated field. The numbers are part of the
-# file format: append, never reorder.
+# The numbers of fields are part of the file format: append, never reorder.
 _MESSAGES: dict[str, list[tuple[str, str]]] = {
     "Point": [("x", "double"), ("y", "double")],
     "Box": [("cx", "double"), ("cy", "double"), ("w", "double"), ("h", "double")],
@@ -127,9 +126,14 @@ _SCALARS = {
 }
 
 
-def _file() -> FileDescriptorProto:
-    file = FileDescriptorProto(name="irsim/recording.proto", package="irsim", syntax="proto2")
-    for name, members in _MESSAGES.items():
+Messages = dict[str, list[tuple[str, str]]]
+"""Message -> fields (name, type) in the order of their numbers; "*" marks a repeated field."""
+
+
+def descriptor_file(path: str, messages: Messages) -> FileDescriptorProto:
+    """Return the description of a proto file with these messages."""
+    file = FileDescriptorProto(name=path, package="irsim", syntax="proto2")
+    for name, members in messages.items():
         message = file.message_type.add(name=name)
         for number, (field, kind) in enumerate(members, 1):
             repeated, kind = kind.endswith("*"), kind.rstrip("*")
@@ -144,7 +148,7 @@ def _file() -> FileDescriptorProto:
 
 
 _POOL = DescriptorPool()
-_POOL.Add(_file())
+_POOL.Add(descriptor_file("irsim/recording.proto", _MESSAGES))
 TRUTH_DESCRIPTOR: Descriptor = _POOL.FindMessageTypeByName("irsim.Truth")
 TRACK_STATE: Descriptor = _POOL.FindMessageTypeByName("irsim.TrackState")
 TruthMessage = GetMessageClass(TRUTH_DESCRIPTOR)

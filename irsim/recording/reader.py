@@ -14,11 +14,12 @@ from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted, frame_number
 from irsim.notebook import source_card, source_line
+from irsim.recording.bounds_messages import decode_bounds
 from irsim.recording.header import Contents, DigestError, Header
 from irsim.recording.mcap_reader import McapFile, TopicIndex, open_mcap
 from irsim.recording.mcap_records import Packet
-from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
-from irsim.types import CameraFacts, Frame, Input, Source, Truth, expect_input, frame_range
+from irsim.recording.messages import BOUNDS, IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns, parse_band
+from irsim.types import CameraFacts, Frame, Input, Source, TargetBounds, Truth, expect_input, frame_range
 
 _HASH_BLOCK = 1 << 20
 
@@ -134,6 +135,20 @@ class Recording(Source):
         """Return the truth of frame `index`; None if the recording has no truth. Raises errors as `frame`."""
         index = frame_number(index, len(self), str(self.path))
         return next(self.truths(index, index + 1), None)
+
+    @property
+    def has_bounds(self) -> bool:
+        """True where the recording holds bounds of its targets."""
+        return BOUNDS in self.mcap.topics
+
+    def bounds(self, start: int = 0, stop: int | None = None) -> Iterator[tuple[TargetBounds, ...]]:
+        """Yield the bounds of frames start .. stop-1, as `irsim.bounds` of each; none if the recording has none."""
+        if not self.has_bounds:
+            return
+        for index, packet in self._packets(BOUNDS, start, stop):
+            with self.mcap.decoding(f"the bounds of frame {index} cannot be read"):
+                found = decode_bounds(packet.data, index)
+            yield found
 
     def info(self) -> dict[str, Any]:
         """Return facts about the recording as JSON values, with the number of messages of each topic."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, get_args
@@ -20,9 +20,11 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, expect_source, whole_number
+from irsim.recording.bounds_messages import BOUNDS_DESCRIPTOR, encode_bounds
 from irsim.recording.header import Contents, Header, TargetEntry
 from irsim.recording.mcap_writer import Compression, McapWriter, Message
 from irsim.recording.messages import (
+    BOUNDS,
     CAMERA,
     IMAGE,
     LAYOUT,
@@ -41,7 +43,7 @@ from irsim.recording.messages import (
 from irsim.recording.output import atomic_file, check_output
 from irsim.recording.reader import Recording, open_recording
 from irsim.recording.viewer import annotate_truth, display_range, viewer_layout
-from irsim.types import Frame, Image, Source, Truth
+from irsim.types import Frame, Image, Source, TargetBounds, Truth
 
 
 def check_default_output(path: Path) -> None:
@@ -86,8 +88,9 @@ class RecordingWriter:
         self._count = 0
         self._agc = AgcSequence(header.agc, header.bits, _no_earlier_frame)
 
-    def add(self, frame: Frame, truth: Truth | None) -> None:
-        """Append a frame and its truth. Their index is the number of frames written before."""
+    def add(self, frame: Frame, truth: Truth | None, bounds: Sequence[TargetBounds] | None = None) -> None:
+        """Append a frame, its truth, and its bounds if all frames have them. Their index is the number of frames
+        written before."""
         image = frame.image
         columns, rows = self._header.size
         if image.shape != (rows, columns) or image.dtype not in (np.uint8, np.uint16):
@@ -96,7 +99,9 @@ class RecordingWriter:
             raise ValueError("every frame of a recording has a truth, or none has")
         log_time = to_ns(frame.time)
         if not self._channels:
-            self._begin(frame, log_time)
+            self._begin(frame, log_time, bounds is not None)
+        if bounds is not None:
+            self._put(self._small, BOUNDS, log_time, encode_bounds(bounds, self._count, frame.time))
         if truth is not None:
             truth = dataclasses.replace(truth, index=self._count, time=frame.time)
             for target in truth.targets:
@@ -122,7 +127,7 @@ class RecordingWriter:
         self._chunks.metadata("irsim_contents", contents.to_record())
         self._chunks.finish()
 
-    def _begin(self, frame: Frame, log_time: int) -> None:
+    def _begin(self, frame: Frame, log_time: int, has_bounds: bool) -> None:
         header = self._header
         black, white = display_range(frame.image, header.bits)
         # The header comes first, so that a file that is cut short can be recovered.
@@ -142,6 +147,8 @@ class RecordingWriter:
         if header.has_truth:
             self._channels[TRUTH] = self._chunks.topic(TRUTH, TRUTH_DESCRIPTOR)
             self._channels[TRUTH_BOXES] = self._chunks.topic(TRUTH_BOXES, ImageAnnotations.DESCRIPTOR)
+        if has_bounds:
+            self._channels[BOUNDS] = self._chunks.topic(BOUNDS, BOUNDS_DESCRIPTOR)
         if header.ifov_rad is not None:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
             self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
@@ -205,11 +212,13 @@ def record(
     jobs: int = 1,
     progress: Callable[[int], None] | None = None,
     compression: Compression = "none",
+    bounds: Callable[[int], Sequence[TargetBounds]] | None = None,
 ) -> Path:
     """Write frames start .. stop-1 of a source as a recording and return its path.
 
     jobs      number of processes that render, where the source supports it
     progress  called with the number of frames done
+    bounds    returns the bounds of the source's frame of an index, such as `irsim.FrameBounds(scenario).of`
 
     The recording numbers frames from 0 and keeps their times. Raises InputError where the source lacks some of the
     frames, for an unknown compression, and where the file cannot be written.
@@ -223,7 +232,7 @@ def record(
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
     with writing(path, header_of(source, start), source.scenario_text, compression) as writer:
         for done, (frame, truth) in enumerate(source.pairs(start, stop, jobs), 1):
-            writer.add(frame, truth)
+            writer.add(frame, truth, None if bounds is None else bounds(start + done - 1))
             if progress is not None:
                 progress(done)
         writer.finish()

@@ -11,6 +11,7 @@ target's amplitude in units of its true value.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from scipy.special import ndtr, ndtri
 from irsim.camera.noise_base import NoiseVariance
 from irsim.render.moments import Exact, Moments
 from irsim.scenario.model import Scenario
+from irsim.types import Slices
 
 SEGMENT_PX = 48
 """Least side of the segments of which power spectra are the mean, and of the region in which V is inverted, px."""
@@ -31,6 +33,18 @@ NEGLIGIBLE = 1e-6
 """Share of the signature's largest value below which a pixel is not part of it."""
 TOLERANCE, STEPS = 1e-8, 500
 """Relative residual at which conjugate gradients stop, and their largest number."""
+
+
+class Clutter(NamedTuple):
+    """Noise and clutter around a target.
+
+    region     rows and columns of the frame
+    variance   (rows, cols) of the noise, counts²; spectrum  (rows, cols) of the clutter, see `whitened`
+    """
+
+    region: Slices
+    variance: Exact
+    spectrum: Exact
 
 
 class Detectability:
@@ -59,9 +73,14 @@ class Detectability:
         InputError where there is no such target; IndexError where no frame of that index arrives.
         """
         signature = self._moments.contribution(index, target)
+        found = self.clutter(index, signature)
+        return 0.0 if found is None else deflection(signature[found.region], found.variance, found.spectrum)
+
+    def clutter(self, index: int, signature: Exact) -> Clutter | None:
+        """Return noise and clutter around a signature (rows, cols) of the frame; None where it is 0 everywhere."""
         held = np.abs(signature) > NEGLIGIBLE * np.abs(signature).max(initial=0.0)
         if not held.any():
-            return 0.0
+            return None
         rows, columns = (np.flatnonzero(held.any(axis=axis)) for axis in (1, 0))
         lines = [
             ((int(line[0]), int(line[-1]) + 1), count)
@@ -72,7 +91,7 @@ class Detectability:
         near = tuple(_around(span, side, count) for (span, count), side in both)
         local = tuple(_around(span, SEGMENTS * side, count) for (span, count), side in both)
         spectrum = clutter_spectrum(self._background(index)[local], (sides[0], sides[1]))
-        return deflection(signature[near], self._noise(index)[near], spectrum)
+        return Clutter((near[0], near[1]), self._noise(index)[near], spectrum)
 
     def _temporal_variance(self, index: int) -> Exact:
         """Return the variance of each pixel less that of the frame's common offset, counts²."""
@@ -107,7 +126,13 @@ def clutter_spectrum(background: Exact, sides: tuple[int, int]) -> Exact:
 
 
 def deflection(signature: Exact, variance: Exact, spectrum: Exact) -> float:
-    """Return d^2 = s' V^-1 s of a signature (rows, cols), counts.
+    """Return d^2 = s' V^-1 s of a signature s (rows, cols), counts; see `whitened`."""
+    s = np.where(np.isfinite(variance), signature, 0.0)
+    return float(np.vdot(s, whitened(signature, variance, spectrum)))
+
+
+def whitened(signature: Exact, variance: Exact, spectrum: Exact) -> Exact:
+    """Return V^-1 s (rows, cols) of a signature s, counts.
 
     variance   (rows, cols) counts², of noise that is independent from pixel to pixel; infinite where a pixel carries
                nothing
@@ -117,7 +142,7 @@ def deflection(signature: Exact, variance: Exact, spectrum: Exact) -> float:
     """
     responds = np.isfinite(variance)
     if not responds.any():
-        return 0.0
+        return np.zeros_like(signature)
     own = np.where(responds, variance, 0.0)
     half = spectrum[:, : spectrum.shape[1] // 2 + 1]
     inverse = 1 / (half + max(float(own[responds].mean()), np.finfo(float).tiny))
@@ -139,7 +164,7 @@ def deflection(signature: Exact, variance: Exact, spectrum: Exact) -> float:
         solved = filtered(residual, inverse)
         energy, last = float(np.vdot(residual, solved)), energy
         step = solved + energy / last * step
-    return float(np.vdot(s, x))
+    return x
 
 
 def detection_probability(d2: npt.ArrayLike, pfa: npt.ArrayLike) -> Exact:

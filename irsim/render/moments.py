@@ -93,7 +93,7 @@ class Moments:
         self._refuse_recorded()
         taken, within = self._scenario_frame(index), self._within(region)
         variance = np.asarray(self._renderer.variance(taken, fixed), dtype=np.float64)
-        return variance if within is None else variance[_slices(within)]
+        return variance if within is None else variance[region_slices(within)]
 
     def _refuse_recorded(self) -> None:
         if self.scenario.background.has_noise:
@@ -135,21 +135,24 @@ class MeanCounts:
         frames = len(renderer.response_time.weights)
         self._unshifted = lru_cache(maxsize=frames)(lambda frame: list(renderer.pieces(frame, exactly=True)))
         self._layers = lru_cache(maxsize=2 * frames)(self._cut)
-        self._without = lru_cache(maxsize=2)(lambda index, name, region: self.of(index, NO_SHIFTS, name, region))
+        self.without = lru_cache(maxsize=2)(lambda index, name, region: self.of(index, NO_SHIFTS, name, region))
 
     def added(self, index: int, target: str, shift: tuple[float, float], region: Region | None = None) -> Floats:
         """Return the counts with a target displaced by (dx, dy) px, less the counts without the target."""
         shifts = {target: shift} if any(shift) else NO_SHIFTS
         left, top, columns, rows = whole = region or (0, 0, *self._renderer.context.geometry.size)
-        touched = self._touched(index, target, shifts, whole)
+        touched = self.touched(index, target, shifts, whole)
         added = np.zeros((rows, columns))
         if touched is not None:
-            part = _slices((touched[0] - left, touched[1] - top, *touched[2:]))
-            added[part] = self.of(index, shifts, region=touched) - self._without(index, target, touched)
+            part = region_slices((touched[0] - left, touched[1] - top, *touched[2:]))
+            added[part] = self.of(index, shifts, region=touched) - self.without(index, target, touched)
         return added
 
-    def _touched(self, index: int, target: str, shifts: Shifts, region: Region) -> Region | None:
-        """Return the part of a region in which a target may change a frame; None if it cannot change any."""
+    def touched(self, index: int, target: str, shifts: Shifts, region: Region, margin: int = 0) -> Region | None:
+        """Return the part of a region in which a target may change a frame; None if it cannot change any.
+
+        margin   px by which the target's sprite is widened
+        """
         renderer = self._renderer
         if self._spreads:
             return region
@@ -158,8 +161,8 @@ class MeanCounts:
         sprites = [piece.sprite for k in frames for piece in self._pieces(k, shifts, None) if piece.name == target]
         if not sprites:
             return None
-        firsts = np.array([(sprite.x0, sprite.y0) for sprite in sprites])
-        lasts = firsts + np.array([sprite.alpha.shape[::-1] for sprite in sprites])
+        firsts = np.array([(sprite.x0, sprite.y0) for sprite in sprites]) - margin
+        lasts = firsts + np.array([sprite.alpha.shape[::-1] for sprite in sprites]) + 2 * margin
         left, top = np.maximum(firsts.min(axis=0) // BLOCK_PX * BLOCK_PX, region[:2]).tolist()
         ends = -(-lasts.max(axis=0) // BLOCK_PX) * BLOCK_PX
         right, bottom = np.minimum(ends, np.add(region[:2], region[2:])).tolist()
@@ -180,7 +183,7 @@ class MeanCounts:
         renderer, sensor = self._renderer, self._renderer.sensor
         renderer.check(index)
         if region is not None and self._spreads:
-            return self.of(index, shifts, absent)[_slices(region)]
+            return self.of(index, shifts, absent)[region_slices(region)]
         if renderer.recorded is not None:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
@@ -200,7 +203,7 @@ class MeanCounts:
         vignetting = sensor.vignetting
         if region is None or vignetting is None:
             return sensor
-        return replace(sensor, vignetting=lambda index: vignetting(index)[_slices(region)])
+        return replace(sensor, vignetting=lambda index: vignetting(index)[region_slices(region)])
 
     def _pieces(self, frame: int, shifts: Shifts, absent: str | None) -> Sequence[NamedSprite]:
         pieces = [piece for piece in self._unshifted(frame) if piece.name != absent]
@@ -217,7 +220,7 @@ class MeanCounts:
         layers = self._layers(frame, region)
         # A requested SCR depends on the ring around the target, which may reach beyond the region.
         if layers is None or any(piece.sprite.requested is not None for piece in near):
-            return self._whole(frame, pieces)[_slices(region)]
+            return self._whole(frame, pieces)[region_slices(region)]
         within = [
             piece._replace(sprite=piece.sprite._replace(x0=piece.sprite.x0 - left, y0=piece.sprite.y0 - top))
             for piece in near
@@ -238,12 +241,13 @@ class MeanCounts:
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
         """Return the layers of a frame, cut to a region; None where one of them can only be computed as a whole."""
         view_direction = self._renderer.now(frame).view_direction(frame)
-        parts = [crop(layer, view_direction, _slices(region)) for layer in self._renderer.layers_at(frame)]
+        parts = [crop(layer, view_direction, region_slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]
         return found if len(found) == len(parts) else None
 
 
-def _slices(region: Region) -> Slices:
+def region_slices(region: Region) -> Slices:
+    """Return the rows and columns of a region."""
     left, top, columns, rows = region
     return slice(top, top + rows), slice(left, left + columns)
 

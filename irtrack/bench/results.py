@@ -22,10 +22,11 @@ import numpy as np
 from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
-from irtrack.bench.schema import APPLICATION_ID, SCHEMA, SCHEMA_VERSION
+from irtrack.bench.schema import APPLICATION_ID, BOUNDS_TABLE, SCHEMA, SCHEMA_VERSION
 from irtrack.bench.summary import RANKED, ranked_texts, summary
 from irtrack.errors import InputError, one_line
 from irtrack.metrics import Score, Trace
+from irtrack.metrics.bound import TargetBound
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
 """Error codes of SQLite where it cannot write because of a full disk, a quota or a limit."""
@@ -282,6 +283,22 @@ class Results:
         with self._reading():
             row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
             return unpack(row[0]) if row and row[0] else None
+
+    def add_bounds(self, source_hash: str, target: str, bound: TargetBound) -> None:
+        """Store the bound of a target in a source; it replaces an earlier one."""
+        with self._file_errors():
+            self._db.execute(BOUNDS_TABLE)
+        row = {"source_hash": source_hash, "target": target, "data": pack(bound.arrays())}
+        self._insert("bounds", row, "REPLACE")
+
+    def bounds(self, source_hash: str, target: str) -> TargetBound | None:
+        """Return the bound of a target in a source; None where the file has none."""
+        with self._reading():
+            if not self._db.execute("SELECT 1 FROM sqlite_master WHERE name = 'bounds'").fetchone():
+                return None
+            sql = "SELECT data FROM bounds WHERE source_hash = ? AND target = ?"
+            row = self._db.execute(sql, (source_hash, target)).fetchone()
+            return None if row is None else TargetBound(**unpack(row[0]))
 
     def trace(self, key: Key) -> Trace | None:
         """Return the trace of a run of one target; None where it failed or is missing."""

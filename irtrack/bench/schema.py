@@ -38,3 +38,10 @@ CREATE TABLE wanted (
 );
 COMMIT;
 """
+
+BOUNDS_TABLE = """
+CREATE TABLE IF NOT EXISTS bounds (
+    source_hash TEXT NOT NULL, target TEXT NOT NULL, data BLOB NOT NULL, PRIMARY KEY (source_hash, target)
+)
+"""
+"""Table of bounds, made when the first are stored: files of benches without them stay as they are."""

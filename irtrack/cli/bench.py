@@ -29,11 +29,12 @@ from irtrack.cli.options import (
     option,
     path_option,
 )
-from irtrack.cli.output import Tally, print_breaking, print_json, print_summary, print_tasks, warn_unused
+from irtrack.cli.output import Tally, print_bounds, print_breaking, print_json, print_summary, print_tasks, warn_unused
 from irtrack.errors import InputError, IrtrackError, WorkerError
 
 if TYPE_CHECKING:
-    from irtrack.bench import Entry, RunRecord, Suite
+    from irtrack.bench import Entry, Results, RunRecord, Suite
+    from irtrack.bench.bounds import BoundRow
     from irtrack.bench.spec import SourceSpec
 
 
@@ -164,6 +165,9 @@ def bench(
     input: Annotated[
         str | None, option("display|counts", "Input of trackers; default: display, or the suite's.", "--input")
     ] = None,
+    with_bounds: Annotated[
+        bool, typer.Option("--bounds", help="Compare errors with the least that the pixels allow.")
+    ] = False,
     check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -191,17 +195,32 @@ def bench(
     rows, tasks = summary(cells), task_summary(cells)
     with Results(results) as kept:
         breaking = task_breaking(cells, kept.sources())
+        bounds = _bounds(kept, cells) if with_bounds else []
     if as_json:
         every = [*(row.as_dict() for row in rows), *(row.as_dict() for row in tasks)]
         broken = {"breaking": [each.as_dict() for each in breaking]} if breaking else {}
-        print_json({"results": str(results), "rows": every} | broken)
+        bounded = {"bounds": [each.as_dict() for each in bounds]} if bounds else {}
+        print_json({"results": str(results), "rows": every} | broken | bounded)
     else:
         if rows:
             print_summary(rows)
+        print_bounds(bounds)
         print_tasks(tasks)
         print_breaking(breaking)
         print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
     end_by_failures(cells)
+
+
+def _bounds(results: Results, cells: Sequence[RunRecord]) -> list[BoundRow]:
+    """Compute the bounds that the results file lacks; return the errors of the runs against them. Print a note for each
+    source without."""
+    from irtrack.bench.bounds import bound_rows, compute_bounds
+
+    with terminal.progress_bar("bounds") as progress:
+        notes = compute_bounds(results, cells, progress)
+    for note in notes:
+        print(f"irtrack: note: {note}", file=sys.stderr)
+    return bound_rows(results, cells)
 
 
 def check_results(path: Path, *inputs: Path) -> None:

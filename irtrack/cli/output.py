@@ -13,6 +13,7 @@ from irsim.errors import counted
 
 if TYPE_CHECKING:
     from irtrack.bench import RunRecord, SummaryRow
+    from irtrack.bench.bounds import BoundRow
     from irtrack.bench.task_summary import TaskBreaking, TaskRow
     from irtrack.falsify.rules import Explanation
     from irtrack.metrics import Score
@@ -137,6 +138,26 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
     if any(row.lost_share for row in rows):
         print("held: mean |error|, px, before the loss: over few frames where the target is lost at once")
     _explain_pose(rows)
+
+
+def print_bounds(rows: Sequence[BoundRow]) -> None:
+    """Print the errors before the loss as multiples of the bound, where there are bounds."""
+    from irtrack.metrics.bound import LEAST_D, LEAST_SD_PX
+
+    if not rows:
+        return
+    head = ("source", "tracker", "runs", "lost", "frames", "rms / bound", "95 %", "bias x, y px", "spread x, y px")
+    print_table(head, [_bound_texts(row) for row in rows], left=2)
+    print(f"rms / bound: frames before the loss with d of {LEAST_D:g} and a bound of {LEAST_SD_PX:g} px or more")
+
+
+def _bound_texts(row: BoundRow) -> tuple[str, ...]:
+    each = row.figures
+    interval = NOTHING if each.low is None else f"{number(each.low)}..{number(each.high)}"
+    bias, spread = ((each.bias_x, each.bias_y), (each.spread_x, each.spread_y))
+    pairs = (f"{number(x, '.3f')}, {number(y, '.3f')}" if each.frames else NOTHING for x, y in (bias, spread))
+    lost = number(each.lost_share, ".0%")
+    return row.source, row.label, str(each.runs), lost, str(each.frames), number(each.ratio), interval, *pairs
 
 
 def print_tasks(rows: Sequence[TaskRow]) -> None:

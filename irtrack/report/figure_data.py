@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, distinct, summary
 from irtrack.bench.task_summary import TaskBreaking, TaskRow, task_breaking, task_summary
 from irtrack.metrics import AttributeRow, Breaking, Survival, Trace, breaking_point, by_attribute, kaplan_meier
+from irtrack.metrics.bound import BoundFigures, TargetBound, bound_figures
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Run records of one source, and the traces of the runs that did not fail, by position of the record."""
+    """Run records of one source; by position of the record, the traces of the runs that did not fail, and the bounds of
+    their targets, where the results file has them."""
 
     cells: tuple[RunRecord, ...]
     tracks: Mapping[int, Trace]
     rows: Mapping[tuple[str, str], SourceRow]
+    bounds: Mapping[int, TargetBound] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -27,13 +30,27 @@ class Measured:
     @cached_property
     def traces(self) -> dict[str, list[Trace]]:
         """Traces by label of the tracker, without runs that repeat another run."""
-        once = {(cell.label, cell.key) for cell in distinct(self.cells)}
         found: dict[str, list[Trace]] = {}
-        for place, trace in self.tracks.items():
-            cell = self.cells[place]
-            if (cell.label, cell.key) in once:
-                found.setdefault(cell.label, []).append(trace)
+        for place in self._once:
+            found.setdefault(self.cells[place].label, []).append(self.tracks[place])
         return found
+
+    @cached_property
+    def bounded(self) -> dict[str, tuple[list[Trace], list[TargetBound]]]:
+        """Traces with a bound and their bounds by label of the tracker, without runs that repeat another run."""
+        found: dict[str, tuple[list[Trace], list[TargetBound]]] = {}
+        for place in self._once:
+            if place in self.bounds:
+                traces, bounds = found.setdefault(self.cells[place].label, ([], []))
+                traces.append(self.tracks[place])
+                bounds.append(self.bounds[place])
+        return found
+
+    @cached_property
+    def _once(self) -> list[int]:
+        """Positions of the traces, without runs that repeat another run."""
+        once = {(cell.label, cell.key) for cell in distinct(self.cells)}
+        return [place for place in self.tracks if (self.cells[place].label, self.cells[place].key) in once]
 
     @cached_property
     def shown(self) -> tuple[int, ...]:
@@ -65,7 +82,12 @@ def measured(results: Results, cells: Sequence[RunRecord]) -> Iterator[Measured]
     rows = results.sources()
     for _, members in sorted(by_name.items()):
         tracks = {place: trace for place, cell in enumerate(members) if (trace := results.trace(cell.key)) is not None}
-        yield Measured(tuple(members), tracks, rows)
+        bounds = {place: bound for place in tracks if (bound := _bound(results, members[place])) is not None}
+        yield Measured(tuple(members), tracks, rows, bounds)
+
+
+def _bound(results: Results, cell: RunRecord) -> TargetBound | None:
+    return None if cell.key.target is None else results.bounds(cell.key.source_hash, cell.key.target)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +97,14 @@ class SourceFigures:
     rows         ranked table
     attributes   metrics in the frames with each attribute, by label
     survival     share of runs without loss against frames after the start, by label; no entry without truth
+    bounds       errors against the bound, by label; empty where the results file has no bounds of the source
     """
 
     name: str
     rows: tuple[SummaryRow, ...]
     attributes: Mapping[str, tuple[AttributeRow, ...]]
     survival: Mapping[str, Survival]
+    bounds: Mapping[str, BoundFigures] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +170,7 @@ def source_figures(measured: Measured) -> SourceFigures:
         rows=tuple(summary(measured.cells)),
         attributes={label: tuple(by_attribute(each)) for label, each in with_truth.items() if each},
         survival={label: survival(each) for label, each in with_truth.items() if each},
+        bounds={label: bound_figures(*each) for label, each in measured.bounded.items()},
     )
 
 

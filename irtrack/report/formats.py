@@ -14,9 +14,10 @@ import numpy as np
 
 from irsim.errors import counted
 from irtrack.bench import Run, SummaryRow
-from irtrack.bench.summary import MARKS, NOTHING, POSE_MARK, POSE_RULE, RANKED, RULES, percent, ranked_texts
+from irtrack.bench.summary import MARKS, NOTHING, POSE_MARK, POSE_RULE, RANKED, RULES, percent, px, ranked_texts
 from irtrack.bench.task_summary import BREAKS, SHOWN, TaskRow
 from irtrack.metrics import Breaking, Survival
+from irtrack.metrics.bound import LEAST_D, LEAST_SD_PX, BoundFigures
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.metrics.tasks import Task
 from irtrack.report.figure_data import Figures, LossTable, SeverityFigures, SourceFigures, loss_tables
@@ -61,6 +62,7 @@ def _source(source: SourceFigures) -> dict[str, Any]:
         "trackers": [row.as_dict() for row in source.rows],
         "attributes": {label: [asdict(row) for row in rows] for label, rows in source.attributes.items()},
         "time_to_loss": {label: _survival(held) for label, held in source.survival.items()},
+        **({"bounds": {label: each.as_dict() for label, each in source.bounds.items()}} if source.bounds else {}),
     }
 
 
@@ -125,6 +127,9 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
             for name in ("held", "low", "high", "at_risk"):
                 for time, value in zip(held.times.tolist(), getattr(held, name).tolist(), strict=True):
                     yield ["time_to_loss", source.name, label, f"{time:g}", name, _cell(value)]
+        for label, bound in source.bounds.items():
+            for name, value in bound.as_dict().items():
+                yield ["bounds", source.name, label, "", name, _cell(value)]
     for family in figures.severities:
         for label, point in family.breaking.items():
             for name in ("at", "at_low", "at_high"):
@@ -161,6 +166,11 @@ def as_markdown(figures: Figures) -> str:
         parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
         if source.attributes:
             parts.append(_attributes(source))
+        if source.bounds:
+            parts += [
+                _table(BOUND_HEADS, [bound_texts(label, each) for label, each in source.bounds.items()]),
+                BOUND_RULE,
+            ]
     for name, task in dict.fromkeys((row.source, row.task) for row in figures.tasks):
         parts += [f"## {_escaped(name)}: {task}", _task_table(figures.tasks, name, task)]
     for each in figures.task_breaking:
@@ -179,6 +189,31 @@ def as_markdown(figures: Figures) -> str:
     if any("pose" in row.needs for row in figures.overall):
         parts.append(_escaped(f"{POSE_MARK} {POSE_RULE}"))
     return "\n\n".join(filter(None, parts)) + "\n"
+
+
+BOUND_HEADS = ("tracker", "runs", "lost", "frames", "rms / bound", "95 %", "bias x, y, px", "spread x, y, px")
+"""Column heads of the table of errors against the bound."""
+
+BOUND_RULE = (
+    "rms / bound: root mean square error over the least standard deviation that the pixels of one frame allow (Cramér "
+    f"and Rao), in frames before the loss with d of {LEAST_D:g} and a bound of {LEAST_SD_PX:g} px or more; a tracker "
+    "that filters over time may be below 1."
+)
+
+
+def bound_texts(label: str, each: BoundFigures) -> tuple[str, ...]:
+    """Return the texts of a row under BOUND_HEADS."""
+    known = each.bias_x is not None and each.bias_y is not None
+    return (
+        label,
+        str(each.runs),
+        percent(each.lost_share),
+        str(each.frames),
+        px(each.ratio),
+        NOTHING if each.low is None else f"{px(each.low)} to {px(each.high)}",
+        f"{px(each.bias_x)}, {px(each.bias_y)}" if known else NOTHING,
+        f"{px(each.spread_x)}, {px(each.spread_y)}" if known else NOTHING,
+    )
 
 
 def _task_table(rows: Sequence[TaskRow], source: str, task: Task) -> str:

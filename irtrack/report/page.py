@@ -15,7 +15,7 @@ from irtrack.bench.summary import MARKS, POSE_MARK, POSE_RULE, RULES, ms, percen
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
-from irtrack.report.formats import lead
+from irtrack.report.formats import BOUND_HEADS, BOUND_RULE, bound_texts, lead
 from irtrack.report.frames import gallery
 from irtrack.report.line_styles import styles
 from irtrack.report.repeat import repeat_commands
@@ -53,6 +53,9 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         losses=losses,
         lost_pairs=lost_pairs,
         attributes=ATTRIBUTES,
+        bound_heads=BOUND_HEADS,
+        bound_rule=BOUND_RULE,
+        bound_texts=bound_texts,
         loss_rule=LOSS_RULE,
         marks=MARKS,
         rules=RULES,

@@ -13,6 +13,7 @@ import numpy as np
 
 from irsim.types import SHOWN, Floats
 from irtrack.metrics import Survival, Trace, mean_interval
+from irtrack.metrics.bound import TargetBound
 from irtrack.metrics.centre_error import PRECISION_PX, precision_curve
 from irtrack.metrics.lost import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, success_curve
@@ -144,11 +145,17 @@ def _inline(svg: str, name: str) -> str:
 LEAST_ERROR = 0.1
 """Lower end of the logarithmic axis of errors, px."""
 
+LEAST_BOUND = 0.01
+"""Lower end of the axis where it shows the bound too, px."""
+
 POINTS = 300
 """Largest number of points of a line over time; frames of longer tracks are grouped."""
 
 SMALL = (360, 260)
 """(Width, height) of charts side by side, px."""
+
+BOUND_STYLE = LineStyle(INK, (2, 2))
+"""Style of the bound in the chart of errors."""
 
 Traces = Mapping[str, Sequence[Trace]]
 """The traces of all seeds by the tracker's label."""
@@ -164,13 +171,19 @@ class Plots:
     held: str
 
 
-def plots(traces: Traces, survival: Mapping[str, Survival], styles: Mapping[str, LineStyle], name: str) -> Plots | None:
-    """Draw the charts of a source; None where no frame has truth."""
+def plots(
+    traces: Traces,
+    survival: Mapping[str, Survival],
+    styles: Mapping[str, LineStyle],
+    name: str,
+    bounds: Sequence[TargetBound] = (),
+) -> Plots | None:
+    """Draw the charts of a source; None where no frame has truth. `bounds`: of the targets in its scenes."""
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
     return Plots(
-        error=error_chart(traces, every, styles, name),
+        error=error_chart(traces, every, styles, name, bounds),
         precision=line_chart(
             [_banded(styles[label], PRECISION_PX, _precisions(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the centre error, px", (0, PRECISION_PX[-1])),
@@ -198,22 +211,33 @@ def plots(traces: Traces, survival: Mapping[str, Survival], styles: Mapping[str,
     )
 
 
-def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, LineStyle], name: str) -> str:
-    """Draw the centre error over frames, median and quartiles over the seeds; occlusions shaded."""
+def error_chart(
+    traces: Traces,
+    every: Sequence[Trace],
+    styles: Mapping[str, LineStyle],
+    name: str,
+    bounds: Sequence[TargetBound] = (),
+) -> str:
+    """Draw the centre error over frames, median and quartiles over the seeds; occlusions shaded.
+
+    bounds   of the scenes: the median of the least root mean square error is drawn, too
+    """
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX
     grouped = -(-len(frames) // POINTS)
     x = frames[::grouped].astype(np.float64)
     for label, seeds in traces.items():
-        low, middle, high = quartiles(frames, seeds, grouped)
+        low, middle, high = quartiles(frames, seeds, grouped, LEAST_BOUND if bounds else LEAST_ERROR)
         largest = max(largest, float(np.nanmax(high, initial=OFF_PX)))
         band = (low, high) if len(seeds) > 1 else (None, None)
         lines.append(Line(styles[label], x, middle, *band))
+    if bounds:
+        lines.append(Line(BOUND_STYLE, x, least_errors(frames, bounds, grouped)))
     diagonals = np.concatenate([np.hypot(*trace.truth_sizes.T) for trace in every])
     return line_chart(
         lines,
         Axis("frame", (float(frames[0]), float(frames[-1]) if len(frames) > 1 else float(frames[0]) + 1)),
-        Axis("centre error, px", (LEAST_ERROR, 2 * largest), log=True),
+        Axis("centre error, px", (LEAST_BOUND if bounds else LEAST_ERROR, 2 * largest), log=True),
         size=(900, 270),
         name=f"{name}: centre error over time",
         shaded=hidden_spans(frames, every),
@@ -221,8 +245,25 @@ def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, Lin
     )
 
 
-def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> tuple[Floats, Floats, Floats]:
-    """Return quartiles (groups,) of the centre error over the seeds, px, at least LEAST_ERROR; nan without truth.
+def least_errors(frames: np.ndarray, bounds: Sequence[TargetBound], grouped: int = 1) -> Floats:
+    """Return the median over scenes and grouped frames of the bound on the root mean square centre error, (groups,) px;
+    nan where there is none."""
+    groups = -(-len(frames) // grouped)
+    table = np.full((len(bounds), groups * grouped), np.nan)
+    for row, bound in zip(table, bounds, strict=True):
+        row[: len(frames)] = np.hypot(*bound.at(frames)[0].T)
+    table = table.reshape(len(bounds), groups, grouped).swapaxes(0, 1).reshape(groups, -1)
+    known = np.isfinite(table).any(axis=1)
+    found = np.full(groups, np.nan)
+    if known.any():
+        found[known] = np.maximum(np.nanmedian(table[known], axis=1), LEAST_BOUND)
+    return found
+
+
+def quartiles(
+    frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1, least: float = LEAST_ERROR
+) -> tuple[Floats, Floats, Floats]:
+    """Return quartiles (groups,) of the centre error over the seeds, px, at least `least`; nan without truth.
 
     grouped   number of successive frames of one group, whose errors are pooled
     """
@@ -235,7 +276,7 @@ def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> t
     result = np.full((3, groups), np.nan)
     if known.any():
         result[:, known] = np.nanpercentile(table[known], (25, 50, 75), axis=1)
-    low, middle, high = np.maximum(result, LEAST_ERROR)
+    low, middle, high = np.maximum(result, least)
     return low, middle, high
 
 

@@ -98,12 +98,17 @@ def section(
         name=source.name,
         facts=_facts(measured),
         figures=figures,
-        plots=plots(measured.traces, figures.survival, styles, source.name) if budget and measured.traces else None,
+        plots=_plots(measured, figures, styles) if budget and measured.traces else None,
         pictures=_pictures(measured, styles, budget, at_hand) if budget else Pictures(),
         seed=shown[0].key.tracker_seed,
         commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
     )
+
+
+def _plots(measured: Measured, figures: SourceFigures, styles: Mapping[str, LineStyle]) -> Plots | None:
+    scenes = {measured.cells[place].key.source_hash: bound for place, bound in measured.bounds.items()}
+    return plots(measured.traces, figures.survival, styles, measured.source.name, list(scenes.values()))
 
 
 def _facts(measured: Measured) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from time import perf_counter
 
 import cv2
 import numpy as np
+from bench_bounds import bounds
 from bench_detectors import detectors
 from bench_full_chain import full_chain
 from bench_many import many
@@ -203,8 +204,8 @@ def check() -> None:
 
 
 def detection_and_many() -> None:
-    """Detectors on whole frames, trackers of many on given detections, their metrics."""
-    for name, milliseconds in (*detectors(), *many()):
+    """Detectors on whole frames, trackers of many on given detections, their metrics; bounds of targets."""
+    for name, milliseconds in (*detectors(), *many(), *bounds()):
         report(name, milliseconds, "ms")
 
 
