@@ -56,7 +56,7 @@ def specs(scene: Scene) -> tuple[str, str, str]:
 
 
 def as_many(scene: Scene) -> str:
-    """Return the spec of the cascade with as many particles as `adapt=velocity` takes at the target's speed."""
+    """Return the spec of the cascade with as many particles as `by_speed=true` takes at the target's speed."""
     n1, n2 = (round(n * (1 + SPEED / RADIUS) ** 2) for n in SIZES[scene])
     return f"cascade_pf:n1={n1}:n2={n2}"
 
@@ -141,8 +141,8 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("high-pass", cascade, f"{cascade}:high_pass=none"),
         ("fast ring high-pass against the full neighbourhood", cascade, f"{cascade}:high_pass=full"),
         ("fast ring high-pass against high frequencies", cascade, f"{cascade}:high_pass=butterworth"),
-        ("number of particles by speed", f"{cascade}:adapt=velocity", cascade),
-        ("the same against as many particles always", f"{cascade}:adapt=velocity", as_many(scene)),
+        ("number of particles by speed", f"{cascade}:by_speed=true", cascade),
+        ("the same against as many particles always", f"{cascade}:by_speed=true", as_many(scene)),
         ("ring beyond the target against all of it", f"{cascade}:ring_inner=4", cascade),
         ("background on a grid of 2 px against every pixel", f"{cascade}:grid=2", cascade),
         ("velocity cue", cascade, f"{cascade}:cues=grey"),

@@ -97,7 +97,7 @@ class GreyTracker(MonitoredTracker):
     high_pass: Literal["none", "ring", "full", "butterworth"] = "none"
     """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
     from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999), or its high frequencies
-    (`irtrack.features.frequency`; their reference 13)."""
+    (their reference 13)."""
     ring_l: int | None = Field(default=None, ge=1, le=100)
     """L of eq. 1, the largest radius, px; by default three quarters of the box's longer side, at least 5."""
     ring_m: int = Field(default=8, ge=3, le=64)

@@ -54,7 +54,7 @@ class TrajectoryPF(RandomWalkParticles):
     high_pass: Literal["none", "ring", "full", "butterworth"] = "ring"
     """Image of the histograms: the frame, or, with bins over the full range, its difference from a background predicted
     from a ring neighbourhood (Xue et al. 2011, eq. 1) or from a full one (Peng, Zhou 1999), or its high frequencies
-    (`irtrack.features.frequency`; their reference 13)."""
+    (their reference 13)."""
     cues: Literal["both", "grey", "velocity"] = "both"
     """Likelihoods used: both, or one alone."""
     k: int = Field(default=5, ge=3, le=100)
@@ -72,12 +72,11 @@ class TrajectoryPF(RandomWalkParticles):
     occlusion."""
     carried: bool = False
     """True: particles first move by the velocity of the trajectory's line; false in the paper."""
-    adapt: Literal["none", "velocity"] = "none"
-    """velocity: the number of particles is (1 + v / r)^2 times as large, v the speed of the trajectory's line, r the
-    `radius`, and the walk's radius is r + v, so that particles stay as dense on the disc that the target may reach.
-    Chosen here: the paper calls for a number by speed (section 5) and gives no method."""
-    adapt_most: Annotated[float, Field(ge=1, le=100)] = 4.0
-    """velocity: largest factor of the number of particles."""
+    by_speed: bool = False
+    """True: (1 + v / r)^2 times as many particles within r + v, v the speed of the trajectory's line, r the `radius`:
+    as dense on the disc that the target may reach. The paper calls for such a number (section 5), without a method."""
+    by_speed_most: Annotated[float, Field(ge=1, le=100)] = 4.0
+    """by_speed: largest factor of the number of particles."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TrajectoryPFState:
         """Return the initial state: the reference histogram, and a single particle at the box's centre, of weight 1."""
@@ -92,8 +91,8 @@ class TrajectoryPF(RandomWalkParticles):
         appearance, reference = state.appearance, state.reference
         picture = appearance.view(frame)
         ahead, velocity = line_fit(state.trajectory)
-        speed = float(np.hypot(*velocity)) if self.adapt == "velocity" else 0.0
-        count = round(self._first_layer() * min((1 + speed / self.radius) ** 2, self.adapt_most))
+        speed = float(np.hypot(*velocity)) if self.by_speed else 0.0
+        count = round(self._first_layer() * min((1 + speed / self.radius) ** 2, self.by_speed_most))
         scale = 0.0 if self.cues == "velocity" else 1 / (2 * self.sigma_grey**2)
 
         def move(ancestors: Indices | None) -> Floats:

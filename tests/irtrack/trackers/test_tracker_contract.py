@@ -28,8 +28,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff", "bins": 16}),
     ("cascade_pf", {"velocity": "least_squares", "carried": True, "propagation": "disc", "radius": 5.0}),
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
-    ("product_pf", {"high_pass": "butterworth", "adapt": "velocity"}),
-    ("cascade_pf", {"adapt": "velocity", "adapt_most": 2.0}),
+    ("product_pf", {"high_pass": "butterworth", "by_speed": True}),
+    ("cascade_pf", {"by_speed": True, "by_speed_most": 2.0}),
     ("mean_shift", {"high_pass": "ring", "alpha": 0.1}),
     ("mean_shift_kalman", {"high_pass": "ring", "bandwidth": 1.3}),
     ("mean_shift_pf", {"corrected": True, "particles": 15, "high_pass": "ring", "propagation": "disc"}),
@@ -107,7 +107,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "neff_": {"adapt": "neff"},
     "kld_": {"adapt": "kld"},
     "jitter": {"corrected": True},
-    "adapt_most": {"adapt": "velocity"},
+    "by_speed_most": {"by_speed": True},
     "place_sd": {"velocity": "least_squares"},
 }
 """Switches that make the parameters with these first letters matter."""

@@ -234,7 +234,7 @@ def test_number_of_particles_grows_with_speed(most: float, expected: float) -> N
     for speed, factor in ((4.0, expected), (0.0, 1.0)):
         for name, first, last in (("cascade_pf", 300, 150), ("product_pf", 45, 45)):
             counts = {"n1": first, "n2": last} if name == "cascade_pf" else {"particles": first}
-            tracker = make(name, {"adapt": "velocity", "adapt_most": most, "high_pass": "none", **counts})
+            tracker = make(name, {"by_speed": True, "by_speed_most": most, "high_pass": "none", **counts})
             scene = blob(1, count=7, speed=speed)
             state = tracker.init(scene[0][0], Box(*scene[0][1], 14, 10), stream(0, 0))
             path = np.array([at for _, at in scene])
