@@ -24,12 +24,15 @@ from irsim.types import Floats
 from irtrack.filters.data_association import nearest_neighbours
 from irtrack.filters.multiple_model import MultipleModel, States, densities, update
 
-HIDE, APPEAR = 0.03, 0.1
+HIDE, APPEAR = 0.03, 0.15
 """Probabilities a frame that a target in sight is hidden, and that a hidden one comes in sight: 10 frames hidden."""
 MARGIN = 9.0
 """Log of the odds against the best hypothesis at which another one is dropped."""
 SAME_PX = 0.7
 """Distance of two hypotheses in one frame below which they are one, px."""
+CONTINUED = 0.6
+"""Largest evidence of a detection that continues a hypothesis seen in the last frame: any object in the place of the
+target would give it, too."""
 ESTABLISHED = 4
 """Age from which on another object explains detections, frames."""
 MOST_CONFLICT = 12.0
@@ -50,10 +53,15 @@ class Scores:
 
     def ratios(self, level: Floats, scores: Floats) -> Floats:
         """Return ln p1 - ln p0 (n, m) of scores (m,) about levels (n,); a score above the level is as good as it."""
-        short = np.minimum(scores[None] - level[:, None], 0.0) / self.sd
+        short = self.shortfall(level, scores)
         above = (np.minimum(scores[None], level[:, None]) - self.least) / self.mean
         found: Floats = -0.5 * short**2 + above + log(self.mean / (self.sd * sqrt(2 * pi)))
         return found
+
+
+    def shortfall(self, level: Floats, scores: Floats) -> Floats:
+        """Return by how many deviations scores (m,) are below levels (n,), (n, m), at least 0."""
+        return np.maximum(level[:, None] - scores[None], 0.0) / self.sd
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,7 +162,11 @@ class Splitting:
         missed = np.log1p(-sight)
         other = ratios[count:] + log(self.detection / (1 - self.detection))
         conflict = self._conflict(before, other)
-        split = before.weight[:, None] + ratios[:count] + np.log(sight)[:, None] - conflict
+        evidence = ratios[:count] + np.log(sight)[:, None] - conflict
+        follows = before.misses == 0  # the next detection of the same object is hardly news
+        known = CONTINUED - 0.2 * scores.shortfall(levels[:count], quality) ** 2
+        evidence = np.where(follows[:, None], np.minimum(evidence, known), evidence)
+        split = before.weight[:, None] + evidence
         after = self._split(before, split, before.weight + missed, centers, noises)
         return replace(after, objects=self._objects(after, before.objects, bank, other, centers, quality))
 

@@ -37,6 +37,8 @@ MOST_DETECTIONS = 30
 """Largest number of detections in a frame; the highest are taken."""
 NEIGHBOUR = 1.5
 """Distance, in mean sides, within which another object keeps the target from being learned."""
+ALIKE = 0.6
+"""Share of the target's level from which on an object is like it."""
 APART_RATE = 0.1
 """Share of a new frame in the running mean of how far the cues distinguish the target."""
 TEMPER = 0.1
@@ -91,7 +93,7 @@ class ImmMF(MonitoredTracker):
 
     acceleration: Deviation = 0.1
     """Standard deviation of the acceleration on each axis in steady motion, px/frame^2."""
-    manoeuvre: Deviation = 0.7
+    manoeuvre: Deviation = 0.5
     """Standard deviation of the acceleration in a manoeuvre, px/frame^2."""
     start_speed_sd: Deviation = 2.0
     """Standard deviation of the unknown first speed on each axis, px/frame."""
@@ -116,7 +118,7 @@ class ImmMF(MonitoredTracker):
     def bank(self) -> MultipleModel:
         """Steady motion and manoeuvres; a manoeuvre lasts five frames in the mean."""
         models = [constant_velocity_model(each, 4) for each in (self.acceleration, self.manoeuvre)]
-        return MultipleModel(models, np.array([[0.96, 0.04], [0.2, 0.8]]))
+        return MultipleModel(models, np.array([[0.97, 0.03], [0.2, 0.8]]))
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ImmState:
         """Return the initial state: what is in the box, its patch and grey levels, and the background without it."""
@@ -191,7 +193,7 @@ class ImmMF(MonitoredTracker):
         learned = replace(state, background=background, hypotheses=after, monitor=monitor)
         whole = _region((x + state.offset[0], y + state.offset[1]), (state.size[0] / 2 + 1, state.size[1] / 2 + 1), image.shape)
         taken = int(after.detection[0])
-        if taken >= 0 and sure and shown[taken] > WHOLE and self._is_alone(after, side):
+        if taken >= 0 and sure and shown[taken] > WHOLE and self._is_alone(after, state.level, side):
             learned = self._learned(
                 learned, cues, picture, departure, foreground, region, (x, y), float(quality[taken]), registered
             )
@@ -253,7 +255,7 @@ class ImmMF(MonitoredTracker):
                 fit = fit_point(difference, (places[row, 0], places[row, 1]), state.width)
                 if fit is not None:
                     places[row] = fit.center
-                    noises[row] += fit.covariance + (0.02**2 - _noise_sd(state.target) ** 2) * np.eye(2)
+                    noises[row] += fit.covariance + (0.03**2 - _noise_sd(state.target) ** 2) * np.eye(2)
         return places, noises
 
     def _rules(self, state: ImmState, side: float) -> Splitting:
@@ -272,8 +274,9 @@ class ImmMF(MonitoredTracker):
         near = (np.abs(mean[:, :2] - mean[0, :2]) < max(side, 3.0)).all(axis=1)
         return bool(after.probabilities[near].sum() > 0.7)
 
-    def _is_alone(self, after: Hypotheses, side: float) -> bool:
-        others = after.objects.take(np.flatnonzero(after.objects.age >= 3))
+    def _is_alone(self, after: Hypotheses, level: float, side: float) -> bool:
+        objects = after.objects
+        others = objects.take(np.flatnonzero((objects.age >= 3) & (objects.level > ALIKE * level)))
         if not len(others.age):
             return True
         apart = others.states.moments()[0][:, :2] - after.states.moments()[0][0, :2]
