@@ -81,12 +81,15 @@ class Objects:
 @dataclass(frozen=True, slots=True, eq=False)
 class Hypotheses:
     """Hypotheses of the target, the best first: states, log weights (n,) relative to the best, probability in sight
-    (n,), successive misses (n,), the detection of the last frame (n,) or -1; and the other objects."""
+    (n,), successive misses and hits (n,), frames since it last had `ESTABLISHED` successive hits (n,), the detection of
+    the last frame (n,) or -1; and the other objects."""
 
     states: States
     weight: Floats
     sight: Floats
     misses: npt.NDArray[np.int64]
+    hits: npt.NDArray[np.int64]
+    unsettled: npt.NDArray[np.int64]
     detection: npt.NDArray[np.int64]
     objects: Objects
 
@@ -97,7 +100,8 @@ class Hypotheses:
         none, zero = np.zeros(0), np.zeros(0, np.int64)
         one = np.zeros(1, np.int64)
         return cls(
-            states, np.zeros(1), np.ones(1), one, one - 1, Objects(states.take(zero), none, zero, zero)
+            *(states, np.zeros(1), np.ones(1), one, one + ESTABLISHED, one, one - 1),
+            Objects(states.take(zero), none, zero, zero),
         )
 
     def predicted(self, bank: MultipleModel, moved: tuple[float, float]) -> Hypotheses:
@@ -177,7 +181,7 @@ class Splitting:
             return np.zeros((len(before.weight), other.shape[1]))
         gain = np.clip(other, 0, MOST_CONFLICT)
         established = objects.age >= ESTABLISHED
-        senior = established[None] & (objects.age[None] > before.misses[:, None] + 1)
+        senior = established[None] & (objects.age[None] > before.unsettled[:, None] + 1)
         found: Floats = (senior[:, :, None] * gain[None]).max(axis=1)
         return found
 
@@ -201,12 +205,16 @@ class Splitting:
         sight = before.sight[parents]
         sight = np.where(hit, 1.0, sight * (1 - self.detection) / (1 - sight * self.detection))
         misses = np.where(hit, 0, before.misses[parents] + 1)
+        hits = np.where(hit, before.hits[parents] + 1, 0)
+        unsettled = np.where(hits >= ESTABLISHED, 0, before.unsettled[parents] + 1)
         kept = self._distinct(states, weight)
         return Hypotheses(
             states.take(kept),
             weight[kept] - weight[kept[0]],
             sight[kept],
             misses[kept],
+            hits[kept],
+            unsettled[kept],
             np.where(hit, taken, -1)[kept],
             before.objects,
         )

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
-from irtrack.features.background import BackgroundModel, Grid, Region
+from irtrack.features.background import BackgroundModel, Grid, Region, RegisteredFrame
 from irtrack.features.background_window import WindowedBackground
 from irtrack.features.extent import Extent, extent
 from irtrack.features.foreground import GreyDensities, local_foreground, peaks
@@ -37,6 +37,9 @@ MOST_DETECTIONS = 30
 """Largest number of detections in a frame; the highest are taken."""
 NEIGHBOUR = 1.5
 """Distance, in mean sides, within which another object keeps the target from being learned."""
+UNOBSERVED = 0.6
+"""Share of the foreground that counts where no background has been observed, under the start box: where the target has
+left it, a guessed background must not hold the track."""
 ALIKE = 0.6
 """Share of the target's level from which on an object is like it."""
 APART_RATE = 0.1
@@ -138,7 +141,7 @@ class ImmMF(MonitoredTracker):
         likeness = Likeness.of(picture, center, (max(3, round(w / 2 + margin)), max(3, round(h / 2 + margin))))
         shape = Likeness.of(picture - model.mean, center, likeness.reach)
         background = WindowedBackground(model)
-        heights = local_foreground(greys.foreground(background.compare(image, region)), _kernel(found.size))
+        heights = local_foreground(_foreground(greys, background.compare(image, region)), _kernel(found.size))
         usual = float(heights.max(initial=0.1))
         shift = (box.cx - center[0], box.cy - center[1])
         return ImmState(
@@ -170,7 +173,7 @@ class ImmMF(MonitoredTracker):
         predicted = state.hypotheses.predicted(self.bank, moved)
         region = self._search(state, predicted, image.shape)
         registered = background.compare(image, region)
-        foreground = state.greys.foreground(registered)
+        foreground = _foreground(state.greys, registered)
         departure = np.zeros_like(picture)
         departure[region] = registered.picture - registered.mean
         cues = self._cues(state, foreground, picture, departure, region)
@@ -231,7 +234,7 @@ class ImmMF(MonitoredTracker):
         w = self.weight
         if w is None:
             w = min(max(1 / (1 + np.exp((state.apart[1] - state.apart[0]) / TEMPER)), 0.25), 0.75)
-        score = np.exp(np.float32(w) * np.log(np.clip(heights, 0.02, 1.0)) + np.float32(1 - w) * np.log(alike))
+        score = np.exp(np.float32(w) * np.log(np.clip(heights, 0.02, 1 / UNOBSERVED)) + np.float32(1 - w) * np.log(alike))
         return Cues(heights, alike, score)
 
     def _located(
@@ -310,10 +313,16 @@ class ImmMF(MonitoredTracker):
             likeness=state.likeness.learned(picture, center, rate),
             shape=state.shape.learned(departure, center, rate),
             usual=max(state.usual * (1 + rate * (height - 1)), 0.05),
-            level=min(max(state.level + rate * (quality - state.level), 0.4), 1.0),
+            level=min(max(state.level + rate * (quality - state.level), 0.4), 1.1),
             apart=(apart[0], apart[1]),
             greys=state.greys.updated(registered, foreground, own, rate),  # type: ignore[arg-type]
         )
+
+
+def _foreground(greys: GreyDensities, registered: RegisteredFrame) -> Grid:
+    """Return the probability of the target's pixels; nearer to one half where no background has been observed."""
+    found = greys.foreground(registered)
+    return np.where(registered.known, found, np.float32(0.5) + np.float32(UNOBSERVED) * (found - np.float32(0.5)))
 
 
 def _distinction(cue: Grid, row: int, column: int, size: tuple[float, float]) -> float:
