@@ -33,6 +33,9 @@ SAME_PX = 0.7
 CONTINUED = 0.6
 """Largest evidence of a detection that continues a hypothesis seen in the last frame: any object in the place of the
 target would give it, too."""
+SLACK, MOST_SLACK = 10, 20
+"""Frames since the target was last settled after which scores may be twice as far below its level, and their largest
+number."""
 ESTABLISHED = 4
 """Age from which on another object explains detections, frames."""
 MOST_CONFLICT = 12.0
@@ -51,9 +54,12 @@ class Scores:
     least: float
     mean: float
 
-    def ratios(self, level: Floats, scores: Floats) -> Floats:
-        """Return ln p1 - ln p0 (n, m) of scores (m,) about levels (n,); a score above the level is as good as it."""
-        short = self.shortfall(level, scores)
+    def ratios(self, level: Floats, scores: Floats, slack: Floats) -> Floats:
+        """Return ln p1 - ln p0 (n, m) of scores (m,) about levels (n,); a score above the level is as good as it.
+
+        slack (n,): factor of the deviation
+        """
+        short = self.shortfall(level, scores) / slack[:, None]
         above = (np.minimum(scores[None], level[:, None]) - self.least) / self.mean
         found: Floats = -0.5 * short**2 + above + log(self.mean / (self.sd * sqrt(2 * pi)))
         return found
@@ -160,7 +166,10 @@ class Splitting:
         everyone = before.states.joined(before.objects.states)
         distance, density = densities(everyone, self.noise, centers)
         levels = np.concatenate([np.full(count, level), before.objects.level])
-        ratios = density - log(self.clutter) + scores.ratios(levels, quality)
+        # A target that comes in sight again may show another side.
+        slack = 1 + np.minimum(before.unsettled, MOST_SLACK) / SLACK
+        slacks = np.concatenate([slack, np.ones(len(everyone) - count)])
+        ratios = density - log(self.clutter) + scores.ratios(levels, quality, slacks)
         ratios = np.where(distance <= self.gate, ratios, -np.inf)
         sight = before.sight * self.detection
         missed = np.log1p(-sight)
@@ -168,7 +177,7 @@ class Splitting:
         conflict = self._conflict(before, other)
         evidence = ratios[:count] + np.log(sight)[:, None] - conflict
         follows = before.misses == 0  # the next detection of the same object is hardly news
-        known = CONTINUED - 0.2 * scores.shortfall(levels[:count], quality) ** 2
+        known = CONTINUED - 0.2 * (scores.shortfall(levels[:count], quality) / slack[:, None]) ** 2
         evidence = np.where(follows[:, None], np.minimum(evidence, known), evidence)
         split = before.weight[:, None] + evidence
         after = self._split(before, split, before.weight + missed, centers, noises)
@@ -179,7 +188,11 @@ class Splitting:
         objects = before.objects
         if not len(objects.age) or not other.shape[1]:
             return np.zeros((len(before.weight), other.shape[1]))
-        gain = np.clip(other, 0, MOST_CONFLICT)
+        gain = np.maximum(other, 0)
+        if gain.shape[1] > 1:  # the object may have another detection instead
+            first, second = np.partition(gain, -2, axis=1)[:, [-1, -2]].T
+            gain = gain - np.where(gain == first[:, None], second[:, None], first[:, None])
+        gain = np.clip(gain, 0, MOST_CONFLICT)
         established = objects.age >= ESTABLISHED
         senior = established[None] & (objects.age[None] > before.unsettled[:, None] + 1)
         found: Floats = (senior[:, :, None] * gain[None]).max(axis=1)
