@@ -77,10 +77,11 @@ def _padded(picture: Grid, region: Region, reach: tuple[int, int]) -> Grid:
         low, high = span.start - more, span.stop + more
         spans.append(slice(max(low, 0), min(high, length)))
         borders += [max(-low, 0), max(high - length, 0)]
-    part = picture[spans[0], spans[1]]
+    part: Grid = picture[spans[0], spans[1]]
     part = part - part.mean()
     if any(borders):
-        part = cv2.copyMakeBorder(part, *borders, cv2.BORDER_REFLECT)  # type: ignore[call-overload]  # four borders
+        top, bottom, left, right = borders
+        part = cv2.copyMakeBorder(part, top, bottom, left, right, cv2.BORDER_REFLECT)  # type: ignore[assignment]  # OpenCV's stubs know no element types
     return part
 
 

@@ -1,8 +1,8 @@
 """Track splitting: hypotheses of one target's path, beside a GNN of the other objects about it.
 
 Each hypothesis splits into one without a detection and one for each detection in its gate; the most probable few stay
-(P. Smith, G. Buechler, "A branching algorithm for discriminating and tracking multiple objects", IEEE Trans. Automatic
-Control 20(1), 1975). Log-likelihood ratios of "detection j is of the target" against "j is false, the target is missed":
+(P. Smith, G. Buechler, "A branching algorithm for discriminating and tracking multiple objects", IEEE TAC 20(1),
+1975). Log-likelihood ratios of "detection j is of the target" against "j is false, the target is missed":
 
     L = ln(v P_D) + ln N(z; z_i, S_i) + ln p1(q) / p0(q) - ln(clutter) - conflict,    missed: ln(1 - v P_D)
 
@@ -63,7 +63,6 @@ class Scores:
         above = (np.minimum(scores[None], level[:, None]) - self.least) / self.mean
         found: Floats = -0.5 * short**2 + above + log(self.mean / (self.sd * sqrt(2 * pi)))
         return found
-
 
     def shortfall(self, level: Floats, scores: Floats) -> Floats:
         """Return by how many deviations scores (m,) are below levels (n,), (n, m), at least 0."""
@@ -200,7 +199,7 @@ class Splitting:
 
     def _split(self, before: Hypotheses, split: Floats, missed: Floats, centers: Floats, noises: Floats) -> Hypotheses:
         """Return the best hypotheses after splitting: `split` (n, m), `missed` (n,) log weights."""
-        count, m = split.shape
+        m = split.shape[1]
         table = np.concatenate([split, missed[:, None]], axis=1)
         order = np.argsort(-table, axis=None, kind="stable")
         order = order[table.ravel()[order] > table.max() - MARGIN][: 3 * self.most]

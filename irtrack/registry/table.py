@@ -36,6 +36,7 @@ from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
+from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
@@ -62,6 +63,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "optical_flow": OpticalFlow,
     "camshift_kalman": CamShiftKalman,
     "change_kalman": ChangeKalman,
+    "imm_mf": ImmMF,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, floor
+from math import ceil, floor, sqrt
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -194,7 +194,9 @@ class ImmMF(MonitoredTracker):
         sure = self._is_sure(after, mean, side)
         monitor = state.monitor.hit() if after.misses[0] == 0 and sure else state.monitor.miss()
         learned = replace(state, background=background, hypotheses=after, monitor=monitor)
-        whole = _region((x + state.offset[0], y + state.offset[1]), (state.size[0] / 2 + 1, state.size[1] / 2 + 1), image.shape)
+        whole = _region(
+            (x + state.offset[0], y + state.offset[1]), (state.size[0] / 2 + 1, state.size[1] / 2 + 1), image.shape
+        )
         taken = int(after.detection[0])
         if taken >= 0 and sure and shown[taken] > WHOLE and self._is_alone(after, state.level, side):
             learned = self._learned(
@@ -203,7 +205,9 @@ class ImmMF(MonitoredTracker):
         waiting = monitor.misses < self.lost_after
         learned = replace(
             learned,
-            background=background.learned(image, region, registered, foreground, self.learn, whole if waiting else None),
+            background=background.learned(
+                image, region, registered, foreground, self.learn, whole if waiting else None
+            ),
         )
         apart = mean[:, :2] - mean[0, :2]
         spread = np.einsum("n,ni,nj->ij", after.probabilities, apart, apart)
@@ -234,7 +238,9 @@ class ImmMF(MonitoredTracker):
         w = self.weight
         if w is None:
             w = min(max(1 / (1 + np.exp((state.apart[1] - state.apart[0]) / TEMPER)), 0.25), 0.75)
-        score = np.exp(np.float32(w) * np.log(np.clip(heights, 0.02, 1 / UNOBSERVED)) + np.float32(1 - w) * np.log(alike))
+        score = np.exp(
+            np.float32(w) * np.log(np.clip(heights, 0.02, 1 / UNOBSERVED)) + np.float32(1 - w) * np.log(alike)
+        )
         return Cues(heights, alike, score)
 
     def _located(
@@ -335,7 +341,7 @@ def _distinction(cue: Grid, row: int, column: int, size: tuple[float, float]) ->
 
 
 def _noise_sd(size: tuple[float, float]) -> float:
-    return max(0.4, 0.1 * (size[0] * size[1]) ** 0.5)
+    return max(0.4, 0.1 * sqrt(size[0] * size[1]))
 
 
 def _kernel(size: tuple[float, float]) -> tuple[float, float]:
