@@ -73,17 +73,16 @@ def tight(frame: Frame, box: Box) -> Box:
 
 def is_lost(name: str, frames: list[Frame], labels: Labels, start: int, box: Box) -> bool:
     """Return whether a tracker loses a target; one that fails counts as lost from there on."""
-    tracker, off = parse_tracker_spec(name), []
+    tracker, off = parse_tracker_spec(name).tracker, []
     followed = [k for k in sorted(labels) if k > start]
-    center = (box.cx, box.cy)
+    k = start
     try:
         state = tracker.init(frames[start], box, stream(0, name, "holds_on_real", start))
         for k in range(start + 1, followed[-1] + 1):
             state, estimate = tracker.step(state, frames[k], stream(0, name, "holds_on_real", k))
-            center = estimate.center
             if k in labels:
                 truth = labels[k]
-                error = np.array([np.hypot(center[0] - truth.cx, center[1] - truth.cy)])
+                error = np.array([np.hypot(estimate.center[0] - truth.cx, estimate.center[1] - truth.cy)])
                 off.append(bool(off_frames(error, np.hypot([truth.w], [truth.h]), np.zeros(1))[0]))
     except Exception as error:  # a peer may raise anything
         print(f"{name} failed at frame {k}: {error}", file=sys.stderr)
@@ -100,21 +99,18 @@ def main(folder: str, *names: str) -> None:
         raise SystemExit(f"{folder}: no sequence; allowed: a folder of NAME/frames.mp4 with NAME/gt.csv")
     for sequence in sequences:
         frames = frames_of(sequence / "frames.mp4")
-        for number, (target, labels) in enumerate(sorted(labels_of(sequence / "gt.csv").items())):
-            for start, box in starts_of(labels, number):
-                for kind, given in (("padded", box), ("tight", tight(frames[start], box))):
-                    found = {name: is_lost(name, frames, labels, start, given) for name in names}
-                    for name, is_off in found.items():
-                        lost[sequence.name, kind, name].append(is_off)
-                    print(
-                        sequence.name,
-                        target,
-                        start,
-                        kind,
-                        "lost:",
-                        *(name for name in names if found[name]),
-                        flush=True,
-                    )
+        targets = sorted(labels_of(sequence / "gt.csv").items())
+        starts = [
+            (place, target, labels, *given)
+            for number, (target, labels) in enumerate(targets)
+            for place, given in enumerate(starts_of(labels, number))
+        ]
+        for _, target, labels, start, box in sorted(starts, key=lambda each: each[0]):
+            for kind, given in (("padded", box), ("tight", tight(frames[start], box))):
+                found = {name: is_lost(name, frames, labels, start, given) for name in names}
+                for name, is_off in found.items():
+                    lost[sequence.name, kind, name].append(is_off)
+                print(sequence.name, target, start, kind, "lost:", *(name for name in names if found[name]), flush=True)
     for kind in ("padded", "tight"):
         for name in names:
             shares = [np.mean(lost[sequence.name, kind, name]) for sequence in sequences]
