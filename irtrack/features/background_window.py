@@ -20,7 +20,7 @@ REDUCTION = 3
 """Largest factor by which pictures are reduced for registration, as in `irtrack.detectors.frame_difference`."""
 LEAST_PIXELS = 5000
 """Least number of pixels of a reduced picture. Four parameters lower the deviation of n independent samples by 4 / n
-in noise alone; of 5,000 smoothed pixels, by 1 %, which `BETTER` does not accept. Smaller pictures are not registered."""
+in noise alone; of 5,000 smoothed pixels, by 1 %, which `BETTER` does not accept. Smaller ones are not registered."""
 BANDS = 12
 """Number of bands of rows of the picture, of which one is learned in each frame."""
 BORDER = 2
