@@ -101,7 +101,7 @@ class BackgroundModel:
         filled[inside] = np.median(ring) if ring.size else np.median(picture)
         for _ in range(SMOOTHINGS):
             filled[inside] = cv2.blur(filled, (3, 3))[inside]
-        variance = (noise + START_SHIFT**2 * _squared_slope(picture)).astype(np.float32)
+        variance = (noise + START_SHIFT**2 * squared_slope(picture)).astype(np.float32)
         variance[unknown] = max(float(ring.var()) if ring.size else 0.0, noise)
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
@@ -113,10 +113,10 @@ class BackgroundModel:
         picture = (raw - np.float32(moved.offset)) / np.float32(moved.gain)
         whole = (round(moved.shift[0]), round(moved.shift[1]))
         if any(whole):
-            moved = moved._rolled(whole, picture)
-        mean = _shifted(moved.mean, moved.shift)
+            moved = moved.rolled(whole, picture)
+        mean = shifted(moved.mean, moved.shift)
         travel = (moved.shift[0] + whole[0] - self.shift[0], moved.shift[1] + whole[1] - self.shift[1])
-        variance = moved.variance + np.float32(SHIFT**2) * _squared_slope(mean)
+        variance = moved.variance + np.float32(SHIFT**2) * squared_slope(mean)
         return moved, RegisteredFrame(picture, mean, variance, moved.observations >= 1, moved.shift, travel)
 
     def updated(
@@ -128,7 +128,7 @@ class BackgroundModel:
         if target is not None:
             open_[target] = 0
         clear = share * (1 - foreground) * open_
-        residual = _shifted(registered.picture - registered.mean, (-registered.shift[0], -registered.shift[1]))
+        residual = shifted(registered.picture - registered.mean, (-registered.shift[0], -registered.shift[1]))
         squares = np.minimum(residual**2, OUTLIER * self.variance)
         variance = np.maximum(self.variance + clear * (squares - self.variance), np.float32(self.noise / OUTLIER))
         rates = clear + np.float32(MOVING_RATE) * foreground * open_
@@ -141,12 +141,12 @@ class BackgroundModel:
             return self
         # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
         still, raw = _smooth(self.mean), _smooth(raw)
-        best, under = self, _shifted(still, self.shift)
+        best, under = self, shifted(still, self.shift)
         deviation = best._deviation(under, raw)
         # OpenCV multiplies its arguments by the window in place.
         (dx, dy), _ = cv2.phaseCorrelate(under.copy(), raw.copy(), _window(raw.shape))
         coarse = replace(self, shift=(self.shift[0] + dx, self.shift[1] + dy))
-        moved = _shifted(still, coarse.shift)
+        moved = shifted(still, coarse.shift)
         if abs(dx) < raw.shape[1] / 2 and abs(dy) < raw.shape[0] / 2:
             nearer = coarse._deviation(moved, raw)
             is_jump = max(abs(dx), abs(dy)) > 1  # least squares find shifts up to a pixel
@@ -154,7 +154,7 @@ class BackgroundModel:
                 best, under, deviation = coarse, moved, nearer
         for _ in range(2):
             finer = best._refined(under, raw)
-            moved = _shifted(still, finer.shift)
+            moved = shifted(still, finer.shift)
             nearer = finer._deviation(moved, raw)
             if not nearer.mean() < BETTER * deviation.mean():
                 break
@@ -192,7 +192,7 @@ class BackgroundModel:
             offset=self.offset + float(offset) - float(gain) * middle,
         )
 
-    def _rolled(self, whole: tuple[int, int], picture: Grid) -> BackgroundModel:
+    def rolled(self, whole: tuple[int, int], picture: Grid) -> BackgroundModel:
         """Return the model on a canvas moved by whole pixels; pixels new in view are taken from the frame."""
         matrix = np.array([[1, 0, whole[0]], [0, 1, whole[1]]], np.float64)
         size = picture.shape[::-1]
@@ -202,7 +202,7 @@ class BackgroundModel:
             moved = cv2.warpAffine(canvas, matrix, size, flags=cv2.INTER_NEAREST)
             return np.where(fresh, np.float32(new), moved)
 
-        unsure = np.float32(self.noise) + np.float32(START_SHIFT**2) * _squared_slope(picture)
+        unsure = np.float32(self.noise) + np.float32(START_SHIFT**2) * squared_slope(picture)
         return replace(
             self,
             mean=roll(self.mean, picture),
@@ -223,7 +223,7 @@ def _smooth(picture: Grid) -> Grid:
     return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]  # OpenCV's stubs have no element types
 
 
-def _squared_slope(picture: Grid) -> Grid:
+def squared_slope(picture: Grid) -> Grid:
     """Return the squared slope of each pixel, (counts/px)^2 (Sobel)."""
     squares: Grid = (
         cv2.Sobel(picture, cv2.CV_32F, 1, 0, scale=1 / 8) ** 2 + cv2.Sobel(picture, cv2.CV_32F, 0, 1, scale=1 / 8) ** 2
@@ -231,7 +231,7 @@ def _squared_slope(picture: Grid) -> Grid:
     return squares
 
 
-def _shifted(picture: Grid, shift: tuple[float, float]) -> Grid:
+def shifted(picture: Grid, shift: tuple[float, float]) -> Grid:
     """Return the picture moved by (dx, dy) px, by cubic interpolation; edges are repeated."""
     if max(abs(shift[0]), abs(shift[1])) < 1e-3:
         return picture

@@ -39,6 +39,7 @@ from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
+from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.lbp_mean_shift import LBPMeanShift
@@ -67,6 +68,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "optical_flow": OpticalFlow,
     "camshift_kalman": CamShiftKalman,
     "change_kalman": ChangeKalman,
+    "imm_mf": ImmMF,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
     "apf_tbd": APFTBD,

@@ -64,6 +64,8 @@ class Steps:
             self._cases[f"{name}_160x120_step"] = partial(step_ms, name, {}, large, box)
         for name in ("cascade_pf", "product_pf", "mean_shift_pf", "apf_tbd"):
             self._cases[f"{name}_320x240_step"] = partial(step_ms, name, {}, small, spot)
+        for label, parameters in (("", {}), ("_still_camera", {"register_frames": False})):
+            self._cases[f"imm_mf_320x240_step{label}"] = partial(step_ms, "imm_mf", parameters, small, spot)
         self._cases["cascade_pf_320x240_step_whole_high_pass"] = partial(whole_high_pass_ms, "cascade_pf", small, spot)
         self._least_ms = dict.fromkeys(self._cases, math.inf)
 

@@ -47,11 +47,19 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
     ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
     ("lbp_mean_shift", {"offset": 0.0, "bins": 16, "alpha": 0.1}),
+    ("imm_mf", {"hypotheses": 1, "register_frames": False, "weight": 0.5}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
-SHIFT_TOLERANCE = {"svd_pf": 1.0, "apf_tbd": 0.5, "pdaf": 0.5, "optical_flow": 0.05, "change_kalman": 0.05}
+SHIFT_TOLERANCE = {
+    "svd_pf": 1.0,
+    "apf_tbd": 0.5,
+    "pdaf": 0.5,
+    "optical_flow": 0.05,
+    "change_kalman": 0.05,
+    "imm_mf": 0.05,
+}
 """px. Of trackers on the whole frame: crops have other singular values, noise levels, pyramids and
 registrations."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
