@@ -310,7 +310,7 @@ def papers_claims() -> Iterator[str]:
 def papers_scenes() -> Iterator[str]:
     yield "| scene | tracker | lost | bounded error, px | only runs not lost: mean absolute error in X, Y, px |"
     yield "| --- | --- | --- | --- | --- |"
-    shown = ("grey_pf", "cascade_pf", "mean_shift_pf", "restrained", "mean", "SVD and PF", "PF alone")
+    shown: tuple[str, ...] = ("grey_pf", "cascade_pf", "mean_shift_pf", "restrained", "mean", "SVD and PF", "PF alone")
     shown += ("fusion_wspf", "standard PF", "optical_flow", "template", "kalman centroid", "camshift_kalman")
     shown += ("coasting_pf", "change_kalman")
     for scene, rows in papers_results()["scenes"].items():

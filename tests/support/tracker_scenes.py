@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
+from textures import counts, texture
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
@@ -23,10 +25,30 @@ def blob(seed: int, *, count: int = 40, bits: int = 8, speed: float = 1.5, hidde
         target = 80 * np.exp(-((x - cx) ** 2) / (2 * 3.5**2) - (y - cy) ** 2 / (2 * 2.5**2))
         picture = 80 + (0 if k in hidden else 1) * target + 6 * rng.standard_normal(x.shape)
         image = np.clip(np.rint(picture), 0, 255).astype(np.uint8)
-        counts = image if bits == 8 else (3000 + 20 * image.astype(np.uint16)).astype(np.uint16)
-        counts.setflags(write=False)
-        scene.append((Frame(counts, k, k / 30, bits), (float(cx), float(cy))))
+        shown = image if bits == 8 else (3000 + 20 * image.astype(np.uint16)).astype(np.uint16)
+        shown.setflags(write=False)
+        scene.append((Frame(shown, k, k / 30, bits), (float(cx), float(cy))))
     return scene
+
+
+def hiding(seed: int, pan: float = 0.0) -> tuple[list[Frame], list[tuple[float, float]], list[bool]]:
+    """A spot no brighter than its ground, hidden behind a bar for some frames; another beside it that is not."""
+    wide = texture(seed, 120, 260)
+    rng = np.random.default_rng([seed, 1])
+    y, x = np.mgrid[:120, :160]
+    frames, at, seen = [], [], []
+    for k in range(60):
+        left = pan * k
+        picture = cv2.warpAffine(wide, np.array([[1.0, 0, -20 - left], [0, 1, 0]]), (160, 120), flags=cv2.INTER_CUBIC)
+        cx, cy = 30 + 1.5 * k, 50.0
+        for row in (cy, cy + 25):
+            picture = np.where(np.hypot(x - cx + left, y - row) < 4.5, 135.0, picture)
+        bar = (np.abs(x - 75 + left) < 10) & (np.abs(y - 50) < 9)
+        picture = np.where(bar, 60.0, picture)
+        frames.append(Frame(counts(picture + 2 * rng.standard_normal(picture.shape)), k, k / 30, 8))
+        at.append((cx - left, cy))
+        seen.append(abs(cx - 75) > 15)
+    return frames, at, seen
 
 
 def follow(tracker: Tracker, frames: list[Frame], box: Box, seed: int = 0) -> list[Estimate]:

@@ -33,14 +33,16 @@ Labels = dict[int, Box]
 
 def frames_of(video: Path) -> list[Frame]:
     """Return the frames of a video, 8 bits."""
-    film, frames = cv2.VideoCapture(str(video)), []
+    film = cv2.VideoCapture(str(video))
+    frames: list[Frame] = []
     while True:
         there, picture = film.read()
         if not there:
             film.release()
             return frames
         index = len(frames)
-        frames.append(Frame(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), index, index / 30, 8))
+        grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+        frames.append(Frame(grey, index, index / 30, 8))
 
 
 def labels_of(table: Path) -> dict[str, Labels]:

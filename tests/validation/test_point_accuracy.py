@@ -32,7 +32,7 @@ def single_frame_bound(moments: irsim.Moments) -> float:
     step, last = 0.02, FRAMES - 1
 
     def drawn(x: float, y: float) -> np.ndarray:
-        return moments.contribution(last, "one", (x, y)).ravel()
+        return np.asarray(moments.contribution(last, "one", (x, y)).ravel())
 
     slopes = [(drawn(*at) - drawn(*(-a for a in at))) / (2 * step) for at in ((step, 0.0), (0.0, step))]
     J = np.stack([*slopes, drawn(0.0, 0.0)], axis=1)

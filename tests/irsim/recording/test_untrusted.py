@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +115,7 @@ def test_wrong_images(tmp_path: Path, image: bytes) -> None:
     not_recovered(path)
 
 
-def encoded(target: dict[str, object]) -> bytes:
+def encoded(target: Mapping[str, object]) -> bytes:
     return bytes(TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString())
 
 

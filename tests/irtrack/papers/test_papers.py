@@ -17,6 +17,7 @@ from irsim.types import Box
 from irtrack.bench import parse_tracker_spec
 from irtrack.errors import InputError
 from irtrack.external import PEERS
+from irtrack.features.trajectory import trajectory_similarity
 from irtrack.papers import rules, runs
 from irtrack.papers import search as search_module
 from irtrack.papers.experiment import (
@@ -63,7 +64,7 @@ def test_cost_of_the_cascade_in_closed_form(monkeypatch: pytest.MonkeyPatch) -> 
     """With N1 = 30, N2 = 15 the cascade weighs 30 particles by grey levels and at most 15 by velocity; the product 45
     by both (Xue et al. 2011, section 3.2)."""
     counts = {"grey": 0, "velocity": 0}
-    likelihood, similarity = Appearance.likelihood, cascade_pf.trajectory_similarity
+    likelihood, similarity = Appearance.likelihood, trajectory_similarity
 
     def grey(self: Appearance, picture: Any, centers: Any, *others: Any) -> Any:
         counts["grey"] += len(centers)

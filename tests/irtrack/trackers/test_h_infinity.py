@@ -39,7 +39,7 @@ def test_states_equal_filterpy(seed: int) -> None:
     mean, covariance = np.array([*case["detections"][0], 0.0, 0.0]), np.diag([4.0, 4, 9, 9])
     states = values_of("filterpy_hinfinity")[seed]["states"]
     for detection, expected in zip(case["detections"][1:], states, strict=True):
-        mean, covariance = tracker.predict(*tracker.update(mean, covariance, detection))
+        mean, covariance = tracker.predict(*tracker.updated(mean, covariance, detection))
         np.testing.assert_allclose(mean, expected, atol=1e-8)
 
 
@@ -62,7 +62,7 @@ def worst_ratio(tracker: HInfinity, theta: float | None) -> float:
             weight = tracker.feasible_theta(covariance) if theta is None else theta
             errors.append(np.sqrt(weight) * (x - mean)[:2])
             place = x[:2] + tracker.measurement_sd * noise[k, 2:]
-            mean, covariance = tracker.predict(*tracker.update(mean, covariance, place))
+            mean, covariance = tracker.predict(*tracker.updated(mean, covariance, place))
             x = F @ x + G @ noise[k, :2]
         columns.append(np.ravel(errors))
     return float(np.linalg.svd(np.array(columns), compute_uv=False)[0] ** 2)
@@ -83,5 +83,5 @@ def test_theta_stays_feasible() -> None:
     small = large = start
     for k in range(30):
         place = np.array([k, 0.5 * k])
-        small, large = (t.update(*t.predict(*state), place) for t, state in ((plain, small), (bold, large)))
+        small, large = (t.updated(*t.predict(*state), place) for t, state in ((plain, small), (bold, large)))
         assert np.linalg.eigvalsh(large[1] - small[1]).min() > 0

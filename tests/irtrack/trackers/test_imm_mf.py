@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_change_kalman import hiding
-from tracker_scenes import follow
+from tracker_scenes import follow, hiding
 
 from irsim.types import Box
 from irtrack.features.extent import extent
@@ -91,7 +90,7 @@ def test_a_detection_of_an_older_object_is_not_the_targets() -> None:
 
 def test_the_target_is_found_again_after_occlusion() -> None:
     frames, at, seen = hiding(0)
-    estimates = follow(make("imm_mf"), frames, Box(*at[0], 9, 9))
+    estimates = follow(make("imm_mf"), frames, Box(float(at[0][0]), float(at[0][1]), 9, 9))
     errors = np.hypot(*(np.array([e.center for e in estimates]) - at[1:]).T)
     assert errors[np.array(seen[1:])].max() < 5
     hidden = [e.status for e, (x, _) in zip(estimates, at[1:], strict=True) if abs(x - 75) < 2]
