@@ -10,10 +10,11 @@ from pathlib import Path
 import irsim
 from irsim.recording.output import atomic_text
 from irsim.types import Source
-from irtrack.bench import Entry, Results, run_bench
+from irtrack.bench import Entry, Results, RunRecord, run_bench
 from irtrack.falsify.falsification import Failure, Falsification, SeedSensitivity
 from irtrack.falsify.outputs import JOURNAL, MINIMAL, REPLAY, REPORT
 from irtrack.falsify.rules import IMPLICIT, explain
+from irtrack.metrics.ceiling import CEILING
 from irtrack.report.figure_data import failures, measured, source_figures
 from irtrack.report.line_styles import styles
 from irtrack.report.page import render, versions
@@ -76,7 +77,7 @@ def write_failure_report(falsification: Falsification, failure: Failure, folder:
             input=subject.input,
         ) as results,
     ):
-        (cell,), (row,) = results.cells(), results.sources().values()
+        (cell,), (row,) = _of_the_subject(results), results.sources().values()
         finding = _finding(falsification, failure, scene, run_command(cell, row))
         _write_page(results, folder / REPLAY, finding, irsim.Rendering(scene, MINIMAL))
     with atomic_text(folder / REPORT) as file:
@@ -145,9 +146,14 @@ def short(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else json.dumps(value)
 
 
+def _of_the_subject(results: Results) -> list[RunRecord]:
+    """Return the run of the tracker or detector, without that of the ideal matched filter beside a detector."""
+    return [cell for cell in results.cells() if cell.label != CEILING]
+
+
 def _write_page(results: Results, out: Path, finding: Finding, source: Source) -> None:
     """Write the page of the finding with a replay, from a results file with one run and its open source."""
-    cells = results.cells()
+    cells = _of_the_subject(results)
     by_label = styles([cell.label for cell in cells])
     (run,) = measured(results, cells)
     shown = section(run, source_figures(run), by_label, Budget(), source)

@@ -66,7 +66,7 @@ BAD = [
     (("run", "kalman", "scene.yaml", "-o", "scene.yaml"), "would replace scene.yaml"),
     (("run", "kalman", "clip.mcap", "-o", "same", "--csv", "same"), "would replace same"),
     (("run", "kalman", "clip.mcap", "-o", "track.csv"), "track.csv: allowed: a name that ends in .mcap"),
-    (("run", "kalman", "clip.mcap", "--csv", "track.txt"), "track.txt: allowed: a name that ends in .csv"),
+    (("run", "kalman", "clip.mcap", "--csv", "track.md"), "track.md: allowed: a name that ends in .csv"),
     (("bench", "clip.mcap", "--trackers", "kalman", "--results", "x.csv"), "x.csv: allowed: a name that ends in .db"),
     (("compare", "a", "b", "--junit", "x.html"), "x.html: allowed: a name that ends in .xml"),
     (("run", "kalman", "clip.mcap", "gate=3", "gate=4"), "'gate' is given twice"),

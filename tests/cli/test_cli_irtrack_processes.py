@@ -18,6 +18,7 @@ import pytest
 from irtrack import Results
 
 
+@pytest.mark.slow
 def test_tracker_output_goes_to_standard_error(made: Path) -> None:
     """Also that of workers."""
     words = ("bench", "clip.mcap", "scene.yaml", "--trackers", "mine:Careless:what=good", "--seeds", "1", "--jobs", "2")

@@ -51,6 +51,7 @@ def test_sheets_have_all_backgrounds_and_cameras() -> None:
     assert all(each.label.endswith("mK; a drone 45 m away") for each in gallery.cameras())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [gallery.backgrounds, gallery.cameras])
 def test_pictures_of_a_sheet_differ(make: Callable[[], Iterator[LabelledImage]]) -> None:
     pictures = [each.image.astype(float) for each in make()]

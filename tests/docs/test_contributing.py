@@ -103,7 +103,9 @@ CONTRACTS = {
 """Files of contract tests, by kinds."""
 
 
-@pytest.mark.parametrize("kinds", CONTRACTS)
+@pytest.mark.parametrize(
+    "kinds", [pytest.param(kinds, marks=() if "hum" in kinds else pytest.mark.slow) for kinds in CONTRACTS]
+)
 def test_kinds_in_this_repository_pass_their_contract(repository: Path, kinds: str) -> None:
     files = [str(ROOT / "tests" / file) for file in CONTRACTS[kinds]]
     said = run_python(repository, "-m", "pytest", "-vv", "-p", "no:cacheprovider", "-k", kinds, *files)

@@ -85,6 +85,7 @@ def test_a_kernel_of_other_source_is_warned_of_and_not_used(tmp_path: Path) -> N
         assert load("irsim._native", tmp_path) is None
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
 def test_scenes_are_rendered_alike_by_both() -> None:
     """The light of bodies may differ in its last digits, and so a rounded count by one."""

@@ -43,6 +43,8 @@ REQUIRED: dict[str, Any] = {
     "sd": 1,
     "values": [1, 2],
     "frames": 5,
+    "per_minute": 1,
+    "per_frame": 1,
 }
 """Values of required keys, by key."""
 BESIDE: dict[str, dict[str, Any]] = {

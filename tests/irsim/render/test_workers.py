@@ -111,6 +111,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @ON_LINUX
 @pytest.mark.parametrize(
     "end",

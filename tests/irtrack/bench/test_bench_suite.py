@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -160,7 +161,9 @@ def test_tie_by_paired_difference(tmp_path: Path) -> None:
         error = 1 + rng.random()
         for label, more in (("a", 0.0), ("b", 0.1 * (-1) ** scene + 0.001), ("c", 2.0)):
             score = type(cell.score).from_dict(base | {"error_held": error + more})
-            key = cell.key.__class__(str(scene), "a", "visible", "display", scene, scene, label, "")
+            key = cell.key.__class__(
+                str(scene), "a", "visible", "display", scene, scene, json.dumps({"tracker": label}), ""
+            )
             cells.append(RunRecord(key, label, "s", "s", "ok", score=score))
     assert [(row.label, row.standing) for row in summary(cells)] == [("a", "told"), ("b", "tie"), ("c", "told")]
     few = [cell for cell in cells if int(cell.key.source_hash) < 5]

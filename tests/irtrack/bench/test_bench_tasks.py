@@ -65,7 +65,7 @@ def test_tasks_in_one_bench(two: Call) -> None:
     assert {"frame", "id", "cx", "matches", "names"} <= set(arrays)
     assert two("report", "irtrack.db", "-o", "r.html").status == 0
     page = Path("r.html").read_text()
-    assert "identities over time" in page
+    assert "Identities over time" in page
     assert "Probability of detection against false alarms" in page
     assert "matched_filter_ideal needs truth: a ceiling, not a detector" in page
     assert two("export", "irtrack.db", "-o", "r.csv").status == 0

@@ -49,6 +49,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_failure_is_written_whole_or_not_at_all(whole: Path, tmp_path: Path) -> None:
     """The search is over by then; with room again only the files are written."""
     (tmp_path / JOURNAL).write_bytes((whole / JOURNAL).read_bytes())

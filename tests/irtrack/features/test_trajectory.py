@@ -76,11 +76,10 @@ def test_cascade_and_product_of_cues_by_hand() -> None:
     def cue(places: Floats) -> Floats:
         return -places[:, 0]
 
-    drawn, weights = CascadePF(n2=4000)._weighed_by_velocity(positions, grey, cue, stream(2, "draw"))
-    count = np.bincount(drawn[:, 0].astype(int), minlength=3)
-    assert count[0] == 0
-    assert count[2] == pytest.approx(3000, abs=4 * sqrt(4000 * 0.75 * 0.25))
-    assert weights[drawn[:, 0] == 1][0] / weights[drawn[:, 0] == 2][0] == pytest.approx(exp(1))
+    drawn, weights = CascadePF(n1=3, n2=4000)._weighed_by_velocity(positions, grey, cue, stream(2, "draw"))
+    assert drawn.tolist() == [[1, 0], [2, 0]]  # copies of a particle are one, with the sum of their weights
+    copies = weights / np.exp([-1.0, -2.0])
+    assert copies[1] / copies.sum() == pytest.approx(0.75, abs=4 * sqrt(0.75 * 0.25 / 4000))
     same, weights = ProductPF()._weighed_by_velocity(positions, grey, cue, stream(2, "draw"))
     assert same is positions
     assert weights == pytest.approx(np.array([0, 0.25 * exp(-1), 0.75 * exp(-2)]) / (0.25 * exp(-1) + 0.75 * exp(-2)))
@@ -105,7 +104,8 @@ def test_first_frames_run_the_first_layer_alone() -> None:
     scene = blob(4, count=12)
     estimates = follow(CascadePF(), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10))
     counts = [len(e.weights) for e in estimates if e.weights is not None]
-    assert counts == [30] * 4 + [15] * 7
+    assert counts[:4] == [30] * 4
+    assert 1 <= min(counts[4:]) <= max(counts[4:]) <= 15  # distinct ones
 
 
 def test_coasting_predicts_an_occluded_target() -> None:

@@ -29,11 +29,14 @@ def test_each_property_has_a_planted_breaker() -> None:
     assert all(need in list(PROPERTIES)[:k] for k, each in enumerate(PROPERTIES.values()) for need in each.needs)
 
 
+@pytest.mark.slow
 def test_sound_tracker_has_all_properties() -> None:
     assert {outcome.property.name: outcome.verdict for outcome in check(Sound())} == dict.fromkeys(PROPERTIES, "holds")
 
 
-@pytest.mark.parametrize("name", PROPERTIES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name == "elsewhere" else name for name in PROPERTIES]
+)
 def test_planted_tracker_breaks_its_property(name: str) -> None:
     (outcome,) = check(PLANTED[name](), only=[name])
     assert outcome.verdict == "broken"

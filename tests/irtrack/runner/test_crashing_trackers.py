@@ -78,6 +78,7 @@ def test_a_scene_that_kills_a_tracker_is_found_and_shrunk(known: tuple[Path, Fai
     assert all((a.image == b.image).all() for a, b in zip(frames, recording.frames(), strict=True))
 
 
+@pytest.mark.slow
 def test_a_stopped_search_resumes(known: tuple[Path, Failure], tmp_path: Path) -> None:
     whole = (known[0] / "trials.jsonl").read_text().splitlines(keepends=True)
     (tmp_path / "trials.jsonl").write_text("".join(whole[:-3]))
