@@ -230,7 +230,7 @@ def test_variance_of_the_random_walk(propagation: Propagation) -> None:
 
 @pytest.mark.parametrize(("most", "expected"), [(4.0, 1.4**2), (1.5, 1.5)])
 def test_number_of_particles_grows_with_speed(most: float, expected: float) -> None:
-    """(1 + v / r)^2 at v = 4 px/frame, r = 10 px, and none at rest; of the cascade's N2, only distinct ones are given."""
+    """(1 + v / r)^2 at v = 4 px/frame, r = 10 px, and none at rest; the cascade gives its distinct particles alone."""
     for name, counts in (("cascade_pf", {"n1": 300, "n2": 150}), ("product_pf", {"particles": 45})):
         tracker = make(name, {"by_speed": True, "by_speed_most": most, "high_pass": "none", **counts})
         found = []
