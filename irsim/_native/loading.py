@@ -1,4 +1,4 @@
-"""Which compiled loops are used: those that were made of the source that lies beside them."""
+"""Loading of the compiled kernels; those compiled from another source than the one beside them are not used."""
 
 from __future__ import annotations
 

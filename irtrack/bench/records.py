@@ -133,7 +133,7 @@ class RunRecord:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What the tracker needs besides pictures (`irtrack.registry.identity.tracker_needs`)."""
+        """Inputs of the tracker besides pictures (`irtrack.registry.identity.tracker_needs`)."""
         return tuple(self.config.get("needs", ()))
 
 

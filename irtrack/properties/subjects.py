@@ -72,12 +72,12 @@ class DetectorSubject:
 
     @property
     def scale_invariant(self) -> bool:
-        """Whether it declares that counts times a factor give the same detections."""
+        """True: the detector declares that counts times a factor give the same detections."""
         return bool(getattr(getattr(self.tracker, "kind", self.tracker), "scale_invariant", False))
 
     @property
     def resumable(self) -> bool:
-        """Whether its memory is a value, as of every detector but a person's own function or class."""
+        """True: the detector's memory is a value; a user's own function or class may keep its memory in itself."""
         return bool(getattr(self.tracker, "resumable", True))
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:

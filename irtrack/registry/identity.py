@@ -24,7 +24,7 @@ from irtrack.tracks import MultiTracker
 from irtrack.types import Detector, Tracker
 
 Runnable = Tracker | MultiTracker | Detector
-"""What a bench runs: a tracker of one target, of many, or a detector."""
+"""Subject of a bench: a tracker of one target, a tracker of many targets, or a detector."""
 
 _AMBIGUOUS = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 """Parts of a repr that do not identify a value: an address, which differs from run to run, or numpy's ellipsis."""
@@ -54,7 +54,7 @@ def tracker_config(tracker: Runnable) -> dict[str, Any]:
 
 
 NEEDS = ("pose",)
-"""What a tracker or detector may need besides pictures, by its attribute `needs`: the camera's pose of each frame."""
+"""Allowed values of the attribute `needs` of a tracker or detector: inputs besides pictures, the pose of each frame."""
 
 
 def tracker_needs(tracker: Any) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ EgoMotion = Literal["none", "pose", "image"]
 """Source of the camera's motion: none, its pose in each frame, or the registration of successive pictures."""
 
 View = Pose | Picture
-"""What the next frame is compared with."""
+"""Pose or picture of a frame, with which that of the next frame is compared."""
 
 
 def ego_view(kind: EgoMotion, frame: Frame) -> View | None:

@@ -185,7 +185,7 @@ class MultiTargetTracker(TrackerPart):
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What the tracker needs besides pictures."""
+        """Inputs besides pictures: the camera's pose where it compensates ego-motion."""
         return ("pose",) if self.ego_motion == "pose" else ()
 
     @cached_property
