@@ -8,12 +8,13 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irtrack.detectors.base import FilterDetector, Picture, Width
+from irtrack.detectors.base import FilterDetector, SingleFrameDetector, Width
+from irtrack.detectors.peaks import Picture
 from irtrack.features.frequency import first_cutoff, passed, spectrum_of
 from irtrack.features.highpass import predicted_background, ring_kernel
 
 
-class DoG(FilterDetector):
+class DoG(SingleFrameDetector):
     """Difference of two Gaussians, the inner one matched to the point spread function.
 
     D. Marr, E. Hildreth, "Theory of edge detection", Proc. R. Soc. B 207, 1980, appendix B: G(psf) - G(ratio psf); the
@@ -41,7 +42,7 @@ class DoG(FilterDetector):
         return np.subtract(inner, outer, dtype=np.float32)
 
 
-class Ring(FilterDetector):
+class Ring(SingleFrameDetector):
     """The frame less the mean of a ring neighbourhood.
 
     D. Xue, J. Yuan, Y. Xie 2011, eq. 1 (see `irtrack.features.highpass`), computed at every pixel.

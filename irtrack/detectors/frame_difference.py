@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from irsim.types import MEDIAN_TO_SIGMA
-from irtrack.detectors.base import ROUNDING, FilterDetector, Picture, median
+from irtrack.detectors.base import FilterDetector
+from irtrack.detectors.peaks import ROUNDING, Picture, median
 from irtrack.errors import InputError
 from irtrack.features.background import BackgroundModel
 

@@ -11,24 +11,14 @@ from pydantic import Field
 from irsim.config.base import Several
 from irsim.types import Floats
 from irtrack._native import COMPILED, kernels
-from irtrack.detectors.base import (
-    THINNED,
-    WHOLE,
-    FilterDetector,
-    Picture,
-    Places,
-    Score,
-    Side,
-    robust_scale,
-    squares,
-    vertices,
-)
+from irtrack.detectors.base import Score, Side, SingleFrameDetector
+from irtrack.detectors.peaks import THINNED, WHOLE, Picture, Places, robust_scale, squares, vertices
 
 Sides = Annotated[Several[Side], Field(min_length=1, max_length=8)]
 """Sides of the patches of each scale, px."""
 
 
-class LCM(FilterDetector):
+class LCM(SingleFrameDetector):
     """Local contrast measure L^2 / max m_i, the largest over scales.
 
     C. Chen, H. Li, Y. Wei, T. Xia, Y. Tang, "A local contrast method for small infrared target detection", IEEE TGRS
@@ -72,7 +62,7 @@ class LCM(FilterDetector):
         return rows, columns, vertices(picture, rows, columns)
 
 
-class MPCM(FilterDetector):
+class MPCM(SingleFrameDetector):
     """Multiscale patch-based contrast, the least product of differences to opposite neighbours.
 
     Y. Wei, X. You, H. Li, "Multiscale patch-based contrast measure for small infrared target detection", Pattern

@@ -9,14 +9,15 @@ import cv2
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.detectors.base import ROUNDING, FilterDetector, Picture, Side, Width
+from irtrack.detectors.base import Side, SingleFrameDetector, Width
+from irtrack.detectors.peaks import ROUNDING, Picture
 
 PATCHES = 3000
 """Number of patches sampled for a covariance: sixty for each of 49 pixels, at a loss of .1 dB SNR (Reed et al.
 1974)."""
 
 
-class MatchedFilter(FilterDetector):
+class MatchedFilter(SingleFrameDetector):
     """Matched filter whitened by the clutter's covariance between neighbouring pixels, h = C^-1 s / sqrt(s' C^-1 s).
 
     F. Robey, D. Fuhrmann, E. Kelly, R. Nitzberg, "A CFAR adaptive matched filter detector", IEEE TAES 28(1), 1992,

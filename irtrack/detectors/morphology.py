@@ -10,7 +10,8 @@ from pydantic import Field
 
 from irsim.types import Counts
 from irtrack._native import COMPILED, kernels
-from irtrack.detectors.base import FilterDetector, Picture, Score
+from irtrack.detectors.base import Score, SingleFrameDetector
+from irtrack.detectors.peaks import Picture
 
 DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
 """(down, right) px of the four lines through a pixel: row, column and both diagonals."""
@@ -20,7 +21,7 @@ STRIP = 25_000
 time."""
 
 
-class Threshold(FilterDetector):
+class Threshold(SingleFrameDetector):
     """Pixels above the frame's median by robust standard deviations, without a filter.
 
     The likelihood-ratio test of a known level in white normal noise (S. Kay, "Detection Theory", 1998, example 3.2);
@@ -33,7 +34,7 @@ class Threshold(FilterDetector):
         return picture
 
 
-class TopHat(FilterDetector):
+class TopHat(SingleFrameDetector):
     """White top-hat: the frame less its opening by a square, in which smaller hot targets vanish.
 
     V. Tom, T. Peli, M. Leung, J. Bondaryk, "Morphology-based algorithm for point target detection in infrared
@@ -58,7 +59,7 @@ class TopHat(FilterDetector):
         return cv2.morphologyEx(picture, cv2.MORPH_TOPHAT, square)  # type: ignore[return-value]  # OpenCV's stubs know no element types
 
 
-class MaxMean(FilterDetector):
+class MaxMean(SingleFrameDetector):
     """The frame less the largest of the means along four lines through each pixel.
 
     S. Deshpande, M. Er, R. Venkateswarlu, P. Chan, "Max-mean and max-median filters for detection of small targets",
@@ -89,7 +90,7 @@ class MaxMean(FilterDetector):
         return np.subtract(picture, largest, dtype=np.float32)
 
 
-class MaxMedian(FilterDetector):
+class MaxMedian(SingleFrameDetector):
     """The frame less the largest of the medians along four lines through each pixel.
 
     Deshpande et al. 1999, as `max_mean` with medians; the median keeps edges and bends of clouds in the background.

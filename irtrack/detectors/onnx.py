@@ -11,7 +11,8 @@ from pydantic import Field
 
 from irsim.config.base import Several
 from irsim.types import Frame
-from irtrack.detectors.base import DetectorPart, Picture, checked_picture, maxima, measured, vertices
+from irtrack.detectors.base import DetectorPart, checked_picture
+from irtrack.detectors.peaks import Picture, maxima, measured, vertices
 from irtrack.errors import InputError, TrackerError, error_line
 from irtrack.types import Detections
 from irtrack.validity import fault_of_detections

@@ -8,11 +8,12 @@ import cv2
 from pydantic import Field
 
 from irsim.rng import stream
-from irtrack.detectors.base import FilterDetector, Picture, Side
+from irtrack.detectors.base import Side, SingleFrameDetector
+from irtrack.detectors.peaks import Picture
 from irtrack.features.svd import largest_parts
 
 
-class SVD(FilterDetector):
+class SVD(SingleFrameDetector):
     """Background suppressed by singular values: the mean over a small square of A - sum_i s_i u_i v_i'.
 
     D. Cui, J. Zheng, X. Li 2011 (see `irtrack.features.svd`), of which only the summary is available: the defaults of

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.detectors.base import Picture, robust_scale
+from irtrack.detectors.peaks import Picture, robust_scale
 from irtrack.features.centroid import contrast
 from irtrack.features.window import region
 from irtrack.filters.particle import Likelihood, Weights, equal_weights, mean, particle_estimate, smc_step

@@ -8,8 +8,9 @@ import numpy as np
 
 import irsim
 from irsim.types import Floats, Frame, Pose
-from irtrack.detectors.base import Picture, checked_picture
+from irtrack.detectors.base import checked_picture
 from irtrack.detectors.frame_difference import displacement, reduced
+from irtrack.detectors.peaks import Picture
 from irtrack.errors import InputError
 
 EgoMotion = Literal["none", "pose", "image"]

@@ -12,8 +12,8 @@ from tracker_loops import plain, seeds
 
 from irsim.types import Frame
 from irtrack._native import COMPILED, kernels
-from irtrack.detectors import base as chain
 from irtrack.detectors import make_detector
+from irtrack.detectors import peaks as chain
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 
