@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli.source_options import (
+    FramesOption,
     OverridesArgument,
     SeedOption,
     SourceArgument,
@@ -46,9 +47,7 @@ def bounds(
     target: Annotated[
         str | None, typer.Option(metavar="ID,...", help="Targets; default: all that come into view.")
     ] = None,
-    frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
-    ] = None,
+    frames: FramesOption = None,
     gate: Annotated[
         float, typer.Option(metavar="PX", help="Side of the search gate of errors predicted below d = 10, px.")
     ] = 21.0,

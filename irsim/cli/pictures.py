@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from irsim.cli.source_options import (
+    FramesOption,
     OverridesArgument,
     SeedOption,
     SourceArgument,
@@ -34,9 +35,7 @@ def show(
             parser=given_path,
         ),
     ] = None,
-    frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
-    ] = None,
+    frames: FramesOption = None,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
@@ -97,9 +96,7 @@ def masks(
             parser=given_path,
         ),
     ] = None,
-    frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
-    ] = None,
+    frames: FramesOption = None,
     target: Annotated[
         str | None, typer.Option(metavar="ID", help="Masks of this target only; default: of all.")
     ] = None,

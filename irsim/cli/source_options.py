@@ -25,6 +25,9 @@ OverridesArgument = Annotated[
     ),
 ]
 SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene; default: the scenario's.")]
+FramesOption = Annotated[
+    str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
+]
 WithoutOption = Annotated[
     str | None,
     typer.Option(metavar="NAME,...", help="Parts to switch off besides those of the scenario; all else is unchanged."),
