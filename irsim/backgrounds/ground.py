@@ -124,7 +124,7 @@ class Ground(Background):
         return attenuated_ground(layers, context, self.height_m)
 
     def ambient(self, context: SceneContext) -> float:
-        """Return the radiance of the ground's mean temperature, as there is no sky."""
+        """Return the radiance of the ground's mean temperature, since this background has no sky to reflect."""
         return float(radiance(context.band, self.mean_k))
 
     @property

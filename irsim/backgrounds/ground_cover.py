@@ -1,8 +1,8 @@
 """Ground cover: fields with lanes, roads and water; temperatures by day and by night.
 
-Each kind is painted on a periodic map of px, (rows, columns), as its cover (0..1 of each pixel) and its temperature
-minus the ground's, K. Roads and water also have a signed distance to their edge, so the edge stays sharp however large
-the map is drawn.
+Each kind has two periodic maps, (rows, columns): the covered fraction 0..1 of each pixel, and the difference of its
+temperature from the ground's, K. Roads and water also have a map of the signed distance to their edge, so the edge is
+sharp at any magnification.
 """
 
 from __future__ import annotations

@@ -153,8 +153,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
 
 
 def _lost_frames(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
-    """Return the number of frames lost before each frame, (T,), the frame periods of the recording in one of the
-    camera, and the mask (T,) of frames that repeat the time of the one before."""
+    """Return the number of frames lost before each frame, (T,); the camera's frame period in units of the nominal
+    period 1 / `rate_hz`; and the mask (T,) of frames whose time equals that of the frame before."""
     nothing = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
         return nothing

@@ -112,7 +112,7 @@ class Spline:
         return value + (parameter - inside)[..., None] * slope, slope
 
     def _length(self, start: Floats, stop: Floats) -> Floats:
-        """Return the arc length between parameters of one span."""
+        """Return the arc length between two parameters of one span."""
         half = (stop - start) / 2
         nodes = (start + half)[..., None] + half[..., None] * _NODES
         return np.asarray(np.linalg.norm(self.slope(nodes), axis=-1) @ _WEIGHTS * half)

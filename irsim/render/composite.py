@@ -255,7 +255,7 @@ def _shown(cover: Floats, inner: Slices) -> Floats:
 
 
 def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Sprite:
-    """Return a sprite whose radiance difference to the light behind it is multiplied by its `contrast`."""
+    """Return the sprite with the difference of its radiance from the background's multiplied by its `contrast`."""
     inner, outer = within
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]

@@ -237,7 +237,7 @@ def decoys(
     shape: Part | None = None,
     severity: Severity = ANY,
 ) -> list[Part]:
-    """Draw a decoy of equal shape beside the target's `path`, at one of `NEAREST` px; at severity 0 there is none."""
+    """Draw a decoy on a path parallel to the target's, at the distance `NEAREST[severity]` px; severity 0: no decoy."""
     step = draw(severity)
     if step == 0:
         return []

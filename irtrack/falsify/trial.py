@@ -145,7 +145,7 @@ def _target_traces(heartbeat: Heartbeat, subject: Subject, source: Source, seed:
 
 
 def _scene_traces(heartbeat: Heartbeat, subject: Subject, source: Source, seed: int) -> tuple[SceneTrace, ...]:
-    """Return the trace of each rule, the same for all, for a tracker of many or a detector."""
+    """Return a trace for each rule: that of the whole scene, by a multi-target tracker or a detector, for all rules."""
     kind = DetectorPlayer if subject.task == "detect" else ManyPlayer
     player = kind(subject.tracker, seed, subject.label)
     truths = replay(source, [_watched(player, heartbeat)], subject.input, 0)

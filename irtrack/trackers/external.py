@@ -45,9 +45,10 @@ class ExternalTracker(TrackerPart):
         return Session(self.name, self.runs(), self.timeout_s)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ExternalState:
-        """Start the program on the box, with sides at least LEAST_PX, times `context`; return the session as state.
+        """Start the program and return the state, which holds its session.
 
-        InputError where the box does not meet the frame, or the program cannot be started.
+        The program gets the start box with each side raised to LEAST_PX, then multiplied by `context`. InputError where
+        the box does not meet the frame, or the program cannot be started.
         """
         start_window(frame, box)
         given = box.at_least(LEAST_PX)
