@@ -79,7 +79,7 @@ def _pieces(part: slice, period: int) -> Iterator[slice]:
 
 
 def coarseness(sigma_px: float, side: int) -> int:
-    """Return the factor, a power of two, by which a picture with a side, px, may be reduced in size before a blur."""
+    """Return the power of two by which a picture of `side` px may be reduced in size before a blur of `sigma_px`."""
     return 1 << max(int(np.log2(min(sigma_px / FINE_SIGMA_PX, side / SMALLEST_SIDE))), 0)
 
 

@@ -46,7 +46,7 @@ def frames_present(target: Target, frames: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class TargetVisibility:
-    """Targets of a scenario that are switched on, at `offset` frames after the time of each frame."""
+    """Visibility of the targets that are switched on, `offset` frames after each frame's time: within its exposure."""
 
     scenario: Scenario
     offset: float = 0.0

@@ -186,7 +186,7 @@ class Results:
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Store that a call includes the run `key`, new or already in the file, and the call's names of source and label."""
+        """Store that a call includes run `key`, new or already in the file, with its source and label in that call."""
         row = {"run": run.id, "source": source, "label": label, "digest": key.digest}
         self._insert("wanted", row | {"crc": checksum(*row.values())}, "IGNORE")
 

@@ -119,7 +119,7 @@ class ImmMF(MonitoredTracker):
 
     @cached_property
     def bank(self) -> MultipleModel:
-        """Steady motion and manoeuvres; a manoeuvre lasts five frames in the mean."""
+        """Motion models, steady and manoeuvring; a manoeuvre lasts five frames in the mean."""
         models = [constant_velocity_model(each, 4) for each in (self.acceleration, self.manoeuvre)]
         return MultipleModel(models, np.array([[0.97, 0.03], [0.2, 0.8]]))
 
