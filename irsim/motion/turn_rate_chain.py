@@ -120,7 +120,7 @@ class JumpM(HeadedPath):
         return self.displaced(ahead, right, self.climb(frames, context), context)
 
     def dynamics(self, context: SceneContext) -> Dynamics:
-        """Return one mode for each rate, without noise. The state lies along north, east, up for any `axes`."""
+        """Return one mode for each rate, without noise. The state is in north, east and up, whatever `axes` is."""
         step, modes = 1 / context.rate_hz, len(self.rates_deg_s)
         transitions = np.zeros((modes, 6, 6))
         transitions[:, :4, :4] = [coordinated_turn(math.radians(rate), step) for rate in self.rates_deg_s]

@@ -111,7 +111,7 @@ RESAMPLERS: dict[Resampling, Resampler] = {
 
 
 def largest_first(weights: Floats, count: int) -> Indices:
-    """Return indices (..., N) with those of the `count` largest weights in front, in no order (Li, Li 2014, Step 3)."""
+    """Return indices (..., N), first those of the `count` largest weights; otherwise unsorted (Li, Li 2014, Step 3)."""
     n = weights.shape[-1]
     if count >= n:
         return np.broadcast_to(np.arange(n), weights.shape)
