@@ -41,10 +41,10 @@ def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Flo
     """
     least = float(scores.min())
     apart = np.log(scores)[None] - np.log(np.maximum(level, 1e-9))[:, None]
-    target = -0.5 * (apart / LEVEL_SD) ** 2 - np.log(LEVEL_SD * np.sqrt(2 * np.pi) * scores)
     mean = max(clutter_score - least, 0.05 * clutter_score)
-    ratios: Floats = np.clip(target + (scores - least) / mean + log(mean), -MOST_AMPLITUDE, MOST_AMPLITUDE)
-    return ratios
+    clutter = -(scores - least) / mean - log(mean)
+    ratios: Floats = -0.5 / LEVEL_SD**2 * apart**2 - (np.log(LEVEL_SD * (2 * np.pi) ** 0.5 * scores) + clutter)
+    return np.minimum(np.maximum(ratios, -MOST_AMPLITUDE), MOST_AMPLITUDE)  # np.clip is slower on small arrays
 
 
 def nearest_neighbours(L: Floats) -> Pairs:

@@ -169,7 +169,7 @@ def update(states: States, centers: Floats, noise: Floats) -> States:
     Models whose prediction fits gain probability (2001, eq. 11.6.6-14). The covariance is P - K S K'.
     """
     nu = centers[:, None] - states.mean[:, :, :2]
-    inverse, determinant, gain, cross = _gains(states, np.broadcast_to(noise, (len(states), 2, 2))[:, None])
+    inverse, determinant, gain, cross = _gains(states, noise if noise.ndim == 2 else noise[:, None])
     mean = states.mean + np.matmul(gain, nu[..., None])[..., 0]
     covariance = _symmetric(states.covariance - np.matmul(gain, np.swapaxes(cross, -1, -2)))
     if states.mean.shape[1] == 1:
