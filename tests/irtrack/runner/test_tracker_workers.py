@@ -70,5 +70,5 @@ def limited_bench(path: str) -> list[str]:
 @pytest.mark.slow
 def test_a_daemonic_worker_may_limit_times(tmp_path: Path) -> None:
     """Those of `dask worker` are daemonic."""
-    with multiprocessing.get_context("fork").Pool(1) as pool:
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(limited_bench, (str(tmp_path / "r.db"),)) == ["ok"]
