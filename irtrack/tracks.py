@@ -96,7 +96,7 @@ class MultiTracker(Protocol):
 class TrackSet:
     """Tracks of many targets over a source, one row for each track and frame, in order of frames.
 
-    source, source_hash, tracker, config, input, scene_seed, tracker_seed   as of `irtrack.types.Track`
+    source, source_hash, tracker, config, input, scene_seed, tracker_seed   as in `irtrack.types.Track`
     frames       (k,) indices of the frames passed to the tracker;  times (k,) s;  step_ms, cpu_ms (k,)
     frame, id    (n,) index of the frame and number of the track, of each row
     cx, cy, w, h (n,) px
@@ -202,7 +202,7 @@ def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
 class DetectionSet:
     """Detections of a detector over a source, one a row, in order of frames.
 
-    source, source_hash, detector, config, input, scene_seed   as of `irtrack.types.Track`
+    source, source_hash, detector, config, input, scene_seed   as in `irtrack.types.Track`
     frames, times, step_ms, cpu_ms   of the frames passed to the detector, (k,)
     frame        (n,) index of the frame of each row;  cx, cy, w, h (n,) px;  score (n,)
     classes      n classes or None

@@ -66,7 +66,7 @@ class TrackTable:
         return len(self.id)
 
     def take(self, rows: np.ndarray) -> TrackTable:
-        """Return the tracks of a mask or of indices."""
+        """Return the tracks selected by a mask or by indices."""
         return TrackTable(self.states.take(rows), *(getattr(self, name)[rows] for name in _COLUMNS))
 
     def moved(self, homography: Floats) -> TrackTable:
@@ -181,7 +181,7 @@ class MultiTargetTracker(TrackerPart):
     """Standard deviation of a predicted centre, px, from which on a track is deleted."""
     ego_motion: EgoMotion = "none"
     """Compensation of the camera's motion before the prediction: none, by its pose (marked in tables), or by the
-    registration of pictures (image), a shift only. Velocities are then those against the distant background."""
+    registration of pictures (image), a shift only. Velocities are then relative to the distant background."""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -340,7 +340,7 @@ def updated_table(
 
 
 _KEPT = 60
-"""Bits kept of the hits."""
+"""Number of last frames whose hits are kept, as bits."""
 _HISTORY = (1 << _KEPT) - 1
 
 
