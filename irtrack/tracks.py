@@ -129,7 +129,7 @@ class TrackSet:
 
     @classmethod
     def of(cls, track: Track) -> TrackSet:
-        """Return the set with one track, of id 0, of the track of one target."""
+        """Return the track of one target as a set, in which its id is 0."""
         count = len(track.indices)
         scores = [np.nan if each.score is None else each.score for each in track.estimates]
         return cls(

@@ -29,7 +29,7 @@ faster than a maximum filter of the whole frame."""
 CLOSING = 8
 """Largest number of comparisons per pixel of the frame at which a closing is computed around its places alone."""
 TIED = 2
-"""Value for a maximum whose square contains an equal one (see `highest`)."""
+"""Mark of a pixel, in the result of `highest`, that is as high as another pixel of its square."""
 ROUNDING = 0.2887
 """Standard deviation of rounding to whole counts, counts."""
 FWHM = 2.3548

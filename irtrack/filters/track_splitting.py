@@ -159,7 +159,7 @@ class Splitting:
         level: float,
         scores: Scores,
     ) -> Hypotheses:
-        """Return predicted hypotheses after the detections of a frame.
+        """Return the predicted hypotheses updated by the detections of a frame.
 
         centers (m, 2) px, quality (m,), noises (m, 2, 2) px^2 of detections if they are of the target;  level  the
         target's score

@@ -49,7 +49,7 @@ class HInfinity(PositionFilter):
     def updated(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
         """Return mean and covariance P M after a measured position (2,) px."""
         H, R = self._measured(mean)
-        _, posterior = kalman.update(mean, covariance, place, H, R)  # its inverse is P^-1 + H' R^-1 H
+        _, posterior = kalman.update(mean, covariance, place, H, R)  # posterior^-1 = P^-1 + H' R^-1 H
         after = np.linalg.solve(np.eye(4) - self.feasible_theta(covariance) * posterior * self._root**2, posterior)
         after = (after + after.T) / 2
         nu, _ = kalman.innovation(mean, covariance, place, H, R)
