@@ -71,8 +71,8 @@ def systematic(weights: Floats, rng: np.random.Generator, count: int | None = No
 def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
     """Return the number of times (R, N) that `systematic` takes each particle, for R sets of weights (R, N).
 
-    Point j, at (j + u) / N, falls on the first i with N c_i - u > j for cumulative weights c: ceil(N c_i - u) points
-    fall on particles up to i.
+    Point j, at (j + u) / N for one u of [0, 1), falls on the first i with N c_i - u > j for cumulative weights c:
+    ceil(N c_i - u) points fall on particles up to i.
     """
     count, n = weights.shape
     marks = weights.cumsum(axis=1)

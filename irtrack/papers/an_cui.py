@@ -150,7 +150,7 @@ CAMSHIFT = Paper(
         CROSSED,
         ("The tracker keeps its target where another overlaps it.", "introduction", holds("camshift_kalman")),
         (
-            "Prediction is decisive where another overlaps it.",
+            "Prediction is decisive where another target overlaps.",
             "introduction",
             nearer("camshift_kalman", "mean_shift"),
         ),

@@ -111,8 +111,8 @@ class ImmMF(MonitoredTracker):
     hypotheses: Annotated[int, Field(ge=1, le=50)] = 5
     """Largest number of hypotheses."""
     weight: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Weight of the foreground in the score, besides 1 - `weight` for the likeness; by default, from the cues'
-    distinctions."""
+    """Weight of the foreground in the score; the likeness has the rest. By default, both follow from the frames: the
+    cue that distinguishes the target better has the larger weight."""
     learn: Fraction = 0.1
     """Share of a new frame that enters the background model, where the background is visible."""
     patch_rate: Fraction = 0.05

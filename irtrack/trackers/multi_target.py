@@ -229,7 +229,7 @@ class MultiTargetTracker(TrackerPart):
 
     @abstractmethod
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> Any:
-        """Return the state after the first detections, of pictures of (columns, rows) px."""
+        """Return the state after the first detections, in pictures of `size` (columns, rows) px."""
 
     @abstractmethod
     def advance(self, state: Any, found: Detections) -> Any:
@@ -274,7 +274,7 @@ class OneHypothesisTracker(MultiTargetTracker):
     """Tracker that associates each frame's detections in that frame and never revises the choice."""
 
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> ManyState:
-        """Return the state after the first detections, of pictures of (columns, rows) px."""
+        """Return the state after the first detections, in pictures of `size` (columns, rows) px."""
         empty = self._started(found, np.zeros(0, np.int64), 0)
         state = ManyState(empty, 0, 0.0, memory, size)
         return self._grown(state, empty, found, np.arange(len(found)))
