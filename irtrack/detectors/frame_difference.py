@@ -17,8 +17,8 @@ from irtrack.errors import InputError
 from irtrack.features.background import BackgroundModel
 
 COARSE = 3
-"""Factor by which frames are reduced for registration. A factor of 3 takes half the time of a factor of 2, and leaves 2
-% more residual on ground."""
+"""Factor by which frames are reduced for registration. A factor of 3 takes half the time of a factor of 2, and leaves
+2 % more residual on ground."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
