@@ -19,7 +19,7 @@ _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u20
 """Control characters except tab and line feed, line and direction marks, and surrogates."""
 
 REPEAT_AFTER_S = 0.01
-"""Delay, s, before a lost Ctrl-C is raised again. By then the callback that dropped it has ended."""
+"""Delay, s, before a lost Ctrl-C is raised again. By then the callback that dropped the Ctrl-C has ended."""
 
 
 class IrsimError(Exception):

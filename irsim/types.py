@@ -167,7 +167,7 @@ class Frame:
     """One picture: `image`, (rows, cols) uint8 or uint16, its true depth `bits`, and its `time`, s, mid-exposure.
 
     `index` counts frames that arrive, without gaps. A dropped frame leaves a gap in time; a doubled one has the time of
-    the frame before it. `pose` is the camera's; None but for trackers that need it (`irtrack.replay.replay`).
+    the frame before it. `pose` is the camera's; None except for trackers that need it (`irtrack.replay.replay`).
     """
 
     image: Image
@@ -181,7 +181,7 @@ class Frame:
         return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
 
     def _repr_html_(self) -> str:
-        from irsim.notebook import framed  # it imports this module
+        from irsim.notebook import framed  # that module imports this one
 
         low, high = int(self.image.min()), int(self.image.max())
         picture = np.rint((self.image.astype(np.float32) - low) * (255 / max(high - low, 1))).astype(np.uint8)
@@ -268,7 +268,7 @@ def _summary(target: TargetTruth) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TargetBounds:
-    """Least errors that the pixels of one frame allow for one target, by `irsim.bounds`; None where not computed.
+    """Cramér-Rao bounds of one target's position in one frame, by `irsim.bounds`; None where not computed.
 
     index, target                     frame and id
     sd_x, sd_y                        Cramér-Rao bound on the standard deviation of the centre, px, amplitude unknown

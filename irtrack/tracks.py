@@ -96,7 +96,7 @@ class MultiTracker(Protocol):
 class TrackSet:
     """Tracks of many targets over a source, one row for each track and frame, in order of frames.
 
-    source, source_hash, tracker, config, input, scene_seed, tracker_seed   as of `irtrack.types.Track`
+    source, source_hash, tracker, config, input, scene_seed, tracker_seed   as in `irtrack.types.Track`
     frames       (k,) indices of the frames passed to the tracker;  times (k,) s;  step_ms, cpu_ms (k,)
     frame, id    (n,) index of the frame and number of the track, of each row
     cx, cy, w, h (n,) px
@@ -129,7 +129,7 @@ class TrackSet:
 
     @classmethod
     def of(cls, track: Track) -> TrackSet:
-        """Return the set with one track, of id 0, of the track of one target."""
+        """Return the track of one target as a set, in which its id is 0."""
         count = len(track.indices)
         scores = [np.nan if each.score is None else each.score for each in track.estimates]
         return cls(
@@ -202,7 +202,7 @@ def stacked(tracks: Iterable[tuple[int, TrackFrame]]) -> dict[str, Any]:
 class DetectionSet:
     """Detections of a detector over a source, one a row, in order of frames.
 
-    source, source_hash, detector, config, input, scene_seed   as of `irtrack.types.Track`
+    source, source_hash, detector, config, input, scene_seed   as in `irtrack.types.Track`
     frames, times, step_ms, cpu_ms   of the frames passed to the detector, (k,)
     frame        (n,) index of the frame of each row;  cx, cy, w, h (n,) px;  score (n,)
     classes      n classes or None

@@ -119,7 +119,7 @@ def plain_view(call: Callable[..., Any], frame: Frame) -> Any:
 
 @cache
 def _takes_frame(function: Any, place: int) -> bool:
-    """Return whether the argument at a place is annotated as `Frame`; cached, since inspection takes .1 ms."""
+    """Return whether the argument at a position is annotated as `Frame`; cached, since inspection takes .1 ms."""
     try:
         names = list(inspect.signature(function).parameters)
         return get_type_hints(function).get(names[place]) is Frame
@@ -189,7 +189,7 @@ class Detections:
             )
 
     def take(self, rows: np.ndarray) -> Detections:
-        """Return the detections of a boolean mask or of indices, in that order."""
+        """Return the detections selected by a boolean mask or by indices, in that order."""
         places = np.flatnonzero(rows) if rows.dtype == bool else rows
         return Detections(
             self.centers[places],

@@ -1,7 +1,7 @@
 """Inner loops in C, `kernels`, where a compiler was at hand when irsim was installed: then `COMPILED` is true.
 
-Each has a plain twin beside its caller, which says what it does. IRSIM_PLAIN=1 in the environment has the plain ones
-used.
+Each has an equivalent in Python beside its caller, whose docstring documents both. IRSIM_PLAIN=1 in the environment
+selects the equivalents.
 """
 
 from __future__ import annotations

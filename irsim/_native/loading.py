@@ -1,4 +1,4 @@
-"""Loading of the compiled kernels; those compiled from another source than the one beside them are not used."""
+"""Loading of the compiled kernels; kernels that were compiled from another version of the source are not used."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from types import ModuleType
 
 
 def source_digest(*folders: Path) -> str:
-    """Hex digest of the C in some folders."""
+    """Return the hex digest of the C files in folders."""
     digest = blake2b(digest_size=16)
     for path in sorted(path for folder in folders for path in folder.glob("*.[ch]")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
@@ -20,8 +20,8 @@ def source_digest(*folders: Path) -> str:
 
 
 def load(package: str, *folders: Path) -> ModuleType | None:
-    """The compiled module of a package, made of the C in folders; None where there was no compiler, and where
-    IRSIM_PLAIN is set. One that was made of other source is warned of and not used."""
+    """Return the compiled module of a package, built from the C files in folders; None where there was no compiler, and
+    where IRSIM_PLAIN is set. A module built from other source is not used, with a warning."""
     if os.environ.get("IRSIM_PLAIN") or sys.maxsize < 2**63 - 1:  # sizes are of 64 bits
         return None
     try:
@@ -32,7 +32,7 @@ def load(package: str, *folders: Path) -> ModuleType | None:
         _warn(f"{package} cannot be loaded here ({error})")
         return None
     if source_digest(*folders) != kernels.SOURCE:
-        _warn(f"{package} was compiled of other source than there is now")
+        _warn(f"{package} was compiled from other source than there is now")
         return None
     return kernels
 

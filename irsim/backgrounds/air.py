@@ -123,7 +123,7 @@ class AttenuatedClouds(AttenuatedLayer):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer.blend`."""
+        """Blend as in `SemiTransparentLayer.blend`."""
         return self.layer.blend(under, light, view_direction, behind, _air_before(self.table, view_direction.chart))
 
 

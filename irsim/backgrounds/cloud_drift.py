@@ -73,7 +73,7 @@ class EvolvingCloud:
         behind: Sequence[Slices],
         air: AirBefore | None = None,
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer.blend`. air: the air before the cloud, as in `apply_air`."""
+        """Blend as in `SemiTransparentLayer.blend`. air: the air before the cloud, as in `apply_air`."""
         outside = is_outside(view_direction, self._surface)
         first = _first_pixel(view_direction.chart, *self._shift(view_direction)) if COMPILED and not outside else None
         if first is None or light.dtype != np.float32:

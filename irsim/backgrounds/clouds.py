@@ -45,7 +45,7 @@ ENTRIES = 2**16
 """Entries of the radiance table; 16-bit indices are fastest. A step is 0.18 mK per K of standard deviation."""
 
 STEP = (ENTRIES - 1) / (2 * EXTREME)
-"""Entries per standard deviation."""
+"""Number of table entries per standard deviation."""
 
 Drift = Annotated[Number, Plausible(-1000, 1000, "mrad/s")]
 """Apparent motion of a cloud, mrad/s: up to that of a gale of 30 m/s at a distance of 30 m."""

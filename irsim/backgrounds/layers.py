@@ -52,7 +52,7 @@ class BlendedMaskedClouds(MaskedClouds):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer.blend`, weighting the change of the light by the share of sky."""
+        """Blend as in `SemiTransparentLayer.blend`, weighting the change of the light by the share of sky."""
         filled, share = np.empty_like(light), self.mask.sky_share(view_direction)
         patches = self.layer.blend(under, filled, view_direction, behind)
         filled -= under
@@ -82,7 +82,7 @@ class MotionBlurredLayer(LayerWrapper):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer.blend`; the transmittance in a slice is (n, rows, columns), one for each
+        """Blend as in `SemiTransparentLayer.blend`; the transmittance in a slice is (n, rows, columns), one for each
         view."""
         transmittance, emission, patches = self.parts(behind)
         if transmittance is None:
@@ -134,7 +134,7 @@ class CroppedLayer(LayerWrapper):
     def blend(
         self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
     ) -> list[Floats]:
-        """Blend as `SemiTransparentLayer.blend`."""
+        """Blend as in `SemiTransparentLayer.blend`."""
         if self.transmittance is None or self.patch_transmittance is None:
             raise opaque_error(self.name)
         blend_over(under, light, self.transmittance, self.emission, ())

@@ -144,7 +144,9 @@ class Recorded(Background):
             return ()
         if self.start + index < len(recording) or self.past_end == "loop":
             return truth.targets
-        return tuple(replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets)  # they stand still
+        return tuple(
+            replace(each, velocity=each.velocity and (0.0, 0.0)) for each in truth.targets
+        )  # targets of the held frame are at rest
 
     def ambient(self, context: SceneContext) -> float:
         """Return the mean radiance of the first recorded frame."""

@@ -65,7 +65,7 @@ class ClearSky:
     def over(self, chart: Chart) -> Floats:
         """Return the radiance of the pixels of a chart, (rows, cols) float32."""
         elevation = chart.elevation_rad(chart.v)
-        if elevation.min() > 0:  # smooth without the horizon's kink: 1 ms less for 640x512
+        if elevation.min() > 0:  # all above the horizon, so smooth: 1 ms less for 640x512
             return chart.at_pixels(self.radiance(elevation))
         rows = chart.at_pixels((np.pi / 2 - elevation) / np.pi * (TABLE_STEPS - 1))
         return np.asarray(cv2.remap(self._table, np.zeros_like(rows), rows, cv2.INTER_LINEAR))

@@ -24,7 +24,7 @@ TILE = 1024
 """Period of a texture, px."""
 
 ROOM = 64
-"""Repetition of a texture beyond a frame's size, px, as key frames are larger than frames."""
+"""Extent, px, to which textures are repeated beyond a frame's size, as key frames are larger than frames."""
 
 SQUARE = 2048
 """Largest side, px, up to which a texture is square for any frame."""
@@ -207,8 +207,8 @@ class PeriodicTexture:
 
 
 def repeated_px(frame: tuple[int, int]) -> int:
-    """Return the repetition of a texture past its edges, px, with which a frame (columns, rows) need not wrap
-    around."""
+    """Return the extent, px, to which a texture is repeated past its edges, so that a frame (columns, rows) need not
+    wrap around."""
     return int(np.hypot(*frame)) + ROOM
 
 

@@ -1,7 +1,7 @@
 """Fixed pattern of pixels, rows and columns in the mean picture, separated from the scene.
 
-The offset pattern of a detector is independent from line to line and the same across the picture. A scene is neither.
-For lines, the mean product of second differences of rows in two parts of the picture gives the variance of whole rows.
+The offsets of a detector's lines are independent of each other and constant along the lines. A scene is neither. For
+lines, the mean product of second differences of rows in two parts of the picture gives the variance of whole rows.
 Shading over several lines is not measured. For pixels, the white floor of the spectrum is measured; in a picture with
 edges, only in its quietest window.
 """

@@ -236,5 +236,6 @@ def _decompose(
 
 
 def _bounded(sigma: Estimate, whole: Estimate, moving: bool) -> Estimate:
-    """Return a sigma; with motion, or where it is 0, with an interval from 0 that includes that of `whole`."""
+    """Return a sigma, whose interval runs from 0 to the higher end of it and of `whole` with motion or where it is
+    0."""
     return Estimate(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma

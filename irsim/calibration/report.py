@@ -89,7 +89,7 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
     count = report.stretch.length
     memory, level = report.temporal.memory, report.level.time_frames
     if report.slides:
-        yield "the scene moves past the camera: noise is an upper bound, of sharp white noise alone"
+        yield "the scene moves past the camera: only sharp white noise is measured, as an upper bound"
         yield "blinking pixels are found only where they change more than the moving scene"
     elif report.moving:
         yield (

@@ -88,7 +88,7 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         "time_constant_ms": 10.0,
         "noise": [
             {"kind": "white", "ratio": 0.6},
-            # sigma 1 together with white; 1.05 s is rho 0.9 at 9 Hz, as in raw counts of a Lepton 3
+            # the sum with white noise has ratio 1; 1.05 s give rho 0.9 at 9 Hz, as in raw counts of a Lepton 3
             {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},
             {"kind": "ar1", "id": "level", "over": "frame", "ratio": 1.0, "time_constant_s": 20.0},
             {"kind": "fixed_pattern", "pixel": 0.5, "column": 0.3, "row": 0.2, "redrawn": True},

@@ -109,7 +109,7 @@ def render(
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes that render.")] = 1,
     with_bounds: Annotated[
-        bool, typer.Option("--bounds", help="Add the least errors that the pixels allow, /truth/bounds.")
+        bool, typer.Option("--bounds", help="Add Cramer-Rao bounds of target positions, /truth/bounds.")
     ] = False,
     without: WithoutOption = None,
     compression: Annotated[
@@ -162,7 +162,7 @@ def import_(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="csv, mot, vot, coco, yolo, voc, anti-uav or sirst; default: what the labels look like.",
+            help="csv, mot, vot, coco, yolo, voc, anti-uav or sirst; default: recognised from the labels.",
         ),
     ] = None,
     rate: Annotated[
@@ -190,7 +190,7 @@ def import_(
 ) -> None:
     """Import real frames, with their ground truth, to a recording.
 
-    A damaged recording is taken, too: its intact frames are written to a new one.
+    A damaged recording is accepted, too: its intact frames are written to a new one.
     """
     from irsim.recording import open_recording
     from irsim.recording.importers import import_frames, name_of

@@ -1,4 +1,4 @@
-"""Command `bounds`: least errors that the pixels allow, as lines, CSV or Parquet."""
+"""Command `bounds`: Cramér-Rao bounds of target positions, as lines, CSV or Parquet."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def write_table(rows: Sequence[TargetBounds], pfa: float, path: Path) -> None:
         from pyarrow import parquet
     except ImportError:
         hint = shlex.quote("irtrack[parquet]")
-        raise InputError(f"{path}: Parquet takes pyarrow: pip install {hint}; or name a .csv") from None
+        raise InputError(f"{path}: Parquet needs pyarrow: pip install {hint}; or name a .csv") from None
     integers = ("index", *REGION)
     kinds = {name: pyarrow.int64() if name in integers else pyarrow.float64() for name in names}
     schema = pyarrow.schema([(name, pyarrow.string() if name == "target" else kinds[name]) for name in names])

@@ -1,4 +1,4 @@
-"""The command `irsim export`: data sets in other people's formats."""
+"""The command `irsim export`: data sets in the formats of other programs."""
 
 from __future__ import annotations
 

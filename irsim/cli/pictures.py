@@ -105,7 +105,7 @@ def masks(
 ) -> None:
     """Write 8-bit PNG masks of each target: whole and its visible part.
 
-    File names have the frame numbers of a recording: of SCENARIO, lost frames are not counted.
+    File names have the frame numbers of a recording; those of SCENARIO count only frames that arrive.
     """
     from irsim.render.masks import write_masks
     from irsim.render.sources import open_rendering

@@ -128,7 +128,7 @@ def _set_in_mapping(
     below = node.get(step)
     names_another = step == FILE and child is not None and child.is_file and not same_name(value, below)
     if names_another and (DIGEST,) not in given:
-        node = {other: item for other, item in node.items() if other != DIGEST}  # it belongs to the replaced file
+        node = {other: item for other, item in node.items() if other != DIGEST}  # the digest of the replaced file
     if below is None and rest:
         below = _default(part, step, child, rest[0], node)
     below, path = _set(below, child, rest, value, _below(given, step))

@@ -1,4 +1,4 @@
-"""Data sets: clips of scenarios and recordings, split by scene and seed, in other people's formats, with a card.
+"""Data sets: clips of scenarios and recordings, split by scene and seed, in the formats of other programs, with a card.
 
 A clip is one scene with one seed, or one recording. It belongs wholly to one split, as its frames are alike.
 """

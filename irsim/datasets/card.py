@@ -1,4 +1,4 @@
-"""Card of a data set, card.json: what it is, how it was made, and which clips are whole."""
+"""Card of a data set, card.json: its contents, its origin, and the clips that are whole."""
 
 from __future__ import annotations
 

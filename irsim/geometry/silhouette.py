@@ -187,8 +187,8 @@ def _column_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
 def _row_matrices(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     """Return, for each separable term of a PSF, two read-only weighted (pixels * fine, pixels + 2 support) matrices.
 
-    They blur along rows: the first applies to row-wise differences, which count in all cells further right, the second
-    to x moments.
+    They blur along rows: the first applies to row-wise differences, each of which adds to all cells on its right, the
+    second to x moments.
     """
     weights = [weight / fine**2 for weight, _, _ in psf.separable_kernels(fine)]
     return tuple(

@@ -43,7 +43,7 @@ def contrast_unreachable(scenario: Scenario) -> Iterator[Notice]:
 
 @dataclass(frozen=True, eq=False)
 class _ContrastProbe:
-    """Renderer that draws point targets one by one. It is created when the first one is drawn."""
+    """Renderer that draws point targets one by one. It is created when the first point target is drawn."""
 
     scenario: Scenario
 

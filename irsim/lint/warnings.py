@@ -43,7 +43,7 @@ def warnings(
                 some of them lists them and has the position at the first
     progress    called with the number of checks done and the number of all checks
 
-    Raises InputError as `irsim.load`.
+    Raises InputError as in `irsim.load`.
     """
     read = scenario_document(scenario) if isinstance(scenario, Scenario) else read_document(scenario, Scenario)
     document, given = apply_overrides(read, overrides)

@@ -72,8 +72,8 @@ GAS_TOLERANCE = 0.1
 path."""
 _STEPS = 40
 _SKY_STEPS = 120
-"""Steps of a path from each of its ends. Apparent temperatures of black bodies are within 0.05 K of those with 4000
-steps for cameras up to 12 km high, and within 0.09 K above."""
+"""Number of steps into which a path is divided from each of its ends. Apparent temperatures of black bodies are within
+0.05 K of those with 4000 steps for cameras up to 12 km high, and within 0.09 K above."""
 
 
 class Atmosphere(Part):

@@ -1,6 +1,6 @@
 """Bounds of targets in recordings: topic `/truth/bounds`, one message a frame.
 
-Their messages are a file of their own: the schemas of recordings without bounds stay as they are.
+Their messages have a proto file of their own, so that recordings without bounds have the same schemas as before.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ def import_frames(
     bits         bit depth of counts in 16-bit pictures; default: 16
     accuracy_px  error of the truth's centres, px; default: DEFAULT_ACCURACY_PX
     follow       id of the target to track, in the labels or in the recording; default: the first
-    truth_format  format of the labels; default: the one that they look like
+    truth_format  format of the labels; default: the one recognised from the labels
     compression  compression of the recording's chunks; default: none
     progress     called with the number of frames done
 

@@ -107,7 +107,7 @@ def read_labels(
 
     follow    id of the target to track, or its name; default: the first target
     pictures  size, number and files of the pictures
-    format    name of the format; default: the one that the labels look like
+    format    name of the format; default: the one recognised from the labels
 
     A target is absent in frames without a row for it and in blank rows. A blank row without an id applies to all
     targets. In an id, characters other than letters, digits, '_' and '-' become '_', and 'target-' precedes an id that

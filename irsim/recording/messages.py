@@ -182,7 +182,8 @@ def box(value: Box) -> dict[str, float]:
 
 
 def optional_field(message: Any, field: str) -> Any:
-    """Return the value of a field, or None; a Point or an Attitude as a tuple. Raises ValueError as `checked_text`."""
+    """Return the value of a field, or None; a Point or an Attitude as a tuple. Raises ValueError as in
+    `checked_text`."""
     if not message.HasField(field):
         return None
     value = getattr(message, field)

@@ -94,12 +94,12 @@ def atomic_file(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
     tidy   first remove temporary files of killed processes, for outputs that take long to write
     """
     check_output(path)
-    real = path.resolve()  # of a symbolic link the target is replaced
+    real = path.resolve()  # the target of a symbolic link is replaced
     if tidy:
         _remove_leftovers(real)
     temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
     try:
-        temporary.unlink(missing_ok=True)  # of an ended process, or a link that would be written through
+        temporary.unlink(missing_ok=True)  # left by an ended process, or a link, which would be followed
         with open(temporary, "xb") as file:
             _lock(file)
             yield file
@@ -134,7 +134,7 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
 
 
 def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
-    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG. InputError as `atomic_file`."""
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as PNG. InputError as in `atomic_file`."""
     written, data = cv2.imencode(".png", picture)
     assert written
     with atomic_file(path) as file:

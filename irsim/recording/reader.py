@@ -132,7 +132,7 @@ class Recording(Source):
             yield truth
 
     def truth(self, index: int) -> Truth | None:
-        """Return the truth of frame `index`; None if the recording has no truth. Raises errors as `frame`."""
+        """Return the truth of frame `index`; None if the recording has no truth. Raises errors as in `frame`."""
         index = frame_number(index, len(self), str(self.path))
         return next(self.truths(index, index + 1), None)
 

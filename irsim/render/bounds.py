@@ -163,7 +163,7 @@ class FrameBounds:
         return [row for row in rows if row is not None]
 
     def _row(self, index: int, frame: int, name: str) -> TargetBounds | None:
-        """Return the bounds of a target in one frame; None where its pixels do not fix its place."""
+        """Return the bounds of a target in one frame; None where its pixels do not determine its place."""
         derivatives = self.information.derivatives(frame, name)
         if derivatives is None:
             return None

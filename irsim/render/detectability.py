@@ -32,7 +32,7 @@ SEGMENTS = 4
 NEGLIGIBLE = 1e-6
 """Share of the signature's largest value below which a pixel is not part of it."""
 TOLERANCE, STEPS = 1e-8, 500
-"""Relative residual at which conjugate gradients stop, and their largest number."""
+"""Relative residual at which conjugate gradients stop, and their largest number of steps."""
 
 
 class Clutter(NamedTuple):
@@ -55,7 +55,7 @@ class Detectability:
     target; a segment has 48 px, or 32 px more than the target. Leakage between frequencies lowers d by 1 % in f^-3
     clutter. The noise is temporal: fixed patterns count as known, and so does an offset that is common to the whole
     frame. Noise that is correlated along rows or columns counts as white. Pixels that do not respond, dead or
-    saturated, carry nothing. Of an occluded target the visible part counts.
+    saturated, carry no information. Of an occluded target the visible part counts.
 
     InputError for a recorded background, whose noise is unknown (when d^2 is computed).
     """
@@ -103,7 +103,8 @@ class Detectability:
 
 
 def _around(span: tuple[int, int], side: int, count: int) -> slice:
-    """Return `side` pixels about the middle of a span, moved into a line of `count` pixels and at most those."""
+    """Return a span of `side` pixels about the middle of a span, moved into a line of `count` pixels; the whole line if
+    that is shorter."""
     first = min(max((sum(span) - side) // 2, 0), max(count - side, 0))
     return slice(first, min(first + side, count))
 

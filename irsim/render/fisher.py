@@ -25,7 +25,7 @@ FINE_LSB = 0.4
 CLIPPED_SIGMA = 5.0
 """Distance, in sigmas, of a mean from the lowest or highest count within which clipping takes information."""
 TOLERANCE, STEPS = 1e-8, 200
-"""Relative residual at which conjugate gradients stop, and their largest number."""
+"""Relative residual at which conjugate gradients stop, and their largest number of steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ def quantised_information(mean: Exact, sigma: Exact, full: int) -> Exact:
 
 
 def needs_exact(variance: Exact, mean: Exact, full: int) -> bool:
-    """Return True where the exact information of some pixel differs from that of its variance; as
+    """Return True where the exact information of some pixel differs from that of its variance; arguments as in
     `pixel_information`."""
     return bool(_inexact(variance, mean, full)[0].any())
 
@@ -162,7 +162,7 @@ def pixel_information(variance: Exact, mean: Exact, full: int) -> Exact:
 
 
 def _inexact(variance: Exact, mean: Exact, full: int) -> tuple[np.ndarray, Exact]:
-    """Return where a pixel has little noise or may be clipped, and the noise before rounding, counts."""
+    """Return a mask of the pixels with little noise or possible clipping, and the noise before rounding, counts."""
     sigma = np.sqrt(np.maximum(variance - 1 / 12, 0.0))
     reach = CLIPPED_SIGMA * sigma
     responds = np.isfinite(variance) & (sigma > 0)

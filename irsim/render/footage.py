@@ -20,7 +20,7 @@ def footage_id(name: str, taken: Collection[str]) -> str:
 def footage_truth(
     found: Iterable[TargetTruth], pieces: Sequence[NamedSprite], taken: Collection[str]
 ) -> list[TargetTruth]:
-    """Return the labels of the footage's targets with what the drawn objects hide of them.
+    """Return the labels of the footage's targets, with the fractions that the drawn objects hide.
 
     An object that covers at least OCCLUDER_SHARE of a target's box is one of its occluders. The footage has boxes only:
     the covered share of the box counts as hidden, and a target of unknown visibility as fully visible before.

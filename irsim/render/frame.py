@@ -150,7 +150,7 @@ class Renderer:
 
     @cached_property
     def _complete(self) -> Renderer:
-        """Renderer of the same scenario without `without`: nothing is switched off."""
+        """Renderer of the same scenario with nothing switched off."""
         without = self.scenario.without
         return Renderer(self.scenario.model_copy(update={"without": ()})) if without else self
 

@@ -22,7 +22,7 @@ from irsim.render.moments import Exact
 GATE_PX = 21.0
 """Side of the search gate, px, unless another is given."""
 LEAST_D = 10.0
-"""d from which the Cramér-Rao bound holds; below, the interval error is predicted."""
+"""Least deflection d at which the Cramér-Rao bound holds; below, the interval error is predicted."""
 LEVELS = np.linspace(-4.0, 24.0, 561)
 """Heights of peaks over which probabilities are integrated, sigma."""
 

@@ -88,8 +88,8 @@ def open_rendering(
               of a recording count only frames that arrived, those of a scenario also lost ones
     without   more parts to switch off
 
-    A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and where a recording
-    holds no scenario, or lacks some of its frames between its first and its last.
+    A recording's scenario runs no code that it names (see `loader.loads`). InputError as in `load`, and where a
+    recording holds no scenario, or lacks some of its frames between its first and its last.
     """
     recording = open_recording(Path(path)) if is_recording(Path(path)) else None
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]

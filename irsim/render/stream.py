@@ -139,7 +139,7 @@ class Rendering:
     ) -> Iterator[tuple[Frame, Truth]]:
         """Yield (frame, truth) of frames start .. stop-1 in order, rendered by `jobs` worker processes if `jobs` > 1.
 
-        With `jobs` > 1 the calling script needs the guard ``if __name__ == "__main__"``. InputError as `frames`.
+        With `jobs` > 1 the calling script needs the guard ``if __name__ == "__main__"``. InputError as in `frames`.
         """
         expect_input(input)
         wanted = frame_range(start, stop, len(self))

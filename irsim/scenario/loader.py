@@ -40,7 +40,7 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
-    """Return the scenario in a YAML text. Errors call the text `name`. Raises InputError as `load`.
+    """Return the scenario in a YAML text. Errors call the text `name`. Raises InputError as in `load`.
 
     trusted   False for a text in a recording or a results file: no code is run, so the user's own kinds are known only
               if their modules are already imported
@@ -69,7 +69,7 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """Return the scenario with other values at override keys, such as {"targets.jet.path.speed": 3.0}.
 
     Changed keys are removed from `severities` and `vary`. Values are read as in YAML, where `1e3` is an integer too.
-    Raises InputError as `load`, with the position 'KEY=VALUE', and for values that YAML cannot represent.
+    Raises InputError as in `load`, with the position 'KEY=VALUE', and for values that YAML cannot represent.
     """
     document = scenario_document(expect_scenario("a change", scenario))
     given: list[KeyPath] = []
@@ -105,7 +105,8 @@ class LoadedPart(Generic[AnyPart]):
 
 
 def read_part(path: str | PathLike[str], part: type[AnyPart], default_folder: str = "examples") -> LoadedPart[AnyPart]:
-    """Return the part in a YAML file, or in the shipped file of that name (see `find`). Raises InputError as `load`."""
+    """Return the part in a YAML file, or in the shipped file of that name (see `find`). Raises InputError as in
+    `load`."""
     document = read_document(path, part, default_folder)
     document = replace(document, value=whole_numbers(document.value))
     return LoadedPart(validate_part(document, part), document)

@@ -161,7 +161,7 @@ def sample_texts(
 ) -> list[str]:
     """Return `n` draws of `sample` as YAML texts. Each begins with the drawn values and the command as comments.
 
-    Raises InputError as `sample`.
+    Raises InputError as in `sample`.
 
     name     name of the scenario
     repeat   command that draws the same scenarios again

@@ -29,10 +29,10 @@ class BoundRow:
 def compute_bounds(
     results: Results, cells: Sequence[RunRecord], progress: Callable[[int, int], None] | None = None
 ) -> list[str]:
-    """Compute the bounds of each scene and target of the runs that the results file lacks, and store them.
+    """Compute and store the bounds of the runs' scenes and targets that the results file lacks.
 
-    Return the reason, a line a source, where there are none: a recording without `/truth/bounds` (see `irsim render
-    --bounds`), or a scene that has none or cannot be opened. No code named by a scenario is run.
+    Return a line for each source without bounds, with the reason: a recording without `/truth/bounds` (see `irsim
+    render --bounds`), or a scene that has none or cannot be opened. No code named by a scenario is run.
 
     progress   called with (frames done, frames to do)
     """
@@ -61,7 +61,7 @@ def compute_bounds(
 
 
 def frame_bounds(row: SourceRow, target: str) -> Iterator[Sequence[TargetBounds]]:
-    """Yield the bounds of a target in each frame of a source. Errors of irsim where there are none."""
+    """Yield the bounds of a target in each frame of a source. Raises irsim's errors for a source without bounds."""
     if row.kind == "recording":
         recording: Recording = open_recording(row.text)
         if not recording.has_bounds:

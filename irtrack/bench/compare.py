@@ -16,13 +16,13 @@ from irtrack.metrics import LEAST_SCENES, Difference, scenes_for
 from irtrack.metrics.tasks import ALL_FIGURES
 
 OTHER_NAMES = {"auc": "success_auc", "success": "success_auc", "error": "error_held", "rmse": "rmse_held"}
-"""Common names -> the figure."""
+"""Other common names of figures -> their names here."""
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
 """Metrics compared by default."""
 
 COMPARED = tuple(name for name, figure in ALL_FIGURES.items() if figure.better is not None)
-"""Figures of which less or more is better."""
+"""Figures of which either a smaller or a larger value is better."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +183,7 @@ class Gate:
 
 
 def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
-    """Return JUnit XML: a test case for every gate, source and label; its output holds the lines of `doubts`."""
+    """Return JUnit XML: a test case for every gate, source and label; its output holds the warnings of `doubts`."""
     suite = ElementTree.Element("testsuite", name="irtrack compare")
     failed = 0
     for gate in gates:

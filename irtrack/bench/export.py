@@ -67,7 +67,7 @@ def _write_parquet(rows: Sequence[dict[str, Any]], path: Path) -> None:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise InputError(f"{path}: Parquet takes pyarrow: pip install 'irtrack[parquet]'; or name a .csv") from None
+        raise InputError(f"{path}: Parquet needs pyarrow: pip install 'irtrack[parquet]'; or name a .csv") from None
     kinds = {str: pyarrow.string(), int: pyarrow.int64(), bool: pyarrow.bool_(), float: pyarrow.float64()}
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in _KINDS.items()])
     with atomic_file(path) as file:

@@ -24,8 +24,8 @@ from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker
 
 Outcome = tuple[RunRecord, Mapping[str, np.ndarray] | None]
-"""Record of a finished run, and its arrays by name (for the task single, those of its trace), or None where it
-failed."""
+"""Record of a finished run, and its arrays by name (for the task single, those of its trace); the arrays are None where
+it failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +70,12 @@ class Group:
         return replace(self._record(member), status="failed", failure=text, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
-        """Return the outcome of a member of the task single that reached the end."""
+        """Return the outcome of a finished run of the task single."""
         arrays = {field.name: getattr(trace, field.name) for field in fields(trace)}
         return replace(self._record(member), score=score_trace(trace), outcome=trace.digest), arrays
 
     def scored(self, member: Member, figures: dict[str, float | None], arrays: dict[str, np.ndarray]) -> Outcome:
-        """Return the outcome of a member of another task that reached the end."""
+        """Return the outcome of a finished run of another task."""
         digest = hashlib.blake2b(digest_size=16)
         for name, array in arrays.items():
             if name not in ("step_ms", "cpu_ms"):
@@ -141,7 +141,7 @@ def _ceiling() -> list[TrackerSpec]:
 
 @dataclass(frozen=True)
 class Seeds:
-    """Scene seeds 0, 1, ... (or others), and the number of runs of each scene with other tracker seeds.
+    """Scene seeds, by default 0, 1, ..., and the number of runs of each scene, each with another tracker seed.
 
     Run r of scene i has the tracker seed i + r * `APART`; a recording has tracker seeds only.
     """
@@ -179,7 +179,7 @@ def plans(
 ) -> list[Plan]:
     """Return one plan per source and scene; InputError where two sources share a name or one has no truth.
 
-    Beside the detectors on a rendered source stands the ideal matched filter (`irtrack.metrics.ceiling`).
+    Detectors on a rendered source are joined by the ideal matched filter (`irtrack.metrics.ceiling`).
 
     target, init as in `run_bench`.
     """
@@ -239,7 +239,7 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
         else:
             text = "" if source.file is None else str(source.file.resolve())
             name = text or each.name
-        # A Python object is named by the path of its recording, or by the file under which the report offers its
+        # A Python object is named by the path of its recording, or by the file name under which the report saves its
         # scenario with all changes.
         changes = () if each.word is None else each.changes
         row = SourceRow(

@@ -146,7 +146,8 @@ time."""
 
 
 MOST_BYTES = 1 << 28
-"""Largest size of unpacked arrays, bytes: tracks of a million frames. A small forged file could fill the memory."""
+"""Largest size of unpacked arrays, bytes: tracks of a million frames. Without a limit, a small forged file could fill
+the memory."""
 
 
 def pack(arrays: Mapping[str, np.ndarray]) -> bytes:

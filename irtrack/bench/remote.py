@@ -26,7 +26,7 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         import distributed
     except ImportError:
-        raise InputError("a scheduler takes dask's distributed: pip install 'irtrack[cluster]'") from None
+        raise InputError("a scheduler needs dask's distributed: pip install 'irtrack[cluster]'") from None
     client, failed = None, ""
     try:
         connect: Any = distributed.Client
@@ -34,8 +34,8 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         failed = " ".join(str(error).split()) or type(error).__name__
     if client is None:
-        # Raise outside of the handler, whose error keeps the incomplete client alive. Without it the client is freed
-        # and closes now; closed later, while another client starts, it could wait forever.
+        # Raise outside of the handler, whose error keeps the incomplete client alive. Freed here, the client closes
+        # now; closed later, while another client starts, it could wait forever.
         gc.collect()
         raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:

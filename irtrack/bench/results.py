@@ -93,8 +93,8 @@ class Results:
         except sqlite3.Error as error:
             code = (
                 getattr(error, "sqlite_errorcode", 0) & 0xFF
-            )  # primary code, without the extension in its upper bytes
-            hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
+            )  # primary error code, without the extension in its upper bytes
+            hint = "; finished runs are kept: make room and give the same command again" if code in _NO_ROOM else ""
             raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
 
     @contextmanager
@@ -105,7 +105,7 @@ class Results:
                 yield
             except (sqlite3.Error, InputError):
                 raise
-            except Exception as error:  # UTF-8, JSON and packed arrays each raise other errors for changed bytes
+            except Exception as error:  # UTF-8, JSON and packed arrays raise different errors for changed bytes
                 what = f"not all in it can be read ({type(error).__name__})"
                 raise InputError(f"{self.path}: the results file is damaged: {what}") from error
 
@@ -131,12 +131,12 @@ class Results:
 
     @contextmanager
     def sweep(self) -> Iterator[None]:
-        """Make transactions within the block cheap: 0.02 ms each instead of 16 ms, four waits for the disk.
+        """Make transactions within the block cheap: 0.02 ms each instead of the 16 ms of four waits for the disk.
 
         SQLite keeps commits in a write-ahead log, NAME-wal, and merges it at the end. A process killed in between
         leaves both files with all that was committed, and the next process to open NAME merges them; a power cut loses
         only what the system has not written yet (sqlite.org/wal.html). Where another process is writing, or the file
-        system has no support, transactions keep their cost.
+        system does not support this log, transactions keep their cost.
         """
         with suppress(sqlite3.Error):
             if self._db.execute("PRAGMA journal_mode = WAL").fetchone()[0] == "wal":
@@ -144,8 +144,8 @@ class Results:
         try:
             yield
         finally:
-            with suppress(sqlite3.Error):  # open in another process: the last to close the file merges the log
-                self._db.execute("PRAGMA synchronous = FULL")  # without the log, a weaker setting could damage the file
+            with suppress(sqlite3.Error):  # fails while another process has the file open
+                self._db.execute("PRAGMA synchronous = FULL")  # NORMAL is safe with a write-ahead log only
                 self._db.execute("PRAGMA journal_mode = DELETE")
 
     @contextmanager
@@ -156,7 +156,7 @@ class Results:
         try:
             yield
         except BaseException:
-            if self._db.in_transaction:  # a full disk has rolled it back already
+            if self._db.in_transaction:  # on a full disk SQLite has rolled back already
                 self._db.execute("ROLLBACK")
             raise
         with self._file_errors():
@@ -186,7 +186,8 @@ class Results:
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
-        """Store that a call includes run `key`, new or already in the file, with its source and label in that call."""
+        """Store that a call includes this run of a source under a label, whether computed by the call or found in the
+        file."""
         row = {"run": run.id, "source": source, "label": label, "digest": key.digest}
         self._insert("wanted", row | {"crc": checksum(*row.values())}, "IGNORE")
 
@@ -232,11 +233,10 @@ class Results:
     def cells(self, every: bool = False, run: Run | None = None) -> list[RunRecord]:
         """Return the run records, by source, label and seeds.
 
-        Where a source or a tracker has changed under the same name, only the runs of its newest version are returned,
-        which the latest call included; `every=True` adds the older ones. With `run`, only the runs that this call
-        included are returned.
+        Where a source or a tracker has changed under the same name, only the runs of the version in the latest call are
+        returned; `every=True` adds the older ones. With `run`, only the runs that this call included are returned.
         """
-        self.sources()  # checked here, as the join reads them too
+        self.sources()  # checks their rows, which the join reads, too
         stored = [*_KEY, "status", "failure", "outcome"]
         columns = ["label", "name", "scene_hash", "severity", *stored]
         sql = f"""
@@ -268,12 +268,12 @@ class Results:
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the newest runs, each with the columns of `irtrack.export`, such as for a DataFrame."""
-        from irtrack.bench.export import row_of  # it imports this module
+        from irtrack.bench.export import row_of  # that module imports this one
 
         return [row_of(cell) for cell in self.cells()]
 
     def _expect(self, table: str, crc: int, *values: object) -> None:
-        """Raise InputError unless the values of a row have its checksum."""
+        """Raise InputError unless the values of a row match its checksum."""
         if crc != checksum(*values):
             raise InputError(f"{self.path}: the results file is damaged: a row of {table} was changed")
 

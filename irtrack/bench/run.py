@@ -151,8 +151,8 @@ def run_bench(
     tracker_seeds   number of runs of each scene, each with another tracker seed (`irtrack.bench.plan.Seeds`)
     jobs      number of worker processes, on which only the measured times depend. With more than one, or
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
-    executor  any executor, such as dask's, in place of the worker processes; it is left open
-    time_limit_s   longest wall time of a tracker in one run, rendering apart, s; a run that takes longer fails
+    executor  any executor, such as dask's, in place of the worker processes; it is not closed
+    time_limit_s   longest wall time of a tracker in one run, without rendering, s; a run that takes longer fails
     frame_limit_s  longest time for each frame, in place of the limit for a run
     target    id of the target to track in every source; by default that of each source
     init      (box, frame) to start from, for sources without truth; or 'auto', 'auto:DETECTOR': each run starts at
@@ -189,7 +189,7 @@ def run_bench(
                 if progress is not None:
                     progress(done, total)
         if done != total:
-            raise WorkerError(f"{done} of {total} runs came back; what was finished is kept: give the same call again")
+            raise WorkerError(f"{done} of {total} runs were returned; finished runs are kept: give the same call again")
     except BaseException:
         kept.close()
         raise
@@ -246,7 +246,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
             except IrtrackError:
                 raise
             except CancelledError:
-                raise WorkerError("no worker is left; what was finished is kept: give the same call again") from None
+                raise WorkerError("no worker is left; finished runs are kept: give the same call again") from None
             except Exception as error:
                 what = " ".join(f"{type(error).__name__}: {error}".split())
                 raise WorkerError(f"a worker failed: {what}") from error

@@ -44,4 +44,4 @@ CREATE TABLE IF NOT EXISTS bounds (
     source_hash TEXT NOT NULL, target TEXT NOT NULL, data BLOB NOT NULL, PRIMARY KEY (source_hash, target)
 )
 """
-"""Table of bounds, made when the first are stored: files of benches without them stay as they are."""
+"""Table of bounds, created when the first bounds are stored; a file without bounds has no such table."""

@@ -101,7 +101,7 @@ def read_spec(text: str, what: str = "tracker") -> Spec:
 
 def entry(tracker: str | GivenTracker | MultiTracker | Detector | Entry) -> Entry:
     """Return the entry of a spec, a tracker, a plain tracker (`irtrack.types.PlainTracker`), or a detector made by
-    `irtrack.make_detector`; an entry of any of them with its own label."""
+    `irtrack.make_detector`. An `Entry` of any of them keeps its label."""
     from irtrack.registry.identity import tracker_name
     from irtrack.registry.table import of
 

@@ -1,4 +1,5 @@
-"""Suites: sources by severities by trackers by seeds in a YAML file `*suite*.yaml`; the stress suite."""
+"""Suites: YAML files `*suite*.yaml` of sources, severities, trackers and seeds, run in all combinations; the stress
+suite."""
 
 from __future__ import annotations
 
@@ -77,7 +78,7 @@ class SuiteFile(Part):
     input: Literal["display", "counts"] = "display"
     """Images that trackers see."""
     time_limit_s: Positive | None = None
-    """Longest time of a tracker in one run, rendering apart, s; a run that takes longer fails."""
+    """Longest time of a tracker in one run, without rendering, s; a run that takes longer fails."""
 
     @model_validator(mode="before")
     @classmethod
@@ -170,7 +171,7 @@ STRESS_SUITE = "suites/stress-suite"
 
 
 def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = (), path: str = STRESS_SUITE) -> Suite:
-    """Return the stress suite for these trackers: each source varies one cause of failure, harmless to severe.
+    """Return the stress suite for these trackers: each source varies one cause of failure, from harmless to severe.
 
     path   file of a suite, or name of a shipped one;  causes  names of its sources; all by default
 

@@ -66,7 +66,7 @@ ALL_SOURCES = "all sources"
 Standing = Literal["told", "tie", "too few"]
 
 MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
-"""Mark behind a rank."""
+"""Mark after a rank, by standing."""
 
 RULES: dict[Standing, str] = {
     "tie": "a tie: the paired runs differ from the row above in none of lost, off_share and error_held (95 %)",
@@ -124,7 +124,7 @@ class SummaryRow:
 
 POSE_MARK = "*"
 POSE_RULE = "with the camera's pose of each frame, which other trackers do not get"
-"""Mark behind the label of a tracker that needs the camera's pose, and its meaning."""
+"""Mark after the label of a tracker that needs the camera's pose, and its meaning."""
 
 
 def marked(row: SummaryRow | TaskRow) -> str:

@@ -28,14 +28,14 @@ BREAKS: Mapping[Task, tuple[str, str]] = {
     "many": ("kept", "at most half of the targets keep one track"),
     "detect": ("pd_1", "at most half of the targets are found at 1 false alarm a frame"),
 }
-"""Figure of a run that breaks where it is one half or less, and that rule in words. A failed run breaks too."""
+"""Figure by which a run breaks, at one half or less, and the rule in words. A failed run breaks too."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskRow:
     """One tracker of many or detector on one source, over its runs.
 
-    rank, standing   as of `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; rank 0: the ceiling
+    rank, standing   as in `irtrack.bench.SummaryRow`, by `irtrack.metrics.tasks.RANKED_BY`; rank 0: the ceiling
                      of detectors, which is not ranked (`irtrack.metrics.ceiling`)
     runs, failed     runs that do not repeat another, and those of them that failed
     means            by figure: mean over the runs and its 95 % interval; None where no run has the figure
@@ -124,9 +124,9 @@ def _finite(number: float) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class TaskBreaking:
-    """Share of broken runs (`BREAKS`) of a scenario against what its severities change.
+    """Share of broken runs (`BREAKS`) of a scenario against the quantity that its severities change.
 
-    axis         what that is, with its unit: "targets" where they change the number of targets
+    axis         that quantity, with its unit: "targets" where they change the number of targets
     severities   the severities run;  x  the value of each, in the same order
     points       by label; their severities are x, negative where x falls as severities rise
     """
@@ -166,7 +166,8 @@ class TaskBreaking:
 
 
 def task_breaking(cells: Iterable[RunRecord], sources: Mapping[tuple[str, str], SourceRow]) -> tuple[TaskBreaking, ...]:
-    """Return the breaking points of every scenario that trackers of many or detectors met at two severities or more.
+    """Return the breaking points of every scenario on which trackers of many or detectors were run at two severities or
+    more.
 
     sources   of the results file, by (name, hash)
     """
@@ -201,8 +202,8 @@ _UNITS = {"deg": "deg", "px": "px", "m": "m", "k": "K", "mk": "mK"}
 
 
 def _axis(rows: Sequence[SourceRow]) -> tuple[str, list[float]]:
-    """Return what the severities of a scenario change, and its values: the one key that is a number, or the number of
-    targets, if it rises or falls throughout; else the severity itself."""
+    """Return the quantity that the severities of a scenario change, and its values: the one key that is a number, or
+    the number of targets, if it rises or falls throughout; else the severity itself."""
     severities = [float(row.severity or 0) for row in rows]
     try:
         scenarios = [loads(row.text, row.name, trusted=False) for row in rows]

@@ -105,7 +105,7 @@ def _pyarrow(path: Path) -> tuple[Any, Any]:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise InputError(f"{path}: Parquet takes pyarrow: pip install 'irtrack[parquet]'; or name a .csv") from None
+        raise InputError(f"{path}: Parquet needs pyarrow: pip install 'irtrack[parquet]'; or name a .csv") from None
     return parquet, pyarrow
 
 
@@ -135,7 +135,7 @@ def read_track_set(path: str | Path) -> TrackSet:
     """Return the tracks of a file that `write_track_set` wrote, or of other MOTChallenge text.
 
     Only a recording has frames without tracks, times, and the names of tracker and source. MOTChallenge text has no
-    status and no class: tracks are confirmed and "tracking", and a score of -1 is none. A recording of one target
+    status and no class: tracks are confirmed and "tracking", and a score of -1 means none. A recording of one target
     gives one track of id 0. InputError for a file that cannot be read, with its line.
     """
     path = path_of(path)

@@ -47,7 +47,8 @@ class SourceArguments:
 
 
 def read_words(words: Sequence[str]) -> SourceArguments:
-    """Divide the arguments into sources and overrides: a scenario key, `=`, and a value that names no file."""
+    """Divide the arguments into sources and overrides; an override is a scenario key, `=`, and a value that names no
+    file."""
     from irsim import Scenario
 
     sources: list[tuple[str | None, str]] = []
@@ -165,9 +166,7 @@ def bench(
     input: Annotated[
         str | None, option("display|counts", "Input of trackers; default: display, or the suite's.", "--input")
     ] = None,
-    with_bounds: Annotated[
-        bool, typer.Option("--bounds", help="Compare errors with the least that the pixels allow.")
-    ] = False,
+    with_bounds: Annotated[bool, typer.Option("--bounds", help="Compare errors with their Cramer-Rao bound.")] = False,
     check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -213,7 +212,7 @@ def bench(
 
 def _bounds(results: Results, cells: Sequence[RunRecord]) -> list[BoundRow]:
     """Compute the bounds that the results file lacks; return the errors of the runs against them. Print a note for each
-    source without."""
+    source without bounds."""
     from irtrack.bench.bounds import bound_rows, compute_bounds
 
     with terminal.progress_bar("bounds") as progress:

@@ -71,7 +71,7 @@ def _profile(word: str) -> Profile:
 
 
 def _repeated(tracker: str, profile: str, time_limit: float) -> Callable[[Outcome], str]:
-    """Return a function that gives the command to test the property of an outcome again."""
+    """Return a function that returns, for an outcome, the command that tests its property again."""
     further = [] if profile == "ci" else ["--profile", profile]
     further += [] if time_limit == FRAME_LIMIT_S else ["--time-limit", f"{time_limit:g}"]
     return lambda outcome: shlex.join(["irtrack", "check", tracker, "--only", outcome.property.name, *further])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def detector_kind(name: str) -> Any | None:
-    """Return the class or function of a detector's name; None for the name of a tracker, or of nothing."""
+    """Return the class or function of a detector's name; None for any other name."""
     from irtrack.detectors import DETECTOR_KINDS, find_detector
     from irtrack.detectors.plain import is_plain
 
@@ -29,12 +29,12 @@ def detector_kind(name: str) -> Any | None:
     try:
         found = find_detector(name)
     except InputError:
-        return None  # the registry of trackers says why
+        return None  # the registry of trackers raises the error
     return found if is_plain(found) or getattr(found, "task", None) == "detect" else None
 
 
 def check_options(name: str, task: str, init: object, start: object, target: object, output: Path | None) -> None:
-    """Raise InputError for options that only trackers of one target take, or only trackers."""
+    """Raise InputError for an option of trackers of one target, and for `-o` with a detector."""
     allowed = "--csv FILE.csv, .txt or .parquet" + (", -o REC.mcap" if task == "many" else "")
     for option, value in (("--init", init), ("--start", start), ("--target", target)):
         if value is not None:

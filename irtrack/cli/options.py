@@ -43,7 +43,7 @@ FRAME_LIMIT_S = 10.0
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Jobs = Annotated[int, option("N", "Worker processes.", min=1)]
-FrameLimit = Annotated[float, option("S", "Limit for a frame; a tracker that exceeds it hangs.", min=0.01)]
+FrameLimit = Annotated[float, option("S", "Limit for a frame; a tracker that exceeds it counts as hung.", min=0.01)]
 FilledResults = Annotated[Path, argument("DB", "Results file of `irtrack bench`.", parser=given_path)]
 GrowingResults = Annotated[Path, path_option("DB", "Results file; finished runs in it are not repeated.")]
 InputName = Annotated[
@@ -114,9 +114,9 @@ def split_settings(
 ) -> Settings:
     """Divide KEY=VALUE settings between tracker and scenario; `given`: parameters already set after the tracker's name.
 
-    A parameter of the tracker goes to the tracker. Else a top-level key of the scenario (a recording has none), or a
-    key with a dot, goes to the scenario. InputError for any other key, unless the tracker takes any key, and for a
-    parameter given twice.
+    A key that is a parameter of the tracker goes to the tracker. Else a top-level key of the scenario (a recording has
+    none), or a key with a dot, goes to the scenario. InputError for any other key, unless the tracker takes any key,
+    and for a parameter given twice.
     """
     from irsim import scalar
     from irsim.config.base import suggestion
@@ -157,7 +157,7 @@ def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
 
     named = [each.name for each in given if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     if is_plain_many(tracker) and takes_detections(tracker) and "detector" not in named:
-        named.append("detector")  # the parameter of the adapter
+        named.append("detector")  # a parameter of the tracker's adapter
     if isinstance(tracker, type) and takes_detector(tracker):
         named.append("detections")
     return named, any(each.kind is each.VAR_KEYWORD for each in given)

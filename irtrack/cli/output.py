@@ -161,7 +161,7 @@ def _bound_texts(row: BoundRow) -> tuple[str, ...]:
 
 
 def print_tasks(rows: Sequence[TaskRow]) -> None:
-    """Print a table of trackers of many targets and one of detectors: means over the runs; the first has its
+    """Print a table of trackers of many targets and one of detectors: means over the runs, the first figure with its
     interval."""
     from irtrack.bench.summary import MARKS, marked
     from irtrack.bench.task_summary import SHOWN
@@ -199,7 +199,8 @@ def print_tasks(rows: Sequence[TaskRow]) -> None:
 
 
 def print_breaking(families: Sequence[TaskBreaking]) -> None:
-    """Print where half of the runs of each tracker of many or detector break, in a line for each scenario."""
+    """Print the severity at which half of the runs of each tracker of many or detector break, a line for each
+    scenario."""
     from irtrack.bench.task_summary import BREAKS
 
     for each in families:

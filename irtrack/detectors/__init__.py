@@ -58,7 +58,7 @@ DETECTORS: dict[str, type[DetectorPart]] = {
 }
 
 DETECTOR_KINDS: dict[str, type[DetectorPart]] = {**DETECTORS, "file": FileDetector}
-"""The detectors of frames, and that which reads its detections from a file."""
+"""The detectors of frames, and the one that reads detections from a file."""
 
 CONTRACTS = "a function of an image, a class with detect(image), or one with step(state, frame)"
 
@@ -133,7 +133,8 @@ def parse_detector(text: str) -> Detector:
 
 
 def detected(detector: Detector, memory: Any, frame: Frame) -> tuple[Any, Detections]:
-    """Return the memory and the detections of a detector after a frame; TrackerError, one line, of any other answer."""
+    """Return the memory and the detections of a detector after a frame; TrackerError, one line, for any other
+    answer."""
     answer: Any = detector.step(memory, frame)
     if not (isinstance(answer, tuple) and len(answer) == 2):
         wrong: str | None = f"step gave {type(answer).__name__}; allowed: (memory, Detections)"

@@ -51,11 +51,11 @@ class Ring(SingleFrameDetector):
     source: ClassVar[str] = "Xue, Yuan, Xie 2011, eq. 1"
 
     L: int = Field(default=4, ge=1, le=31)
-    """Largest radius, px; the source leaves it open."""
+    """Largest radius, px; the paper gives no value."""
     m: int = Field(default=8, ge=3, le=64)
-    """Samples on each radius; the source leaves it open."""
+    """Samples on each radius; the paper gives no value."""
     inner: int = Field(default=0, ge=0, le=31)
-    """Least radius, px; 0 in the source. A radius above half the target's size keeps the target out of its
+    """Least radius, px; 0 in the paper. A radius above half the target's size keeps the target out of its
     background."""
 
     @property

@@ -2,7 +2,7 @@
 
     frame -> response -> z = (response - median) / robust deviation -> maxima above a threshold -> centre, size, score
 
-Frames are mirrored at their edges. The centre of a detection on an edge pixel is a whole pixel across the edge.
+Frames are mirrored at their edges. The centre of a detection on an edge pixel is not refined across that edge.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from irtrack.errors import InputError
 from irtrack.types import Detections
 
 PARABOLA = 0.53
-"""Smoothing by a parabola through three pixels, px: the normal kernel of equal slope noise, (4 pi)^(-1/4)."""
+"""Standard deviation of the normal kernel with the slope noise of a parabola through three pixels, (4 pi)^(-1/4) px."""
 INTERPOLATION = 0.05
 """Error of the vertex of a parabola through three pixels of a normal curve of standard deviation 1 px, px."""
 
@@ -66,7 +66,7 @@ class FilterDetector(DetectorPart):
 
         var = (s^2 + f^2)^4 / (8 pi s^4 f^4 SCR^2)  px^2,    at f = s the Cramer-Rao bound 2 / (pi SCR^2) (Winick 1986)
 
-    with s of the measured size, f of the filter, and SCR of the picture around the target.
+    with s from the measured size, f from the filter, and the SCR from the picture around the target.
     """
 
     is_linear: ClassVar[bool] = True
@@ -98,12 +98,13 @@ class FilterDetector(DetectorPart):
         return robust_scale(response)
 
     def negative(self, picture: Picture) -> Picture:
-        """Return the picture in which cold targets are hot."""
+        """Return the inverted picture, in which cold targets are hot."""
         return -picture
 
     @abstractmethod
     def respond(self, memory: Any, picture: Picture) -> tuple[Any, Picture | None]:
-        """Return the memory after a frame, and its response (rows, cols), high at hot targets; None without one yet."""
+        """Return the memory after a frame, and its response (rows, cols), high at hot targets; None before the first
+        response."""
 
     def step(self, state: Any, frame: Frame) -> tuple[Any, Detections]:
         picture = checked_picture(frame)

@@ -17,7 +17,8 @@ from irtrack.errors import InputError
 from irtrack.features.background import BackgroundModel
 
 COARSE = 3
-"""Factor by which frames are reduced for registration. It takes half the time of 2, for 2 % more residual on ground."""
+"""Factor by which frames are reduced for registration. A factor of 3 takes half the time of a factor of 2, and leaves
+2 % more residual on ground."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +69,8 @@ class FrameDifference(FilterDetector):
 
 
 def registered(earlier: Picture, picture: Picture, before: Picture, now: Picture) -> Picture:
-    """Return the earlier picture registered to a later one in place and grey scale; pixels it lacks are the later
-    one's.
+    """Return the earlier picture registered to a later one in place and grey scale; pixels that it lacks are taken from
+    the later one.
 
     before, now   both reduced
     """

@@ -1,4 +1,4 @@
-"""`file`: detections from a file, and the reading of CSV and MOTChallenge rows that files of tracks share."""
+"""`file`: detections from a file, and the reader of CSV and MOTChallenge rows, which also serves files of tracks."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Row:
             self.box = Box(self.number("cx"), self.number("cy"), w, h)
 
     def number(self, column: str, allowed: str = "", rule: Callable[[float], bool] = lambda value: True) -> float:
-        """Return the number of a column; InputError with file and line for another text."""
+        """Return the number in a column; InputError with file and line for text that is no allowed number."""
         try:
             value = float(self.cells[column])
             if math.isfinite(value) and (abs(value) <= FARTHEST_PX or column in ("frame", "score")) and rule(value):
@@ -92,7 +92,7 @@ class Row:
         raise self._error(column, allowed or "a finite number")
 
     def one_of(self, column: str, allowed: Sequence[str]) -> None:
-        """Raise InputError where a column has another text."""
+        """Raise InputError unless the text in a column is one of `allowed`."""
         if self.cells[column] not in allowed:
             raise self._error(column, ", ".join(allowed))
 

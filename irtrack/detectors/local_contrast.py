@@ -23,9 +23,9 @@ class LCM(SingleFrameDetector):
 
     C. Chen, H. Li, Y. Wei, T. Xia, Y. Tang, "A local contrast method for small infrared target detection", IEEE TGRS
     52(1), 2014, eq. 4 and algorithm 2: L is the largest pixel of the middle patch, m_i the means of its eight
-    neighbours. Computed at every pixel, as in the source; the centre is that of the brightest pixel of the patch,
-    since the measure is flat around it. Means below one count are taken as one count. Cold targets are sought in the
-    picture mirrored about the middle of its range.
+    neighbours. Computed at every pixel, as in the paper; the centre is that of the brightest pixel of the patch, since
+    the measure is flat around it. Means below one count are taken as one count. Cold targets are sought in the picture
+    mirrored about the middle of its range.
     """
 
     source: ClassVar[str] = "Chen, Li, Wei, Xia, Tang 2014"
@@ -34,7 +34,7 @@ class LCM(SingleFrameDetector):
     threshold: Score = 8.0
     """Least score z of a detection, robust standard deviations of the response."""
     sides: Sides = (3, 5, 7)
-    """Sides of the patches of each scale, px, odd (the source: 3, 5, 7, 9)."""
+    """Sides of the patches of each scale, px, odd (the paper: 3, 5, 7, 9)."""
 
     @property
     def reach(self) -> int:
@@ -77,9 +77,9 @@ class MPCM(SingleFrameDetector):
     is_linear: ClassVar[bool] = False
 
     threshold: Score = 4.5
-    """Least score z of a detection; lower than of other kinds, since z is the least of eight differences."""
+    """Least score z of a detection; lower than for other detectors, since z is the least of eight differences."""
     sides: Sides = (3, 5, 7)
-    """Sides of the patches of each scale, px, odd (the source: 3, 5, 7, 9)."""
+    """Sides of the patches of each scale, px, odd (the paper: 3, 5, 7, 9)."""
 
     @property
     def smoothing(self) -> float:
@@ -116,7 +116,7 @@ def wide_mean(picture: Picture, side: int) -> Picture:
 
 
 def add_patch_contrast(mean: Picture, side: int, largest: Picture) -> None:
-    """Raise `largest` (rows, cols) to min_i d_i d_(i+4), counts^2; 0 where a neighbour is brighter."""
+    """Update the maximum `largest` (rows, cols) by min_i d_i d_(i+4), counts^2, or 0 where a neighbour is brighter."""
     if COMPILED:
         kernels.patch_contrast(mean, side, largest)
         return
@@ -128,7 +128,7 @@ def add_patch_contrast(mean: Picture, side: int, largest: Picture) -> None:
 
 
 def add_local_contrast(mean: Picture, side: int, largest: Picture, peak: Picture) -> None:
-    """Raise `largest` (rows, cols) to peak^2 / max m_i, counts, with max m_i of 1 count at least."""
+    """Update the maximum `largest` (rows, cols) by peak^2 / max m_i, counts, with max m_i at least 1 count."""
     if COMPILED:
         kernels.local_contrast(mean, side, largest, peak)
         return

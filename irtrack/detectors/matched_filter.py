@@ -13,7 +13,7 @@ from irtrack.detectors.base import Side, SingleFrameDetector, Width
 from irtrack.detectors.peaks import ROUNDING, Picture
 
 PATCHES = 3000
-"""Number of patches sampled for a covariance: sixty for each of 49 pixels, at a loss of .1 dB SNR (Reed et al.
+"""Number of patches sampled for a covariance: 60 times the 49 pixels of a patch, for a loss of .1 dB SNR (Reed et al.
 1974)."""
 
 
@@ -59,7 +59,7 @@ def clutter_covariance(picture: Picture, side: int) -> Floats:
     The variance of rounding is added on the diagonal, and the mean variance to the level of a patch, so that the matrix
     has an inverse.
     """
-    if min(picture.shape) < 2 * side:  # only small frames are mirrored, as clutter has a bend at a mirrored edge
+    if min(picture.shape) < 2 * side:  # large ones are not: mirrored clutter has a bend at the edge
         picture = np.pad(picture, side // 2, mode="reflect" if min(picture.shape) > side // 2 else "edge")
     step = max(int(sqrt(picture.size / PATCHES)), 1)
     windows = np.lib.stride_tricks.sliding_window_view(picture, (side, side))[::step, ::step]

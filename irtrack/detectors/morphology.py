@@ -17,15 +17,15 @@ DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
 """(down, right) px of the four lines through a pixel: row, column and both diagonals."""
 
 STRIP = 25_000
-"""Number of pixels of a strip of rows filtered at once: it fits the processor's cache, which takes a quarter of the
-time."""
+"""Number of pixels of a strip of rows filtered at once: it fits the processor's cache, so that filtering takes a
+quarter of the time."""
 
 
 class Threshold(SingleFrameDetector):
     """Pixels above the frame's median by robust standard deviations, without a filter.
 
     The likelihood-ratio test of a known level in white normal noise (S. Kay, "Detection Theory", 1998, example 3.2);
-    the deviation is Hampel's. The baseline: any gradient of the background is clutter to it.
+    the deviation is Hampel's. A baseline: any gradient of the background is clutter to this detector.
     """
 
     source: ClassVar[str] = "Kay 1998, example 3.2"

@@ -21,7 +21,7 @@ Pixels = Annotated[int, Field(ge=1, le=16_384)]
 
 
 class Onnx(DetectorPart):
-    """Neural network of one image, in an ONNX file.
+    """Neural network on single images, from an ONNX file.
 
     Input: float32 (1, 1, rows, cols), counts / (2^bits - 1). Frames are not resized, which would change small targets.
     Output, the network's first: `heatmap` (1, 1, rows, cols), whose maxima above the threshold are detections, or
@@ -101,7 +101,7 @@ class Onnx(DetectorPart):
         if output.ndim not in (2, 3) or output.shape[-1] != 5 or output.size != 5 * output.shape[-2]:
             raise InputError(f"{self.file}: output of shape {output.shape}; allowed: (n, 5) or (1, n, 5)")
         boxes = output.reshape(-1, 5).astype(np.float64)
-        boxes = boxes[~(boxes[:, 4] < self.threshold)]  # not a number is an error, not a low score
+        boxes = boxes[~(boxes[:, 4] < self.threshold)]  # NaN is an error, not a low score
         return Detections(boxes[:, :2], boxes[:, 2:4], boxes[:, 4])
 
 
@@ -114,7 +114,7 @@ def _session(path: str, changed_ns: int) -> Any:
         raise InputError("onnx: onnxruntime is not installed; allowed: after pip install 'irtrack[onnx]'") from None
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
-    options.log_severity_level = 4  # its messages come as exceptions, too
+    options.log_severity_level = 4  # no messages on standard error: its exceptions hold them
     try:
         return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # onnxruntime's exceptions share no base

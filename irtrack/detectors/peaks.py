@@ -1,6 +1,6 @@
 """Maxima of a response: robust scale, places, centres and sizes, and the background around them.
 
-Frames are mirrored at their edges. The C kernels have plain twins here.
+Frames are mirrored at their edges. The Python equivalents of the C kernels are here.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ LEAST_DEVIATION = 0.05
 THINNED = 4
 """Step of the rows and columns sampled for median and deviation: 4800 of 320x240 px give both to 2 %."""
 WHOLE = 16_384
-"""Pixels up to which a frame is not thinned."""
+"""Largest number of pixels of a frame that is not subsampled."""
 MANY = 2
-"""Comparisons a pixel of the frame: with fewer, the squares of the pixels above the threshold are compared one by one,
-in less time than the whole frame's maxima take."""
+"""Number of comparisons per pixel of the frame below which comparing the square of each pixel above the threshold is
+faster than a maximum filter of the whole frame."""
 CLOSING = 8
-"""Comparisons a pixel of the frame, up to which a closing is computed around its places alone."""
+"""Largest number of comparisons per pixel of the frame at which a closing is computed around its places alone."""
 TIED = 2
-"""Rank of a maximum with an equal one in its square."""
+"""Mark of a pixel, in the result of `highest`, that is as high as another pixel of its square."""
 ROUNDING = 0.2887
 """Standard deviation of rounding to whole counts, counts."""
 FWHM = 2.3548
@@ -84,7 +84,7 @@ def maxima(heights: Picture, separation: int, least: float, most: int) -> tuple[
 def highest(heights: Picture, places: Places, reach: int) -> npt.NDArray[np.uint8]:
     """Return 0 for each place (n,) where a pixel of the square of `reach` px on all sides is higher, else 1.
 
-    `TIED` where another one is as high; at the frame's edge, whose pixels are repeated, it always is.
+    `TIED` where another pixel is as high, which is always so at the frame's edge, where pixels are repeated.
     """
     ranks = np.empty(len(places), np.uint8)
     if COMPILED:
@@ -106,9 +106,10 @@ def squares(picture: Picture, rows: Places, columns: Places, reach: int) -> Pict
 
 
 def merged(heights: Picture, places: Places, separation: int) -> Places:
-    """Return the place nearest to the middle of each group of places (n,), which rise; the first of equally near ones.
+    """Return the place nearest to the middle of each group of places (n,), in ascending order; the first of equally
+    near ones.
 
-    Places are of one group where their morphological closing by the square of `separation` px on all sides connects
+    Places belong to one group where their morphological closing by the square of `separation` px on all sides connects
     them.
     """
     side, shape = 2 * separation + 1, heights.shape
@@ -130,7 +131,7 @@ def merged(heights: Picture, places: Places, separation: int) -> Places:
 
 
 def vertices(heights: Picture, rows: Places, columns: Places) -> Floats:
-    """Return the centres (n, 2) px of maxima, by a parabola along each axis; whole at an edge."""
+    """Return the centres (n, 2) px of maxima, by a parabola along each axis, not refined across an edge."""
     if COMPILED:
         centers = np.empty((len(rows), 2))
         kernels.vertices(heights, rows * heights.shape[1] + columns, centers)

@@ -12,7 +12,7 @@ The answer is a line of JSON, with boxes as in label files (top-left pixel, widt
     {"error": "what went wrong"}
 
 A program of many targets gets no image and no box, but the frame's detections, each with its score, and answers with
-its confirmed tracks; those of the `init` are not used. Score and status may be left out:
+its confirmed tracks; the tracks in its answer to `init` are not used. Score and status may be left out:
 
     {"do": "init" or "step", "frame": 7, "time": 0.28, "rows": 240, "columns": 320,
      "detections": [[x, y, w, h, score], ...], "seed": 5 (of init only)}
@@ -68,7 +68,10 @@ class _Session:
         weakref.finalize(self, _release, key, self._child)
 
     def _ask(self, frame: Frame, request: dict[str, Any], pixels: Sequence[Piece] = ()) -> dict[str, Any]:
-        """Return the answer to a request about a frame. TrackerError as in `Child.ask` or for an answered error."""
+        """Return the answer to a request about a frame.
+
+        TrackerError as in `Child.ask` or where the program answers with an error.
+        """
         rows, columns = frame.image.shape
         request |= {"frame": frame.index, "time": frame.time, "rows": rows, "columns": columns}
         answer = self._read(self._child.ask([json.dumps(request).encode() + b"\n", *pixels], self._timeout_s))
@@ -93,7 +96,8 @@ class Session(_Session):
     """Session with a program that tracks one target."""
 
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
-        """Track the content of the box from this frame on. TrackerError as in `Child.ask` or for an answered error."""
+        """Track the content of the box from this frame on. TrackerError as in `Child.ask` or for an error in the
+        answer."""
         return self._boxed(frame, {"do": "init", "box": list(box.pixels), "seed": seed})
 
     def step(self, frame: Frame) -> Answer:
@@ -113,7 +117,7 @@ class DetectionSession(_Session):
     """Session with a program that tracks many targets on detections."""
 
     def init(self, frame: Frame, found: Detections, seed: int) -> None:
-        """Track from these detections on. TrackerError as in `Child.ask` or for an answered error."""
+        """Track from these detections on. TrackerError as in `Child.ask` or where the program answers with an error."""
         self._tracked(frame, found, {"do": "init", "seed": seed})
 
     def step(self, frame: Frame, found: Detections) -> TrackFrame:

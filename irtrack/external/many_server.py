@@ -43,8 +43,8 @@ STONE_SOUP = {
     "candidate_misses": 2,
     "misses": 20,
 }
-"""Values of Stone Soup's parts, px and frames: acceleration 0.3 px/frame^2, the rest as of irtrack's own trackers;
-the gate of `ss_gnn`, in standard deviations, as in Stone Soup's tutorials."""
+"""Values of Stone Soup's parts, px and frames: acceleration 0.3 px/frame^2, the rest as in irtrack's own trackers; the
+gate of `ss_gnn`, in standard deviations, as in Stone Soup's tutorials."""
 
 Row = list[Any]
 """Track: [id, x, y, w, h, score or None, status], its box by the top-left pixel."""
@@ -152,7 +152,8 @@ def motpy() -> Follow:
 def stone_soup(method: str) -> Follow:
     """Return the function of a Kalman filter with nearest neighbours (`gnn`) or joint probabilities (`jpda`).
 
-    Joint probabilities by loopy belief propagation: Stone Soup's exact ones list 2^40 events of 40 lone targets.
+    Joint probabilities by loopy belief propagation: Stone Soup's exact ones would list 2^40 events for 40 isolated
+    targets.
     """
     import numpy as np
 
@@ -214,7 +215,7 @@ def stone_soup(method: str) -> Follow:
 
     def follow(boxes: Boxes) -> list[Row]:
         nonlocal count
-        count += 1  # a frame is a second
+        count += 1  # one second stands for one frame
         when = epoch + timedelta(seconds=count)
         given = {
             Detection(
@@ -231,7 +232,7 @@ def stone_soup(method: str) -> Follow:
         for each in sorted(found, key=lambda track: tuple(track.state_vector.ravel())):  # a set has no order
             hit = isinstance(each[-1], Update)
             if hit:
-                of = each[-1].hypothesis  # of several detections in a joint update
+                of = each[-1].hypothesis  # a joint update has a hypothesis for each of several detections
                 best = of if hasattr(of, "measurement") else max(filter(None, of), key=lambda one: one.probability)
                 sizes[each.id] = best.measurement.metadata
             x, y = float(each.state_vector[0, 0]), float(each.state_vector[2, 0])
@@ -261,7 +262,7 @@ def main(names: list[str]) -> None:
     os.dup2(2, 1)
     if names:
         name = names[0]
-        start(name)  # imports, and warnings, before the first request
+        start(name)  # libraries are imported, and warn, before the first request
         serve(lambda: start(name), sys.stdin.buffer, answers)
     else:
         answers.write(json.dumps([name for name, module in MANY_PEERS.items() if find_spec(module)]).encode() + b"\n")

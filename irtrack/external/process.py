@@ -90,7 +90,7 @@ class Child:
             self.close(farewell=False)
             raise TrackerError(f"its program gave no answer in {timeout_s:g} s{self._last_output()}") from None
         if self._untimely:
-            raise self.refuse(f"its program answered {quoted(line)} without being asked; allowed: one answer each")
+            raise self.refuse(f"its program answered {quoted(line)} without a request; allowed: one answer to each")
         if line.endswith(b"\n"):
             self._answered = True
             return line

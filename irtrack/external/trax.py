@@ -167,8 +167,8 @@ class TraxSession:
     def init(self, frame: Frame, box: Box, seed: int) -> Answer:
         """Track the content of the box from this frame on; return the first answer.
 
-        TrackerError where the program dies, hangs, quits, wants a form of region or image that is not offered, or does
-        not speak TraX.
+        TrackerError where the program dies, hangs, quits, wants a form of region or image that irtrack does not offer,
+        or does not speak TraX.
         """
         try:
             hello = self._message(self._child.greeting(self._timeout_s), "hello").properties

@@ -23,8 +23,8 @@ FRESH = 20
 """Default number of fresh seeds (not used in the search) that test the seed sensitivity of a failure."""
 
 FRESH_WHILE_SHRINKING = 5
-"""Number of fresh seeds that test if a simpler candidate is still structural; also the least value of the option
-`fresh`."""
+"""Number of fresh seeds that test if the failure of a simpler candidate is still structural; also the least value of
+the option `fresh`."""
 
 STRUCTURAL = 0.8
 """Share of fresh seeds from which on a failure is structural, not seed-dependent. Of 20 seeds it needs 16, which a

@@ -82,7 +82,7 @@ class Kept:
     def changes(self, runner: Runner | None = None, limit_s: float | None = None) -> list[str]:
         """Judge the tracker anew and return the differences from the note, a line each.
 
-        runner, limit_s   runner, and limit for a frame, s; by default as noted
+        runner, limit_s   runner, and limit for a frame, s; by default those in the note
 
         InputError, with the file, where the failure cannot be judged.
         """
@@ -116,7 +116,8 @@ class Kept:
 
     @contextmanager
     def _judging(self, runner: Runner | None, limit_s: float | None) -> Iterator[tuple[Runner, float | None]]:
-        """Yield the runner and the time limit, by default as noted; errors raised in the block name the file."""
+        """Yield the runner and the time limit, by default those in the note; errors raised in the block name the
+        file."""
         if self.fault is not None:
             raise InputError(self.fault)
         try:
@@ -189,7 +190,7 @@ def keep(
 ) -> Kept:
     """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; the same scene is kept once.
 
-    how, limit_s   as for `Kept`
+    how, limit_s   as in `Kept`
     """
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")

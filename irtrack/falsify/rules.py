@@ -30,9 +30,9 @@ UNTESTED = 1.0
 RULE = "rule"
 """The track breaks a rule of the scenario."""
 RAISES = "raises"
-"""The tracker raises an exception; every scenario expects that it does not."""
+"""The tracker raises an exception, a failure in every scenario."""
 ENDS = "ends"
-"""The tracker ends its process or hangs; every scenario expects that it does not."""
+"""The tracker ends its process or hangs, a failure in every scenario."""
 
 IMPLICIT = {
     RAISES: ("the tracker raises an exception", "no exception"),
@@ -49,7 +49,7 @@ FAILURES = {
 
 
 Evidence = Trace | SceneTrace
-"""Result of a run that a rule judges: of one target, or of all targets."""
+"""Result of a run, of one target or of all targets, that a rule judges."""
 
 
 def rules_of(scenario: irsim.Scenario, task: Task = "single") -> tuple[irsim.Expectation, ...]:
@@ -62,7 +62,7 @@ def rules_of(scenario: irsim.Scenario, task: Task = "single") -> tuple[irsim.Exp
                 "a method margin(trace)"
             )
         if isinstance(rule, irsim.FalseTracksAtMost | irsim.FalseAlarmsAtMost) and rule.target is not None:
-            raise InputError(f"expect.{index}.target: {rule.kind} counts what is on no target; allowed: no target")
+            raise InputError(f"expect.{index}.target: {rule.kind} applies to no single target; allowed: no target")
     return stated_rules(scenario, task) or DEFAULTS[task]
 
 
@@ -112,7 +112,8 @@ def explain(rule: irsim.Expectation, trace: Evidence) -> Explanation:
 
 
 def explain_all(scenario: irsim.Scenario, trace: Evidence, target: str | None, task: Task) -> list[Explanation]:
-    """Return the explanations of the rules that a scenario states for a task; of one target, those about it."""
+    """Return the explanations of the rules that a scenario states for a task; for one target, only of rules about
+    it."""
     rules = stated_rules(scenario, task)
     return [explain(rule, trace) for rule in rules if task != "single" or rule.target in (None, target)]
 
@@ -133,7 +134,8 @@ def _distance_to_off(trace: Trace) -> Floats:
 
 
 def _never_lost_margin(_: irsim.NeverLost, trace: Trace) -> float:
-    """Return min over runs of ten counted frames of max over the run of the distance to off (see `LOSS_RULE`)."""
+    """Return the min over runs of ten counted frames of the max over the run of `_distance_to_off` (see
+    `LOSS_RULE`)."""
     on = _distance_to_off(trace)[trace.counted]
     if len(on) < OFF_IN_A_ROW:
         return UNTESTED
@@ -172,7 +174,7 @@ def _error_result(rule: irsim.ErrorBelow, trace: Trace) -> str:
 
 
 def _return_margin(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
-    """Return min over reappearances of the target of max over the allowed frames of the distance to off.
+    """Return the min over reappearances of the target of the max over the allowed frames of `_distance_to_off`.
 
     A reappearance shorter than the allowed frames counts only where the tracker was on the target.
     """
@@ -264,7 +266,8 @@ KINDS: dict[type[irsim.Expectation], RuleKind] = {
         ("detect",),
     ),
 }
-"""Functions by kind of rule. A rule of a user's class has the margin of its own method, and no words."""
+"""Functions by kind of rule. The margin of a rule of a user's class is that of its own method; it has no
+explanation."""
 
 DEFAULTS: dict[Task, tuple[irsim.Expectation, ...]] = {
     "single": (irsim.NeverLost(),),

@@ -1,7 +1,7 @@
 """Rules about all targets of a scene: probability of detection, identity switches, false tracks, false alarms.
 
-Shares and rates are taken over one second at least, since in a few frames a single miss would be a large share: what a
-shorter scene lacks counts as right.
+Shares and rates are taken over one second at least, since in a few frames a single miss would be a large share: the
+frames that a shorter scene lacks count as right.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ UNTESTED = math.inf
 """Margin of a rule without a target to test it on; `irtrack.falsify.rules.margin` limits it."""
 
 _OF_FRAMES = ("frames", "times", "step_ms", "cpu_ms")
-"""Columns with a value for each frame; other columns have one for each track or detection in it."""
+"""Columns with a value for each frame; other columns have one for each track or detection in a frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneTrace:
-    """Tracks of many targets, or detections, beside the ground truth of their scene (`irtrack.metrics.Trace` of one).
+    """Tracks of many targets, or detections, beside the ground truth of their scene (for one target:
+    `irtrack.metrics.Trace`).
 
     rate_hz   frames a second
     """
@@ -85,7 +86,7 @@ class SceneTrace:
 
     @cached_property
     def hits(self) -> dict[str, np.ndarray]:
-        """By the id of each target: whether it was found, in each frame in which it was to be found, (m,)."""
+        """By the id of each target: whether it was found, in each frame in which it is not ignored, (m,)."""
         if isinstance(self.found, DetectionSet):
             names, number = self.detection.names, self.detection.number
             return {name: np.isfinite(self.detection.score[number == k]) for k, name in enumerate(names)}
@@ -117,7 +118,7 @@ def _of(target: str | None, names: Sequence[str]) -> list[str]:
 
 
 def pd_margin(rule: irsim.PdAtLeast, trace: SceneTrace) -> float:
-    """Return Pd / share - 1, where Pd is the share of positions found, of one second of each target at least."""
+    """Return Pd / share - 1, where Pd is the share of positions found, over at least one second of each target."""
     hits = [trace.hits[name] for name in _of(rule.target, list(trace.hits))]
     if not hits:
         return UNTESTED
@@ -201,5 +202,5 @@ def false_alarms_result(_: irsim.FalseAlarmsAtMost, trace: SceneTrace) -> str:
 
 
 def _left(allowed: float, value: float, unit: float) -> float:
-    """Return (allowed - value) in units of `allowed`, but of `unit` at least: below 0 where more than allowed."""
+    """Return (allowed - value) / max(allowed, unit): below 0 where the value is larger than allowed."""
     return min((allowed - value) / max(allowed, unit), BEST)

@@ -96,7 +96,7 @@ def cma_search(dimension: int, seed: int) -> Searcher:
 
 
 def _padded(point: Floats) -> Floats:
-    """Return the point with at least two axes, as CMA-ES needs; the second axis is ignored."""
+    """Return the point; one of a single axis gets a second one, which is ignored, since CMA-ES needs two."""
     return point if len(point) > 1 else np.array([point[0], 0.5])
 
 

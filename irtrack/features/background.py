@@ -29,7 +29,7 @@ START_SHIFT = 0.3
 SHIFT = 0.1
 """Error of interpolation and registration in every variance, px: it changes the grey level where there are slopes."""
 MOVING_RATE = 0.03
-"""Share of the new picture that enters the model where it is foreground: an object at rest is background in 33
+"""Share of the new picture that enters the model where it is foreground: an object at rest becomes background in 33
 frames."""
 BETTER = 0.98
 """Ratio of the mean deviations after and before registration, below which a shift or gain is accepted; at 1, noise
@@ -136,7 +136,7 @@ class BackgroundModel:
         return replace(self, mean=mean, variance=variance, observations=self.observations + open_)
 
     def aligned(self, raw: Grid) -> BackgroundModel:
-        """Return the model with the shift, gain and offset that fit it best to a frame; as it is for a small frame."""
+        """Return the model with the shift, gain and offset that fit it best to a frame; unchanged for a small frame."""
         if min(raw.shape) < LEAST_SIDE:
             return self
         # Model and frame are smoothed first: interpolation at half a pixel smooths noise, and would always fit better.
@@ -167,7 +167,8 @@ class BackgroundModel:
         return np.minimum(apart, np.float32(12 * self.noise**0.5))
 
     def _refined(self, under: Grid, raw: Grid) -> BackgroundModel:
-        """Return the model after one step of least squares with weights 1 / (1 + (r / 2 s)^2), s by the median."""
+        """Return the model after one step of least squares with weights 1 / (1 + (r / 2 s)^2), s from the median of the
+        residuals r."""
         inner = (slice(1, -1, 2), slice(1, -1, 2))
         across, down = (cv2.Sobel(under, cv2.CV_32F, *axes, scale=1 / 8)[inner].ravel() for axes in ((1, 0), (0, 1)))
         grey = under[inner].ravel()
@@ -178,7 +179,7 @@ class BackgroundModel:
         slopes = np.stack([-self.gain * across, -self.gain * down, grey - middle, np.ones_like(grey)]).astype(
             np.float64
         )
-        # A picture without slopes does not determine a shift, one without contrast no gain.
+        # A picture without slopes does not determine a shift, and one without contrast does not determine a gain.
         least = np.array([0.01 * self.noise, 0.01 * self.noise, 1.0, 1e-3]) * 1e-3 * grey.size
         dx, dy, gain, offset = np.linalg.solve(
             (slopes * weights) @ slopes.T + np.diag(least), (slopes * weights) @ residual

@@ -19,8 +19,9 @@ from irtrack.features.background import squared_slope as slope2
 REDUCTION = 3
 """Largest factor by which pictures are reduced for registration, as in `irtrack.detectors.frame_difference`."""
 LEAST_PIXELS = 5000
-"""Least number of pixels of a reduced picture. Four parameters lower the deviation of n independent samples by 4 / n
-in noise alone; of 5,000 smoothed pixels, by 1 %, which `BETTER` does not accept. Smaller ones are not registered."""
+"""Least number of pixels of a reduced picture. In noise alone, a fit of four parameters lowers the deviation of n
+independent samples by 4 / n: for 5,000 smoothed pixels by 1 %, which `BETTER` does not accept. Smaller pictures are not
+registered."""
 BANDS = 12
 """Number of bands of rows of the picture, of which one is learned in each frame."""
 BORDER = 2
@@ -56,7 +57,7 @@ class WindowedBackground:
         return replace(self, model=after), (shift[0] - x, shift[1] - y)
 
     def compare(self, image: Image, region: Region) -> RegisteredFrame:
-        """Return a region of a frame beside the model there, after `register`."""
+        """Return a region of a frame and the model there, after `register`."""
         model = self.model
         picture = (image[region].astype(np.float32) - np.float32(model.offset)) / np.float32(model.gain)
         wide, inner = _widened(region, image.shape)
@@ -109,7 +110,7 @@ def _reduced(picture: Grid, reduction: int) -> Grid:
 
 
 def _widened(region: Region, shape: tuple[int, ...]) -> tuple[Region, Region]:
-    """Return the region with a border inside the frame, and the place of the region in it."""
+    """Return the region with a border, cut at the frame's edges, and the position of the region in it."""
     wide, inner = [], []
     for span, length in zip(region, shape, strict=True):
         first = max(span.start - BORDER, 0)
@@ -119,7 +120,8 @@ def _widened(region: Region, shape: tuple[int, ...]) -> tuple[Region, Region]:
 
 
 def _within(region: Region, place: Region) -> Region:
-    """Return the part of a region in coordinates of a place; empty where they do not meet."""
+    """Return the intersection of a region and the region `place`, in coordinates of `place`; empty where they do not
+    meet."""
     rows, columns = (
         slice(max(span.start - at.start, 0), max(min(span.stop, at.stop) - at.start, 0))
         for span, at in zip(region, place, strict=True)

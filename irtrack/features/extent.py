@@ -1,4 +1,4 @@
-"""Extent of a small thing inside a loose start box: the connected half-maximum region about its strongest pixel."""
+"""Extent of a small object inside a loose start box: the connected half-maximum region about its strongest pixel."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from irsim.types import Box
 from irtrack.features.background import Grid
 
 COMPACT = 0.7
-"""Share of the box's sides below which a thing is taken to be smaller than its box."""
+"""Share of the box's sides below which an object counts as smaller than its box."""
 SHARE = 0.3
 """Share of the strongest pixel that the region reaches."""
 OFF, OFF_PX = 0.25, 3.0
-"""Largest distance on each axis of a thing from the centre of its box, in sides and px: a hot part of a larger target,
-such as an engine, lies farther off."""
+"""Largest distance on each axis of an object from the centre of its box, in sides and px: a hot part of a larger
+target, such as an engine, lies farther off."""
 LEAST = 2.0
 """Least side, px."""
 
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """Centre (x, y) and size (w, h), px, of what is followed; `is_compact`: it is smaller than its box."""
+    """Centre (x, y) and size (w, h), px, of the object to track; `is_compact`: it is smaller than its box."""
 
     center: tuple[float, float]
     size: tuple[float, float]
@@ -31,11 +31,11 @@ class Extent:
 
 
 def extent(picture: Grid, box: Box) -> Extent:
-    """Return the extent of what is in a box: a thing that is hotter or colder than its surroundings, as the top-hat of
-    the box's size shows it (F. Meyer 1979), or the whole box where it fills it.
+    """Return the extent of the object in a box, which is hotter or colder than its surroundings in the top-hat of the
+    box's size (F. Meyer 1979); the whole box where the object fills it.
 
-    The strongest pixel is searched with a weight that falls towards the box's edge. The region is that of pixels above
-    half of it, connected to it; its centre is weighted by the top-hat.
+    The strongest pixel is searched with a weight that falls towards the box's edge. The region consists of the pixels
+    above half of its height that are connected to it; its centre is weighted by the top-hat.
     """
     rows, columns = picture.shape
     margin = (int(box.w) + 3, int(box.h) + 3)

@@ -61,7 +61,7 @@ class GreyDensities:
         return probability
 
     def updated(self, registered: RegisteredFrame, foreground: Grid, region: Region, rate: float) -> GreyDensities:
-        """Return the densities after a frame, the target's learned from the foreground of its region."""
+        """Return the densities after a frame; that of the target is learned from the foreground in its region."""
         density = self._density(registered.picture[region], foreground[region])
         if foreground[region].sum() < 3:
             return self

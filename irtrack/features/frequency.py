@@ -1,8 +1,8 @@
 """High-pass filter in the frequency domain, H = 1 / (1 + (D0 / D)^(2 n)).
 
-R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3 (Butterworth), named by Xue et al. 2011,
-section 1, as the costly way. D is the frequency, cycles/px; the cosine transform (DCT-II) mirrors the frame at its
-edges.
+R. Gonzalez, R. Woods, "Digital Image Processing", 3rd ed. 2008, eq. 4.9-3 (Butterworth). Xue et al. 2011, section 1,
+call it the costly alternative to their filter. D is the frequency, cycles/px; the cosine transform (DCT-II) mirrors the
+frame at its edges.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class Cues:
     gradient: Floats
 
     def of(self, window: int) -> Cues:
-        """Return the histograms of one window of many."""
+        """Return the histograms of one of the windows."""
         return Cues(self.grey[window], self.gradient[window])
 
     def similarity(self, other: Cues) -> tuple[Floats, Floats]:
@@ -170,7 +170,7 @@ class CueImage:
     def similarity_map(self, window: Window, pattern: Pattern, model: Cues) -> tuple[Floats, Floats]:
         """Return rho of both cues, (rows, columns) each, of the window with its corner at each pixel where it fits.
 
-        It equals the similarity of `windows` at scale 1, approximately where the pattern leaves out pixels.
+        It equals the similarity of `windows` at scale 1, but only approximately where the pattern leaves out pixels.
         """
         rows, columns = max(self.image.shape[0] - window.rows + 1, 0), max(self.image.shape[1] - window.columns + 1, 0)
         if 0 in (rows, columns):

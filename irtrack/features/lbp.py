@@ -26,7 +26,8 @@ DIAGONAL = 0.70711
 """Coordinate of a diagonal neighbour, px, with five decimals."""
 
 STRIP = 16_384
-"""Number of pixels of a strip of rows coded at once: it fits the processor's cache, which takes a third of the time."""
+"""Number of pixels of a strip of rows coded at once: it fits the processor's cache, so that coding takes a third of the
+time."""
 
 Codes = npt.NDArray[np.uint8]
 

@@ -65,13 +65,15 @@ class Likeness:
 
 
 def cut(picture: Grid, center: tuple[float, float], reach: tuple[int, int]) -> Grid:
-    """Return the patch (2 y + 1, 2 x + 1) about a centre, bilinear; edge pixels are repeated."""
+    """Return the patch (2 y + 1, 2 x + 1) of half sides (x, y) px about a centre, bilinear; edge pixels are
+    repeated."""
     size = (2 * reach[0] + 1, 2 * reach[1] + 1)
     return cv2.getRectSubPix(picture, size, center)  # type: ignore[return-value]  # OpenCV's stubs know no element types
 
 
 def _padded(picture: Grid, region: Region, reach: tuple[int, int]) -> Grid:
-    """Return a region with `reach` (x, y) px more on each side, less the mean, which float32 sums would lose."""
+    """Return a region with `reach` (x, y) px more on each side, less its mean, beside which float32 sums would lose the
+    contrast."""
     spans, borders = [], []
     for span, length, more in zip(region, picture.shape, reach[::-1], strict=True):
         low, high = span.start - more, span.stop + more

@@ -81,7 +81,7 @@ def _amplitude(shape: Floats, values: Floats) -> float:
 
 
 def _line(at: float, width: float, side: int) -> tuple[Floats, Floats]:
-    """Return the integral over each pixel of a normal curve about `at`, and its derivative by `at`."""
+    """Return the integral over each pixel of a normal curve about `at`, and its derivative with respect to `at`."""
     edges = [(k - 0.5 - at) / width for k in range(side + 1)]
     whole = [erf(edge / sqrt(2)) / 2 for edge in edges]
     height = [exp(-edge * edge / 2) / (width * sqrt(2 * pi)) for edge in edges]

@@ -60,7 +60,7 @@ def contiguous(image: Image) -> Image:
 
 
 def full_range(bits: int, bins: int) -> Quantiser:
-    """Return the quantiser of the whole range of `bits`; on 8 bits b(I) = floor(I / (256 / B)), as in the sources."""
+    """Return the quantiser of the whole range of `bits`; on 8 bits b(I) = floor(I / (256 / B)), as in the papers."""
     return Quantiser(0.0, float(2**bits), bins)
 
 

@@ -20,7 +20,7 @@ def pca_velocity(places: Floats, speed: Speed) -> Floats:
 
     Its direction is that of the eigenvector of the largest eigenvalue lambda_max of their covariance (step 3, divided
     by k). The speed is proportional to lambda_max (step 5) or, by the text of section 2, to sqrt(lambda_max); the
-    factor cancels in eq. 6. The source leaves the vector's sign open; here it points from the first position to the
+    factor cancels in eq. 6. The paper leaves the vector's sign open; here it points from the first position to the
     last. Coincident positions have velocity 0.
     """
     k = places.shape[-2]
@@ -41,7 +41,7 @@ def velocity_similarity(velocities: Floats, model: Floats) -> Floats:
     """Return the similarity (...), 0 .. 1, of velocities (..., 2) to the velocity `model` (2,) (eq. 6).
 
     It is the smaller speed over the larger, times the cosine between the directions, and 0 for a cosine below 0. Two
-    velocities of 0 have similarity 1; one velocity of 0 and another velocity have similarity 0.
+    velocities of 0 have similarity 1; a zero and a nonzero velocity have similarity 0.
     """
     speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
     # min / max . cosine = dot / max^2, which needs no division by a speed of 0.

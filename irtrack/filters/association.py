@@ -17,7 +17,7 @@ from irtrack.filters.kalman import updated_covariance
 from irtrack.filters.motion import constant_velocity
 
 DETECTION = 0.9
-"""Detection probability of an object detected in the last frame; `REAPPEARANCE`: that of an object missed there."""
+"""Detection probability of an object detected in the last frame; `REAPPEARANCE`: that of an object missed in it."""
 REAPPEARANCE = 0.5
 CLUTTER = 1e-6
 """Density of false or new detections per px^2 and frame: one in thirteen frames of 320 x 240 px."""
@@ -26,18 +26,19 @@ LEVEL_SD = 0.4
 START_SPEED = 1.0
 """Standard deviation of a new track's first speed on each axis, px/frame."""
 CONFIRMED = 5
-"""Number of detections from which on a track is confirmed; a track with fewer ends at its first miss."""
+"""Least number of detections of a confirmed track; a track with fewer ends at its first miss."""
 MEMORY, EARNED = 40, 0.25
-"""Number of frames without a detection after which a track of another object ends: at most, and per detection so
-far."""
+"""Number of frames without a detection after which a track of another object ends: the upper limit, and the number for
+each of its detections."""
 NEIGHBOUR = 1.2
 """Distance within which the detections of two tracks merge, in sides of the target."""
 WHOLE = 0.95
-"""Share of the track's level from which on a detection shows the whole target."""
+"""Least share of the track's level at which a detection shows the whole target."""
 PARTIAL = 0.8
 """Share of the track's level below which a detection does not give the target's position: the track coasts."""
 LEVEL_FALL, LEVEL_RISE = 0.02, 0.2
-"""Share of a new height that enters the level if lower, if higher; the first is small, as occlusion begins slowly."""
+"""Shares of a new height that enter the level, one for a lower and one for a higher height; the first is small, as
+occlusion begins slowly."""
 FORBIDDEN = 1e6
 
 
@@ -116,7 +117,7 @@ def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float
             continue
         extra = 0.0
         if (np.hypot(*(mean[unpaired, :2] - centers[detection]).T) < rules.neighbour / NEIGHBOUR).any():
-            extra = (rules.neighbour / NEIGHBOUR / 2) ** 2  # one detection of two objects is uncertain for each of them
+            extra = (rules.neighbour / NEIGHBOUR / 2) ** 2  # a detection merged from two objects
         gain = covariance[track, :, :2] @ np.linalg.inv(S[track, detection] + extra * np.eye(2))
         mean[track] += gain @ nu[track, detection]
         R = (noise[track, detection] + extra) * np.eye(2)

@@ -34,7 +34,7 @@ _IMPOSSIBLE = 1e9
 
 
 def amplitude_ratios(level: Floats, scores: Floats, clutter_score: float) -> Floats:
-    """Return ln p1(score) - ln p0(score), (n, m), for a target of that level (n,) and for clutter.
+    """Return ln p1(score) - ln p0(score), (n, m), for a target of a level (n,) and for clutter.
 
     p1 is log-normal about the level; p0 is exponential above the least score of the frame, with the mean score of false
     detections (S. Blackman, R. Popoli 1999, section 6.6: amplitude as a feature).

@@ -85,7 +85,7 @@ class States:
         return len(self.mean)
 
     def take(self, rows: np.ndarray) -> States:
-        """Return the tracks of a mask or of indices."""
+        """Return the tracks selected by a mask or by indices."""
         return States(self.mean[rows], self.covariance[rows], self.probability[rows])
 
     def joined(self, others: States) -> States:
@@ -133,7 +133,8 @@ class MultipleModel:
         return np.stack([each.F for each in self.models]), np.stack([each.Q for each in self.models])
 
     def started(self, centers: Floats, variance: Floats, speed: float) -> States:
-        """Return tracks at centres (n, 2) px, variances (n, 2) px^2; speed: its deviation on each axis, px/frame."""
+        """Return tracks at centres (n, 2) px, variances (n, 2) px^2; `speed`: deviation of the velocity on each axis,
+        px/frame."""
         count, models, size = len(centers), len(self.models), len(self.models[0].F)
         mean = np.zeros((count, models, size))
         mean[:, :, :2] = centers[:, None]
@@ -265,7 +266,7 @@ def inverse_2x2(matrices: Floats) -> tuple[Floats, Floats]:
 def moved(states: States, homography: Floats) -> States:
     """Return the states after the camera moved the whole scene by a homography (3, 3) of pixels.
 
-    Places are mapped exactly, velocities, accelerations and covariances by its derivative at the place.
+    Places are mapped exactly, velocities, accelerations and covariances by the homography's derivative at the place.
     """
     places = states.mean[:, :, :2]
     x, y, w = np.moveaxis(places @ homography[:, :2].T + homography[:, 2], -1, 0)
@@ -283,4 +284,5 @@ def moved(states: States, homography: Floats) -> States:
 
 
 _BEHIND = 1e-3
-"""Least depth of a mapped place, of 1 on the axis: places behind the camera become far outside the picture."""
+"""Least depth of a mapped place, in units of that on the optical axis: places behind the camera are mapped far outside
+the picture."""

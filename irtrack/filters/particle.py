@@ -187,10 +187,11 @@ def kld_bound(cells: Floats, epsilon: float, z: float) -> Floats:
 
 
 def kld_count(positions: Floats, least: int, cell: float, epsilon: float, z: float) -> int:
-    """Return the number of moved particles (N, 2) px to keep: the smallest n with n >= `kld_bound`(k).
+    """Return the number of moved particles (N, 2) px to keep: the smallest n with n >= `kld_bound`(k), k the number of
+    occupied cells.
 
-    Particles must be in random order. k is the number of cells, `cell` px wide, that hold a particle. At least `least`
-    particles are kept, and all N where the bound is not reached.
+    Particles must be in random order. A cell, `cell` px wide, is occupied if it holds one of the first n. At least
+    `least` particles are kept, and all N where the bound is not reached.
     """
     places = np.floor((positions - positions.min(axis=0)) / cell).astype(np.int64)
     _, firsts = np.unique(places @ np.array([2**31, 1]), return_index=True)

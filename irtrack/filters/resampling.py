@@ -26,7 +26,7 @@ class Resampler(Protocol):
 
 
 def _pick(weights: Floats, points: Floats) -> Indices:
-    """Return the smallest j whose cumulative weight exceeds each of the ascending points in [0, 1).
+    """Return, for each of the ascending points in [0, 1), the smallest j whose cumulative weight exceeds it.
 
     The last cumulative weight is left out of the search: rounding may leave it just below one.
     """
@@ -71,8 +71,8 @@ def systematic(weights: Floats, rng: np.random.Generator, count: int | None = No
 def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
     """Return the number of times (R, N) that `systematic` takes each particle, for R sets of weights (R, N).
 
-    Point j, at (j + u) / N, falls on the first i with N c_i - u > j for cumulative weights c: up to i
-    fall ceil(N c_i - u) points.
+    Point j, at (j + u) / N for one u of [0, 1), falls on the first i with N c_i - u > j for cumulative weights c:
+    ceil(N c_i - u) points fall on particles up to i.
     """
     count, n = weights.shape
     marks = weights.cumsum(axis=1)
@@ -111,7 +111,8 @@ RESAMPLERS: dict[Resampling, Resampler] = {
 
 
 def largest_first(weights: Floats, count: int) -> Indices:
-    """Return indices (..., N), first those of the `count` largest weights; otherwise unsorted (Li, Li 2014, Step 3)."""
+    """Return indices (..., N) with those of the `count` largest weights in front, in no particular order (Li, Li 2014,
+    Step 3)."""
     n = weights.shape[-1]
     if count >= n:
         return np.broadcast_to(np.arange(n), weights.shape)

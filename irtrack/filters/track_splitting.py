@@ -6,10 +6,10 @@ Each hypothesis splits into one without a detection and one for each detection i
 
     L = ln(v P_D) + ln N(z; z_i, S_i) + ln p1(q) / p0(q) - ln(clutter) - conflict,    missed: ln(1 - v P_D)
 
-v is the probability that the target is in sight, a two-state Markov chain (D. Musicki, R. Evans, S. Stankovic, IEEE
+v is the probability that the target is visible, a two-state Markov chain (D. Musicki, R. Evans, S. Stankovic, IEEE
 Trans. Automatic Control 39(6), 1994, Markov chain two). q is the detection's score. The conflict is the loss of the
 other object that explains the detection, too, as in the joint assignment of both; objects that appeared after the
-target was last seen are none, since they may be the target.
+target was last seen cause no conflict, since they may be the target.
 """
 
 from __future__ import annotations
@@ -25,19 +25,20 @@ from irtrack.filters.data_association import nearest_neighbours
 from irtrack.filters.multiple_model import MultipleModel, States, densities, update
 
 HIDE, APPEAR = 0.03, 0.15
-"""Probabilities a frame that a target in sight is hidden, and that a hidden one comes in sight: 10 frames hidden."""
+"""Probabilities per frame that a visible target becomes hidden, and that a hidden one reappears, on average after 10
+frames."""
 MARGIN = 9.0
 """Log of the odds against the best hypothesis at which another one is dropped."""
 SAME_PX = 0.7
-"""Distance of two hypotheses in one frame below which they are one, px."""
+"""Distance below which two hypotheses of a frame are the same, px."""
 CONTINUED = 0.6
-"""Largest evidence of a detection that continues a hypothesis seen in the last frame: any object in the place of the
-target would give it, too."""
+"""Largest log-likelihood ratio of a detection that continues a hypothesis detected in the last frame: any object in the
+place of the target would give one, too."""
 SLACK, MOST_SLACK = 10, 20
-"""Frames since the target was last settled after which scores may be twice as far below its level, and their largest
-number."""
+"""Number of frames since the last `ESTABLISHED` successive hits after which scores may be twice as far below the
+target's level, and the number from which on this factor grows no more."""
 ESTABLISHED = 4
-"""Age from which on another object explains detections, frames."""
+"""Least age, frames, of another object that may explain detections."""
 MOST_CONFLICT = 12.0
 """Largest conflict."""
 FORGET = 6
@@ -48,7 +49,8 @@ MOST_OBJECTS = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scores:
-    """Law of scores: of a target normal with `sd` below its level, of clutter exponential above `least` with `mean`."""
+    """Distributions of scores: for a target normal with `sd` below its level, for clutter exponential above `least`
+    with `mean`."""
 
     sd: float
     least: float
@@ -79,7 +81,7 @@ class Objects:
     misses: npt.NDArray[np.int64]
 
     def take(self, rows: np.ndarray) -> Objects:
-        """Return the objects of a mask or of indices."""
+        """Return the objects selected by a mask or by indices."""
         return Objects(self.states.take(rows), self.level[rows], self.age[rows], self.misses[rows])
 
 
@@ -132,7 +134,7 @@ class Splitting:
     """Rules of the association.
 
     noise      (2, 2) px^2, covariance of a detection's centre
-    detection  P_D, of a target in sight;  clutter  false detections per px^2
+    detection  P_D, of a visible target;  clutter  false detections per px^2
     gate       largest squared Mahalanobis distance
     most       largest number of hypotheses
     apart      distance of different objects, px
@@ -157,15 +159,16 @@ class Splitting:
         level: float,
         scores: Scores,
     ) -> Hypotheses:
-        """Return predicted hypotheses after the detections of a frame.
+        """Return the predicted hypotheses updated by the detections of a frame.
 
-        centers (m, 2) px, quality (m,), noises (m, 2, 2) px^2 of detections as the target's;  level  the target's score
+        centers (m, 2) px, quality (m,), noises (m, 2, 2) px^2 of detections if they are of the target;  level  the
+        target's score
         """
         count = len(before.weight)
         everyone = before.states.joined(before.objects.states)
         distance, density = densities(everyone, self.noise, centers)
         levels = np.concatenate([np.full(count, level), before.objects.level])
-        # A target that comes in sight again may show another side.
+        # A target that reappears may show another side.
         slack = 1 + np.minimum(before.unsettled, MOST_SLACK) / SLACK
         slacks = np.concatenate([slack, np.ones(len(everyone) - count)])
         ratios = density - log(self.clutter) + scores.ratios(levels, quality, slacks)
@@ -175,7 +178,7 @@ class Splitting:
         other = ratios[count:] + log(self.detection / (1 - self.detection))
         conflict = self._conflict(before, other)
         evidence = ratios[:count] + np.log(sight)[:, None] - conflict
-        follows = before.misses == 0  # the next detection of the same object is hardly news
+        follows = before.misses == 0  # detections of one object are correlated
         known = CONTINUED - 0.2 * (scores.shortfall(levels[:count], quality) / slack[:, None]) ** 2
         evidence = np.where(follows[:, None], np.minimum(evidence, known), evidence)
         split = before.weight[:, None] + evidence
@@ -245,7 +248,8 @@ class Splitting:
     def _objects(
         self, after: Hypotheses, objects: Objects, bank: MultipleModel, other: Floats, centers: Floats, quality: Floats
     ) -> Objects:
-        """Return the other objects after the detections that the target has not, with new ones."""
+        """Return the other objects after an update by the detections not assigned to the target, and new ones from the
+        rest."""
         m = len(centers)
         free = np.ones(m, bool)
         if after.detection[0] >= 0:

@@ -2,8 +2,9 @@
 
     ratio = root mean square of error / bound, over both axes
 
-Frames before the loss count where the bound holds: d of at least LEAST_D, and a bound of at least LEAST_SD_PX, below
-which models of shape and truth matter more than noise. A tracker that filters over time may be below 1.
+Frames before the loss count where the bound holds: a detectability index d of at least LEAST_D, and a bound of at least
+LEAST_SD_PX, below which models of shape and truth matter more than noise. A tracker that filters over time may be below
+1.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from irtrack.metrics.statistics import mean_interval
 from irtrack.metrics.trace import Trace
 
 LEAST_D = 10.0
-"""d from which the bound is reached by the best estimators."""
+"""Least detectability index d at which the best estimators reach the bound."""
 LEAST_SD_PX = 0.03
-"""Smallest bound, px, of which an error is a multiple."""
+"""Smallest bound, px, with which errors are compared."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +50,7 @@ class TargetBound:
         return sds, d
 
     def holds(self, indices: np.ndarray) -> np.ndarray:
-        """Return True at frame indices (n,) in which errors are multiples of the bound."""
+        """Return True at frame indices (n,) in which the bound holds."""
         sds, d = self.at(indices)
         with np.errstate(invalid="ignore"):
             return np.asarray((d >= LEAST_D) & (sds >= LEAST_SD_PX).all(axis=1))

@@ -1,10 +1,11 @@
-"""`matched_filter_ideal`: the largest probability of detection on a rendered scene, beside detectors in tables.
+"""`matched_filter_ideal`: the largest possible probability of detection on a rendered scene, a row beside those of
+detectors.
 
 It needs the truth: a ceiling, not a detector. Detections on a target lie in a disc of area A (`irtrack.metrics.
-detection`). Of a detector with `rate` false alarms in a frame of N pixels, evenly spread, at most Pfa = rate A / N of
-such discs without a target hold a detection; no test of that Pfa finds more than Pd = Q(Q^-1(Pfa) - d)
-(`irsim.Detectability`). It bounds a detector that sees one frame at a time, where clutter is normal and alike over the
-frame; a difference of frames may lie above it in clutter.
+detection`). Where a detector has `rate` false alarms in a frame of N pixels, evenly spread, at most the share Pfa =
+rate A / N of such discs without a target holds a detection; no test of that Pfa finds more than Pd = Q(Q^-1(Pfa) - d)
+(`irsim.Detectability`). It bounds a detector that sees one frame at a time, where clutter is normal and stationary over
+the frame; a difference of frames may lie above it in clutter.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ class IdealMatchedFilter:
 
 @dataclass(frozen=True, eq=False)
 class Ceiling:
-    """d^2 (t,) of each target that is to be found in a frame, and the share (t,) of the frame that counts as on it."""
+    """d^2 (t,) of each target that is to be found in a frame, and the share (t,) of the frame's area that counts as on
+    it."""
 
     d2: Floats
     share: Floats
@@ -66,7 +68,7 @@ class Ceiling:
         return np.asarray(ndtr(np.sqrt(self.d2) + ndtri(pfa)).mean(axis=1))
 
     def figures(self) -> dict[str, float | None]:
-        """Return the figures of the task detect, those of one threshold None."""
+        """Return the figures of the task detect; those that need one threshold are None."""
         values = dict(zip(("pd_001", "pd_01", "pd_1", "pd_10"), self.pd_at(np.array(RATES)).tolist(), strict=True))
         return {name: value if (value := values.get(name, np.nan)) == value else None for name in DETECTION_FIGURES}
 

@@ -52,9 +52,9 @@ def precision_curve(
 ) -> Floats:
     """Return the share of the errors (n,) that are <= each threshold; nan without errors.
 
-    Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2 (there also Babenko
-    2011). The published figure is the value at 20 px. `within_accuracy` (n,) bool: True where the error is within the
-    accuracy of the truth, and passes every threshold.
+    Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2, after Babenko et al. 2011. The published
+    figure is the value at 20 px. `within_accuracy` (n,) bool: True where the error is within the accuracy of the truth,
+    and passes every threshold.
     """
     if len(errors) == 0:
         return np.full(len(thresholds), np.nan)

@@ -41,7 +41,7 @@ class Presence:
     box: Floats
 
     def take(self, rows: np.ndarray) -> Presence:
-        """Return the rows of a mask or of indices."""
+        """Return the rows selected by a mask or by indices."""
         return Presence(self.frame[rows], self.number[rows], self.box[rows])
 
 
@@ -56,7 +56,7 @@ class Pairs:
     distance: Floats
 
     def take(self, rows: np.ndarray) -> Pairs:
-        """Return the pairs of a mask or of indices."""
+        """Return the pairs selected by a mask or by indices."""
         return Pairs(*(getattr(self, name)[rows] for name in Pairs.__slots__))
 
 

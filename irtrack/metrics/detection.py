@@ -2,7 +2,7 @@
 
 A detection is on a target where its centre is within the larger of 3 px (DNANet's rule for centroids) and half the
 diagonal of the true box. Several detections on one target are one hit and no false alarm. Ignored targets, by the rule
-of `irtrack.metrics.comparison`, and detections on them do not count. Each frame counts a target anew.
+of `irtrack.metrics.comparison`, and detections on them do not count. A target counts once in each frame.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ class DetectionFigures:
         allowed = int(rate * self.frames + 1e-9)
         if allowed >= len(self.false_score):
             return self.pd
-        threshold = np.sort(self.false_score)[::-1][allowed]  # highest false alarm that must not pass
+        threshold = np.sort(self.false_score)[::-1][allowed]  # score of the highest false alarm to exclude
         return _share(self.score > threshold)
 
     @cached_property
@@ -146,7 +146,7 @@ class DetectionFigures:
 
 
 def _nearest(centers: Floats) -> list[float]:
-    """Return the distance of the nearest other centre of (n, 2), inf of one alone."""
+    """Return the distance of the nearest other centre of (n, 2), inf for a single one."""
     apart = np.hypot(*np.moveaxis(centers[:, None] - centers[None], -1, 0))
     np.fill_diagonal(apart, np.inf)
     nearest: list[float] = apart.min(axis=1, initial=np.inf).tolist()

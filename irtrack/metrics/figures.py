@@ -40,12 +40,12 @@ class Figure:
 
 
 def _less(of: Callable[[Trace], float | bool | None]) -> Figure:
-    """Return the description of a share, or of a boolean, that is better if smaller."""
+    """Return the description of a share or boolean of which the smaller value is better."""
     return Figure(of, "", "less", 1.0)
 
 
 def _more(of: Callable[[Trace], float]) -> Figure:
-    """Return the description of a share that is better if larger."""
+    """Return the description of a share of which the larger value is better."""
     return Figure(of, "", "more", 1.0)
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from irsim.types import SHOWN, Floats
 
 OFF_PX = 5.0
-"""Centre error up to which no frame is off, even for the smallest target, px."""
+"""Centre error up to which no frame counts as off target, even for the smallest target, px."""
 
 OFF_IN_A_ROW = 10
-"""Number of successive frames off that make a loss."""
+"""Number of successive frames off target that make a loss."""
 
 LOSS_RULE = (
     f"A frame is off when the centre error exceeds the largest of {OFF_PX:g} px, the diagonal of the true box and the "

@@ -28,7 +28,7 @@ HIT_PX, FALSE_PX = 1, 4
 
 @dataclass(frozen=True, slots=True)
 class MaskSums:
-    """Sums over images, which add up (`+`).
+    """Sums over images; `+` adds those of other images.
 
     targets, detected, false_pixels   by centroids;  hits, stray_pixels   by the shooting rule
     both, either    pixels of prediction and truth, and of one of them

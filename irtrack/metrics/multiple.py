@@ -252,7 +252,7 @@ class ManyFigures:
 
 
 def _sums_by(frame: Numbers, number: Numbers, values: Floats) -> Floats:
-    """Return for each pair the sum of the values of all pairs with its frame and its number, (p,)."""
+    """Return for each pair the sum of the values of all pairs with the same frame and the same number, (p,)."""
     key = frame * (int(number.max(initial=0)) + 1) + number
     return np.asarray(np.bincount(key, values)[key]) if len(key) else values
 

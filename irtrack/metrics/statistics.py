@@ -144,7 +144,7 @@ LEAST_SCENES = 6
 2^n)."""
 
 MOST_SCENES = 2**62
-"""Largest number of scenes that is suggested."""
+"""Largest number of scenes that is suggested to resolve a difference."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -
     """Return the share 0..1 of frames with the status "tracking" among the counted frames that are off; nan where none
     is off.
 
-    statuses (n,) words; off, counted (n,) bool, see `irtrack.metrics.Trace`.
+    statuses (n,) reported statuses; off, counted (n,) bool, see `irtrack.metrics.Trace`.
     """
     return share((statuses == "tracking")[off & counted])
 

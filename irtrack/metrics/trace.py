@@ -234,5 +234,5 @@ _ARRAYS = tuple(field.name for field in fields(Trace))
 
 @cache
 def _dtype_name(dtype: np.dtype[Any]) -> str:
-    """Return the name of a dtype, cached, since numpy builds the name anew in half of the time of a digest."""
+    """Return the name of a dtype, cached, since numpy takes half the time of a digest to build it."""
     return str(dtype)

@@ -9,10 +9,10 @@ FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
 
 RESTRAINED = "background_restrained_pf"
 ESTIMATES = {"restrained": "", "mean": ":keep=1", "MAP": ":keep=1:estimate=map"}
-"""Restraint by the default share, and the controls without restraint (keep = 1): mean and MAP over all particles."""
+"""The mean over the default share of the particles, and two controls over all particles (keep = 1): mean and MAP."""
 TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
 WIDE_R = 12
-"""Fixed noise, px, with which the particles reach the false target and bias the mean: the case of the paper."""
+"""Fixed noise, px, with which the particles reach the false target and bias the mean, as in the paper."""
 
 
 def wide(particles: int = 100) -> dict[str, str]:
@@ -70,10 +70,14 @@ AN = Paper(
             "section 2",
             nearer("restrained wide", "mean wide"),
         ),
-        ("The restrained mean is nearer than the MAP.", "section 2", nearer("restrained wide", "MAP wide")),
+        (
+            "The restrained mean is nearer to the target than the MAP.",
+            "section 2",
+            nearer("restrained wide", "MAP wide"),
+        ),
     ),
     untested=(
-        Untested("Faces are tracked more accurately.", "abstract", "no frame survives; here are two warm ellipses"),
+        Untested("Faces are tracked more accurately.", "abstract", "no frame is available; here are two warm ellipses"),
     ),
     sweeps=(
         Sweep(
@@ -117,7 +121,7 @@ CUI = Paper(
         )
     ),
     untested=(
-        Untested("Real sequences show the same.", "abstract", "their numbers are lost; see the real recordings"),
+        Untested("Real sequences show the same.", "abstract", "no numbers are available; see the real recordings"),
     ),
     sweeps=(
         Sweep(
@@ -134,8 +138,8 @@ CAMSHIFT = Paper(
     key="camshift",
     title="Kalman filter and CamShift: a digest of face tracking",
     remark=(
-        "A fragment of this source survives, on faces and colour. The scenes are those of other sources, in grey "
-        "levels: an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift "
+        "Only a fragment of this paper is available, on faces and colour. The scenes are those of other papers, in "
+        "grey levels: an aircraft that is hidden, and two similar persons who cross. The comparison is with mean shift "
         "alone, without prediction."
     ),
     experiments=tuple(
@@ -144,9 +148,9 @@ CAMSHIFT = Paper(
     ),
     claims=claims(
         CROSSED,
-        ("The tracker goes on where another overlaps it.", "introduction", holds("camshift_kalman")),
+        ("The tracker keeps its target where another overlaps it.", "introduction", holds("camshift_kalman")),
         (
-            "Prediction is decisive where another overlaps it.",
+            "Prediction is decisive where another target overlaps.",
             "introduction",
             nearer("camshift_kalman", "mean_shift"),
         ),
@@ -155,7 +159,7 @@ CAMSHIFT = Paper(
         Untested(
             "The tracker goes on after an occlusion.",
             "introduction",
-            "the source prints no length of an occlusion; the 11 hidden frames below are those of Li and Li",
+            "the paper prints no length of an occlusion; the 11 hidden frames below are those of Li and Li",
         ),
         Untested("Colour and light do not disturb the tracker.", "introduction", "infrared has no colour"),
     ),

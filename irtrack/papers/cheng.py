@@ -144,7 +144,7 @@ CHENG = Paper(
         Untested(
             "Other sampling would improve the filter.",
             "section 4",
-            "the paper names none; the switches below show those of grey_pf",
+            "the paper names none; the ablations below show those of grey_pf",
         ),
     ),
     switches=switches(SKY, *MECHANISMS) + switches(GROUND, *MECHANISMS),

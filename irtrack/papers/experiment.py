@@ -1,4 +1,4 @@
-"""Parts of a repeated paper: scenes, trackers, printed figures, claims, goals, sweeps and ablations."""
+"""Parts of the repeated experiments of a paper: scenes, trackers, printed figures, claims, goals, sweeps, ablations."""
 
 from __future__ import annotations
 

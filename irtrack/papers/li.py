@@ -42,7 +42,7 @@ TRACKERS = {
     "equal shares": "fusion_wspf:confidence=equal",
     "all weights": "fusion_wspf:share=1",
     "always updated": "fusion_wspf:update_when=always",
-    "all restored alike": "fusion_wspf:restoring=equal",
+    "weights reset to 1/N": "fusion_wspf:restoring=equal",
     **BETTER,
 }
 CHARTED = (FUSION, STANDARD, SHIFT, *BETTER)
@@ -117,14 +117,14 @@ LI = Paper(
                 (
                     "Weight selection helps (Step 6: equal weights).",
                     "section 6",
-                    nearer("all restored alike", "all weights"),
+                    nearer("weights reset to 1/N", "all weights"),
                 ),
                 ("Updates only at high similarity help.", "section 4.2", nearer(FUSION, "always updated")),
             )
         ),
     ),
     untested=(
-        Untested("Neff, RMSE and times of table 1.", "section 5.1", "its numbers are lost; the growth model has ours"),
+        Untested("Neff, RMSE and times of table 1.", "section 5.1", "no numbers available; ours: growth model"),
         Untested("The likelihood particle filter degenerates faster.", "section 1", "no tracker here samples so"),
     ),
     goals=tuple(

@@ -1,4 +1,4 @@
-"""Page of the papers: one HTML file with every experiment, claim, goal and switch."""
+"""Page of the papers: one HTML file with every experiment, claim, goal and ablation."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def _by_spec(specs: Iterable[str]) -> dict[str, str]:
 
 
 def plan_paper(paper: Paper) -> RunPlan:
-    """Return all runs of the experiments, sweeps and switches."""
+    """Return all runs of the experiments, sweeps and ablations."""
     pairs = [(scene, each.trackers) for each in paper.experiments for scene in (each.scene, *each.siblings)]
     pairs += [(scene, _by_spec(specs.values())) for each in paper.sweeps for scene, specs in each.points.values()]
     sides = [(each.scene, (each.with_it, each.without)) for each in paper.switches]

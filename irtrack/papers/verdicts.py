@@ -228,7 +228,7 @@ class PeerComparison:
 def compare_peers(every: Mapping[str, SceneRuns], development: Mapping[str, SceneRuns]) -> list[PeerComparison]:
     """Compare the best tracker of irtrack with each peer on each hard scene; a failed run is off in all frames.
 
-    The best tracker has the fewest frames off on all hard scenes with the development seeds.
+    The best tracker is the one with the fewest frames off over all hard scenes with the development seeds.
     """
     names = [experiment.scene.name for experiment in HARD]
     best = fewest_off(OURS, [development[name] for name in names])

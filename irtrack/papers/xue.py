@@ -116,7 +116,7 @@ def paper_claims(scene: Scene) -> tuple[Claim, ...]:
 AT_FRAMES = claims(
     GROUND,
     ("Mean shift with PF fails at the neighbour of frame 83.", "section 4.2", loses_about("mean_shift_pf", 83, 10)),
-    ("The cascade passes that neighbour.", "section 4.2", on_target("cascade_pf", 84, 128)),
+    ("The cascade passes the neighbour of frame 83.", "section 4.2", on_target("cascade_pf", 84, 128)),
     ("The cascade passes the crossing of frame 129.", "section 4.2", on_target("cascade_pf", 135, 199)),
 )
 
@@ -142,8 +142,8 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("fast ring high-pass against the full neighbourhood", cascade, f"{cascade}:high_pass=full"),
         ("fast ring high-pass against high frequencies", cascade, f"{cascade}:high_pass=butterworth"),
         ("number of particles by speed", f"{cascade}:by_speed=true", cascade),
-        ("the same against as many particles always", f"{cascade}:by_speed=true", as_many(scene)),
-        ("ring beyond the target against all of it", f"{cascade}:ring_inner=4", cascade),
+        ("number of particles by speed against the same number always", f"{cascade}:by_speed=true", as_many(scene)),
+        ("ring outside the target against the full ring", f"{cascade}:ring_inner=4", cascade),
         ("background on a grid of 2 px against every pixel", f"{cascade}:grid=2", cascade),
         ("velocity cue", cascade, f"{cascade}:cues=grey"),
         ("grey cue", cascade, f"{cascade}:cues=velocity"),
@@ -185,7 +185,7 @@ XUE = Paper(
         Untested(
             "The target's speed can set the number of particles.",
             "section 5",
-            "future work, without a method; see the switch",
+            "future work, without a method; see the ablation",
         ),
     ),
     goals=goals(SKY) + goals(GROUND),

@@ -186,7 +186,7 @@ _NOWHERE = Path(os.devnull) / "hypothesis"
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """Tracker wrapped to record in a heartbeat each frame at work; it is pickled without the wrapper."""
+    """Tracker wrapped to record each frame that it works on in a heartbeat; it is pickled without the wrapper."""
 
     tracker: Tracker
     heartbeat: Heartbeat

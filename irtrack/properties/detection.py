@@ -1,4 +1,5 @@
-"""Properties of detectors: known points are detected, and a known change of the picture changes the detections so."""
+"""Properties of detectors: known points are detected, and a known change of the picture changes the detections in the
+same way."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ def flip(case: Case) -> None:
 
 
 def order(case: Case) -> None:
-    """Of points close together the same are detected in whichever order the picture is read."""
+    """Turned by 180 degrees, a picture gives the same detections of points close together."""
     clip = case.points(PAIRS, SCR)
     edge = np.array(clip.size) - 1.0
     turned = clip.with_images(lambda images: images[:, ::-1, ::-1], clip.bits)
@@ -90,7 +91,7 @@ def _offsets(case: Case, clip: Clip) -> Floats:
 
 
 def _compare(case: Case, clip: Clip, changed: Clip, back: Callable[[Floats], Floats], how: str) -> None:
-    """Raise Broken where the points of the changed clip are not detected as those of the clip, transformed back."""
+    """Raise Broken unless the detections of points in the changed clip, transformed back, are those in the clip."""
     one, other = _offsets(case, clip), back(_offsets(case, changed))
     differ = (np.isnan(one) != np.isnan(other)).any(axis=-1).mean()
     if differ > FEW:

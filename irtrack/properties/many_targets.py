@@ -14,7 +14,7 @@ from irtrack.types import Detections
 ON_PX = 5.0
 """Largest distance of a track that is on a target, px."""
 SETTLED = 12
-"""Frames after which a target in sight has a confirmed track."""
+"""Frames after which a visible target has a confirmed track."""
 MOST_MISSED = 0.1
 """Largest share of a target's frames without a track."""
 JUMP_PX = 15.0
@@ -60,7 +60,7 @@ def order(case: Case) -> None:
 
 
 def relabel(case: Case) -> None:
-    """Numbers are names: the order of detections exchanges them for others at most, for the whole of a track."""
+    """The order of detections changes at most the numbers of tracks, and each for the whole of its track."""
     names: tuple[dict[int, int], dict[int, int]] = {}, {}
     for k, (first, second) in enumerate(zip(*_shuffled(case), strict=True), 1):
         for pair in _pairs(first, second)[0]:
@@ -93,7 +93,7 @@ def empty(case: Case) -> None:
 
 
 def crowd(case: Case) -> None:
-    """Ten thousand detections in one frame are borne, and the targets are followed after them."""
+    """After ten thousand detections in one frame, the targets are still followed."""
     plots, paths = _plots(case)
     at = len(plots) // 2
     rng = stream(case.drawn["seed"], "crowd")

@@ -101,7 +101,7 @@ _SHARED = {
         Property("timeless", contract.time_invariant, 2, _EXACT),
     )
 }
-"""Properties of the interface, of trackers of many and of detectors: their estimates are all that a step gives."""
+"""Properties of the interface, of trackers of many and of detectors: they compare the whole output of each step."""
 
 DETECTOR_PROPERTIES: dict[str, Property] = _SHARED | {
     each.name: each

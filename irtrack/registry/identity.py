@@ -145,9 +145,9 @@ def _plain(value: Any, place: str) -> Any:
 def weights_digest(tracker: Any) -> str:
     """Return a hex digest of all files that decide a run besides parameters and code; '' where there are none.
 
-    It covers the files that a tracker or detector declares by `weights` (attribute or property: a path or several; a
-    parameter with fixed words is none); for a tracker on a detector (`detector_used`) also that detector's code and
-    files. InputError where a file is missing.
+    It covers the files that a tracker or detector declares by `weights` (attribute or property: one path or several; a
+    parameter with a fixed set of words names no file); for a tracker on a detector (`detector_used`) also that
+    detector's code and files. InputError where a file is missing.
     """
     parts: list[str] = []
     used = getattr(tracker, "detector_used", None)
@@ -170,8 +170,8 @@ def code_hash(tracker: Runnable) -> str:
 
     It covers the file of the tracker's class and all modules that the file imports, directly or not, if they are part
     of irtrack, of the same package, or not installed. Installed packages and files opened at run time (libraries by
-    ctypes, weights) do not enter. A class without a file (typed at a prompt or in a notebook) is identified by its
-    compiled methods and by the functions and classes that they name.
+    ctypes, weights) do not enter the hash. A class without a file (typed at a prompt or in a notebook) is identified by
+    its compiled methods and by the functions and classes that they name.
     """
     kind = _kind(tracker)
     file = source_file(kind)

@@ -92,7 +92,8 @@ CONTRACTS = (
     "a class with start(frame, box) and step(frame), or with init(frame, box, rng) and step(state, frame, rng); of "
     "many targets: start(frame) and step(frame), or step(detections), or init(frame, rng) and step(state, frame, rng)"
 )
-"""The forms of a tracker: plain ones, or with their state outside (`irtrack.types.Tracker`)."""
+"""The forms of a tracker: with its state inside (plain), or passed to and returned by `step`
+(`irtrack.types.Tracker`)."""
 
 
 class Row(NamedTuple):
@@ -175,7 +176,8 @@ def _adapted(kind: type[Any], parameters: Mapping[str, Any]) -> Plain | PlainMan
 def runnable(tracker: object, parameters: Mapping[str, object] | None = None) -> Any:
     """Return the tracker or detector of a name with parameters, or of a function, class or object.
 
-    A person's own one is told by its methods (`is_detector`). InputError as for `make`, `of` and `make_detector`.
+    A user's own detector is recognised by its methods (`is_detector`). InputError as for `make`, `of` and
+    `make_detector`.
     """
     if not isinstance(tracker, str):
         if getattr(tracker, "task", "") == "detect" and not isinstance(tracker, type):
@@ -223,7 +225,9 @@ def find(name: str) -> type[Any]:
     if _command(name):
         return NAMED[module]
     if module in known:
-        raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
+        raise InputError(
+            f"'{name}': {module} is a tracker's name, not a module; allowed: {module}, or {module}:KEY=VALUE"
+        )
     if colon:
         file = Path(module)
         if file.suffix == ".py" or not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):

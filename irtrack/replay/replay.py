@@ -55,7 +55,7 @@ class Clock:
             raise
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-                raise  # Ctrl-C of the user; workers ignore Ctrl-C, so that there the tracker raised it
+                raise  # Ctrl-C by the user; in workers, which ignore Ctrl-C, only a tracker can raise it
             raise TrackerError(f"{place}: {error_line(error)}") from error
         self.indices.append(frame.index)
         self.times.append(frame.time)

@@ -15,8 +15,8 @@ from irtrack.metrics.bound import BoundFigures, TargetBound, bound_figures
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Run records of one source; by position of the record, the traces of the runs that did not fail, and the bounds of
-    their targets, where the results file has them."""
+    """Run records of one source; traces of the runs that did not fail, and bounds of their targets where the results
+    file has them, both by position of the record."""
 
     cells: tuple[RunRecord, ...]
     tracks: Mapping[int, Trace]

@@ -178,7 +178,7 @@ def plots(
     name: str,
     bounds: Sequence[TargetBound] = (),
 ) -> Plots | None:
-    """Draw the charts of a source; None where no frame has truth. `bounds`: of the targets in its scenes."""
+    """Draw the charts of a source; None where no frame has truth. `bounds`: those of the targets in its scenes."""
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
@@ -220,7 +220,7 @@ def error_chart(
 ) -> str:
     """Draw the centre error over frames, median and quartiles over the seeds; occlusions shaded.
 
-    bounds   of the scenes: the median of the least root mean square error is drawn, too
+    bounds of the scenes: the median of their bounds on the root mean square error is drawn, too
     """
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX

@@ -89,7 +89,7 @@ def section(
 ) -> Section:
     """Return the section of a source and reduce the budget; with `budget` None it has no charts and pictures.
 
-    at_hand   the open source; by default it is reopened, without code that it names
+    at_hand   the open source; by default it is reopened, without running code that it names
     """
     shown = [measured.cells[place] for place in measured.shown]
     source = measured.source

@@ -43,7 +43,7 @@ class ConditionRow:
     """Targets of one condition: their number over all runs and frames, and the share found with its interval.
 
     The threshold of each run leaves `CONDITION_RATE` false alarms a frame, or is the detector's own. `low`, `high` are
-    None of a single run.
+    None for a single run.
     """
 
     condition: str
@@ -68,7 +68,7 @@ def bootstrap(parts: Floats, wholes: Floats) -> tuple[Floats, Floats, Floats]:
 def roc_band(runs: Arrays) -> tuple[Floats, Floats, Floats] | None:
     """Return the probability of detection at `RATES`, mean over the runs and its interval; None without targets.
 
-    Of `matched_filter_ideal`: its ceiling.
+    For `matched_filter_ideal`, this is its ceiling.
     """
     curves = []
     for each in runs:
@@ -83,7 +83,7 @@ def roc_band(runs: Arrays) -> tuple[Floats, Floats, Floats] | None:
 
 def first_detections(runs: Arrays) -> Survival | None:
     """Return the share of targets not yet detected against frames from their first one (Kaplan-Meier: a target that is
-    never detected ends with its last frame); None where no run knows."""
+    never detected ends with its last frame); None where no run has these times."""
     waits: list[float] = []
     detected: list[bool] = []
     for each in runs:

@@ -77,7 +77,7 @@ class ManyTracks:
 
 @dataclass(frozen=True)
 class SwitchFrame:
-    """Frame of identity switches: its index, what happens there, its element id, and two pictures as SVG elements."""
+    """Frame of identity switches: its index, a description, its element id, and two pictures as SVG elements."""
 
     index: int
     title: str

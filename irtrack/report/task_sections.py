@@ -85,7 +85,7 @@ class Identities:
     note: str = ""
 
     def link(self, switch: Switch) -> str:
-        """Return the address of the picture of a switch within the page; '' where it is not shown."""
+        """Return the link to the picture of a switch within the page; '' where it is not shown."""
         return f"#{self.prefix}-{switch.frame}" if any(each.index == switch.frame for each in self.frames) else ""
 
 

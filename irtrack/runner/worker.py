@@ -143,7 +143,7 @@ class _Process:
             code and code > 0 and not self._answered and at == Heartbeat.IDLE
         ):  # the cause is not chance: the next process would end, too
             raise IrtrackError(
-                f"a worker process ended as it began ({exit_status_text(code)}): a module that it imports ends it; a "
+                f"a worker process ended at its start ({exit_status_text(code)}): a module that it imports ends it; a "
                 'script that starts workers is imported, too, and needs the guard if __name__ == "__main__":'
             ) from None
         how = "it closed its pipe and went on" if code is None else exit_status_text(code)

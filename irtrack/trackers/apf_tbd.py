@@ -96,7 +96,7 @@ class APFTBDState:
 class APFTBD(MonitoredTracker):
     """Track before detect: an auxiliary particle filter of place, velocity and amplitude, with existence.
 
-    Hu 2005, of which the sources give the title only ("auxiliary particle filter, track before detect"). Built from its
+    Hu 2005, of which only the title is available ("auxiliary particle filter, track before detect"). Built from its
     parts: likelihood ratio and existence of D. Salmond, H. Birch, "A particle filter for track-before-detect", ACC
     2001; existence as a probability beside two sets of particles, continuing and born, of M. Rutten, N. Gordon, S.
     Maskell, "Recursive track-before-detect with target amplitude fluctuations", IEE Proc. Radar Sonar Navig. 152(5),
@@ -113,7 +113,7 @@ class APFTBD(MonitoredTracker):
     Chosen here, as no source is available: the motion noise; the random walk of ln A; the birth density, normal about
     the predicted place, wider with each frame without the target; births drawn half from that density and half from its
     product with l, weighted by density over proposal; `snr_limit`, since h does not fit an extended target to the
-    precision that a bright one would ask for. The noise of a top-hat is not normal, so that l is approximate.
+    precision that a bright one would require. The noise of a top-hat is not normal, so that l is approximate.
     """
 
     source: ClassVar[str] = "Hu 2005; Salmond, Birch 2001; Pitt, Shephard 1999"
@@ -132,11 +132,11 @@ class APFTBD(MonitoredTracker):
     birth: Fraction = 0.05
     """Probability that a target appears."""
     birth_place: Literal["track", "frame"] = "track"
-    """Density of born targets: about the predicted place, or even over the frame."""
+    """Density of born targets: about the predicted place, or uniform over the frame."""
     psf: Annotated[float | None, Field(ge=LEAST_PSF, le=100)] = None
     """Standard deviation of the target's image on both axes, px; by default a quarter of each side of the start box."""
     snr_limit: Ratio = 8.0
-    """Largest A sqrt(sum h^2) in the first frame; a brighter target's frames are divided, noise included."""
+    """Largest A sqrt(sum h^2) in the first frame; the frames of a brighter target are scaled down, noise included."""
     position_sd: Spread = 0.5
     """Standard deviation of the position noise, px."""
     speed_sd: Spread = 0.3
@@ -204,7 +204,7 @@ class APFTBD(MonitoredTracker):
             assert ancestors is not None
             new, densities = self.born(state, track, z, rng)
             continuing = self.moved(predicted.take(ancestors, axis=0), start, rng)
-            # A degenerate first stage draws evenly among impossible places, whose second stage is as impossible.
+            # Where all first-stage weights are 0, ancestors are drawn evenly; their second-stage weights are 0, too.
             second = -np.where(stage.degenerate, 0.0, first.take(ancestors))
             whole = 0.0 if stage.degenerate else _log_sum(first, state.weights)
             kept = second + whole + log(max(alive / self.particles, NEVER))

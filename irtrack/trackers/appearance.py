@@ -114,7 +114,7 @@ class GreyTracker(MonitoredTracker):
     def appearance(self, frame: Frame, box: Box) -> tuple[Appearance, Floats]:
         """Return the target's appearance in its first frame, and its histogram (bins,) there.
 
-        InputError where the box does not meet the frame, or is none.
+        InputError where the box does not meet the frame, or is no valid box.
         """
         part, corner = start_window(frame, box)
         window = Window.of(box)
@@ -189,7 +189,7 @@ class RandomWalkParticles(GreyTracker):
     propagation: Propagation = "gaussian"
     """Distribution over the disc of this radius: normal, with the radius three standard deviations, or uniform."""
     resampling: Resampling = "multinomial"
-    """Resampling scheme (the sources give none)."""
+    """Resampling scheme (the papers give none)."""
     update: Literal["always", "seen", "never"] = "always"
     """Frames in which the reference is updated: all, those with a visible target, or none (Xue et al. 2011, Algorithm
     2, step 6: always)."""

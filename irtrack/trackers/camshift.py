@@ -55,7 +55,7 @@ class CamShiftState:
 class CamShiftKalman(GatedKalman, MonitoredTracker):
     """CamShift in a window predicted by a Kalman filter, whose prediction is the position during occlusion.
 
-    The digest beside An et al. 2007 names this system: CamShift measures a centroid and an ellipse; a Kalman filter
+    A digest found with An et al. 2007 names this system: CamShift measures a centroid and an ellipse; a Kalman filter
     predicts the next window, and the position while targets overlap. CamShift is that of G. Bradski, "Computer Vision
     Face Tracking for Use in a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the back
     projection of the target's levels, then the moments of the back projection in the window.

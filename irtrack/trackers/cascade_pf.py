@@ -68,8 +68,8 @@ class TrajectoryPF(RandomWalkParticles):
     """least_squares: standard deviation of the place from the line, px."""
     coast: bool = False
     """True: an occluded target is predicted along the trajectory's line. The estimate lies on the line, particles
-    spread about it by `place_sd` times the number of successive misses, and grey levels are ignored. The paper has no
-    occlusion."""
+    spread about it by `place_sd` times the number of successive misses, and grey levels are ignored. The paper does not
+    treat occlusion."""
     carried: bool = False
     """True: particles first move by the velocity of the trajectory's line; false in the paper."""
     by_speed: bool = False
@@ -222,11 +222,12 @@ class ProductPF(TrajectoryPF):
 class CoastingPF(ProductPF):
     """`product_pf` with a straight line in place of principal axes, along which an occluded target is predicted.
 
-    A variant of M. Xue, G. Yuan, K. Xie 2011 made here, in no paper: a preset of `product_pf`. Velocity by least
+    A variant of M. Xue, G. Yuan, K. Xie 2011 which no paper describes: a preset of `product_pf`. Velocity by least
     squares over ten frames (`velocity`, `k`); particles moved by this velocity, with a narrower spread (`carried`,
     `radius`); an occluded target predicted along the line, without updates (`coast`, `update`); eight bins, few enough
     for 25 pixels; and no high-pass (`high_pass`), since it removes the difference between a small target and bright
-    cloud. The values were found on scenes made for it and on seeds from 1000 on of the rebuilt scenes of that paper.
+    cloud. Its values were found on scenes made for this variant, and on the paper's rebuilt scenes with seeds from 1000
+    on.
     """
 
     source: ClassVar[str] = "after Xue, Yuan, Xie 2011"

@@ -34,7 +34,7 @@ def ego_view(kind: EgoMotion, frame: Frame) -> View | None:
 def scene_motion(last: View, view: View, size: tuple[int, int]) -> Floats:
     """Return the homography (3, 3) of distant points between the views of two frames of `size` (columns, rows).
 
-    Of poses it is exact (`irsim.homography`). Of pictures it is a shift, by phase correlation and least squares
+    From poses it is exact (`irsim.homography`). From pictures it is a shift, by phase correlation and least squares
     (`irtrack.features.background`): the camera's roll and zoom are not in it.
     """
     if isinstance(last, Pose) and isinstance(view, Pose):

@@ -23,9 +23,11 @@ from irtrack.trackers.base import DISTINCT, Footage, MonitoredTracker, Spread, V
 from irtrack.types import Estimate
 
 MOST_PLACES = 400
-"""Largest number of pixels counted in a window; of larger windows a grid is sampled. The noise of 8 bins is .002."""
+"""Largest number of pixels counted in a window; larger windows are sampled on a grid. With 8 bins, the noise of rho is
+then .002."""
 SIZES = (0.5, 2.0)
-"""Least and largest size of a particle, in start sizes: within a uniform target, histograms do not hold the size."""
+"""Least and largest size of a particle, in start sizes: within a uniform target, histograms do not determine the
+size."""
 RING_PX = 10
 """Width of the ring of local background, px (Li, Li 2014, section 4.1: ten pixels outside the window)."""
 
@@ -109,7 +111,7 @@ class FusionWSPF(MonitoredTracker):
     choose the Np largest weights and estimate from them, resample those, update the model by eq. 13;
     while the target is hidden, mean shift with a wider bandwidth (section 4.2), then detection anew.
 
-    Chosen here, where the source is silent or illegible: the noises of the state; the kernel of eq. 4 (Epanechnikov's);
+    Chosen here, where the paper is silent or illegible: the noises of the state; the kernel of eq. 4 (Epanechnikov's);
     orientations weighted by magnitude, over the whole circle; sigma of eq. 12; the confidence of eq. 9 (three forms);
     the condition of eq. 13 (the fused coefficient, or that of the leading cue, passes rho_T); the update's rate; the
     weights of particles set aside after resampling (see `irtrack.filters.resampling`); Neff of all N particles, since
@@ -133,7 +135,7 @@ class FusionWSPF(MonitoredTracker):
     restoring: Restoring = "own"
     """Weights of particles set aside after resampling (Step 6): their own, or 1/N for all."""
     resampling: Resampling = "systematic"
-    """Resampling scheme; the source gives none."""
+    """Resampling scheme; the paper gives none."""
     grey_bins: int = Field(default=8, ge=2, le=256)
     """Grey levels (section 5.2: 8)."""
     gradient_bins: int = Field(default=8, ge=2, le=256)
@@ -300,7 +302,8 @@ class FusionWSPF(MonitoredTracker):
         return np.concatenate([particles[picked], particles[count:]]), after_selection(W, count, self.restoring)
 
     def _detected(self, state: FusionState, image: Image, speed: Floats) -> Match | None:
-        """Return the best match in the frame if it passes `accept` and its local background; else None."""
+        """Return the best match in the frame if its score exceeds `accept` and that of its local background; else
+        None."""
         match = state.best_of_frame(image, speed)
         if match is None:
             return None

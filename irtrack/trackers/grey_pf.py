@@ -200,8 +200,8 @@ class BackgroundRestrainedPF(GreyPF):
     X_true), where W_false is the total weight of the particles about the false target. The particle of largest weight
     (eq. 10a, MAP) is good with many particles and little noise. The remedy is to estimate from, and to resample, "a
     suitable number" of the particles of largest weight. The share kept and the filter are open: here the filter is that
-    of Cheng et al. 2006, to which `keep` = 1 is equal: the filter without restraint, for `estimate` = mean still
-    resamples the particles kept. Two equally good modes are both kept.
+    of Cheng et al. 2006. `keep` = 1 gives this filter without restraint; `estimate` = mean does not, since it still
+    resamples only the particles kept. Two equally good modes are both kept.
     """
 
     source: ClassVar[str] = "An, Gao, Chen, Wu 2007"
@@ -210,7 +210,7 @@ class BackgroundRestrainedPF(GreyPF):
     """Share of the particles that is kept, those of largest weight first; at least one particle. The paper prints no
     value."""
     keep_by: Literal["count", "mass"] = "count"
-    """Meaning of `keep`: a share of the number of particles (as in the source) or of their total weight."""
+    """Meaning of `keep`: a share of the number of particles (as in the paper) or of their total weight."""
     estimate: Literal["restrained", "mean", "map"] = "restrained"
     """Estimate: the mean over the particles kept; the mean over all (eq. 10b); or the particle of largest weight (eq.
     10a)."""
@@ -237,5 +237,6 @@ class BackgroundRestrainedPF(GreyPF):
         return heaviest
 
     def spread_weights(self, W: Floats, truncated: Floats) -> Floats:
-        """Return the weights (N,) over which the estimator is the mean; for `map` those of all particles, about it."""
+        """Return the weights (N,) of the covariance and Neff: of the particles kept for the restrained mean, else of
+        all."""
         return truncated if self.estimate == "restrained" else W

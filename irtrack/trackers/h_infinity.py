@@ -19,8 +19,8 @@ MOST_SHARE = 0.99
 class HInfinity(PositionFilter):
     """H-infinity filter of a target at nearly constant velocity, with the measurements of `kalman`.
 
-    Ling 2005, of which the sources give the title only. The filter is that of D. Simon, "Optimal State Estimation",
-    2006, eq. 11.89:
+    Ling 2005, of which only the title is available. The filter is that of D. Simon, "Optimal State Estimation", 2006,
+    eq. 11.89:
 
         M = (I - theta S P + H' R^-1 H P)^-1,   K = P M H' R^-1,   P <- F P M F' + Q,
         feasible where P^-1 - theta S > 0
@@ -30,17 +30,17 @@ class HInfinity(PositionFilter):
     `speed_weight` (chosen here: 0, since places are scored). A frame without a measurement is predicted as by a Kalman
     filter.
 
-    Simon's eq. 11.90 asks for P^-1 - theta S + H' R^-1 H > 0 only. That is enough for M, but not for the bound: at the
+    Simon's eq. 11.90 requires only P^-1 - theta S + H' R^-1 H > 0. That is enough for M, but not for the bound: at the
     last prediction no measurement is left to correct the error (B. Hassibi, A. Sayed, T. Kailath, "Indefinite-Quadratic
     Estimation and Control", 1999, section 4.2, the a-priori filter). With a theta for each step, the bound is that of
     the sum of theta times the squared error. The covariance is P M, larger than that of the Kalman filter: a bound for
-    the worst case, no variance.
+    the worst case, not a variance.
     """
 
     source: ClassVar[str] = "Ling 2005; Simon 2006, section 11.3"
 
     theta: Annotated[float | None, Field(ge=0, le=1e6)] = None
-    """theta, px^-2; by default `share` of the largest feasible one in each step, as is one that is not feasible."""
+    """theta, px^-2; in steps where it is not given or not feasible, `share` of the largest feasible value."""
     share: Annotated[float, Field(ge=0, le=MOST_SHARE)] = 0.5
     """Share of the largest feasible theta."""
     speed_weight: Spread = 0.0
@@ -49,7 +49,7 @@ class HInfinity(PositionFilter):
     def updated(self, mean: Floats, covariance: Floats, place: Floats) -> tuple[Floats, Floats]:
         """Return mean and covariance P M after a measured position (2,) px."""
         H, R = self._measured(mean)
-        _, posterior = kalman.update(mean, covariance, place, H, R)  # its inverse is P^-1 + H' R^-1 H
+        _, posterior = kalman.update(mean, covariance, place, H, R)  # posterior^-1 = P^-1 + H' R^-1 H
         after = np.linalg.solve(np.eye(4) - self.feasible_theta(covariance) * posterior * self._root**2, posterior)
         after = (after + after.T) / 2
         nu, _ = kalman.innovation(mean, covariance, place, H, R)

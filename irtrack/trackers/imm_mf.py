@@ -1,4 +1,5 @@
-"""`imm_mf`: several hypotheses by an IMM on the likeness of what differs from a registered background."""
+"""`imm_mf`: several hypotheses, each an IMM, on pixels that differ from a registered background and resemble the
+target."""
 
 from __future__ import annotations
 
@@ -24,13 +25,13 @@ from irtrack.trackers.base import Deviation, Footage, MonitoredTracker, Visibili
 from irtrack.types import Estimate
 
 POINT_PX = 4.5
-"""Longest side of what is measured by the fit of a point, px."""
+"""Longest side of a target that is located by the fit of a point, px."""
 KERNEL, LEAST_KERNEL = 0.25, 0.8
-"""Deviation of the kernel that averages the foreground: of the sides of the target, and the least, px."""
+"""Deviation of the kernel that averages the foreground: in sides of the target, and its least value, px."""
 PARTIAL = 3.0
 """Deviation of a detection's place per lacking share of its score, in mean sides of the target."""
 WHOLE = 0.8
-"""Share of the target's level from which on a detection shows the whole target."""
+"""Least share of the target's level at which a detection shows the whole target."""
 LEAST = 0.25
 """Score below which a peak is no detection."""
 MOST_DETECTIONS = 30
@@ -38,14 +39,15 @@ MOST_DETECTIONS = 30
 NEIGHBOUR = 1.5
 """Distance, in mean sides, within which another object keeps the target from being learned."""
 UNOBSERVED = 0.6
-"""Share of the foreground that counts where no background has been observed, under the start box: where the target has
-left it, a guessed background must not hold the track."""
+"""Factor of the foreground under the start box, where no background has been observed: once the target has left, the
+difference from a guessed background must not hold the track."""
 ALIKE = 0.6
-"""Share of the target's level from which on an object is like it."""
+"""Least share of the target's level at which another object counts as similar."""
 APART_RATE = 0.1
-"""Share of a new frame in the running mean of how far the cues distinguish the target."""
+"""Share of a new frame in the running mean of each cue's distinction, its value at the target less the largest
+elsewhere."""
 TEMPER = 0.1
-"""Difference of two cues' distinctions that changes their odds by e."""
+"""Difference of the distinctions of two cues that changes the odds of their weights by a factor of e."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +84,7 @@ class Cues:
 class ImmMF(MonitoredTracker):
     """Several hypotheses by an IMM, on places that differ from the background and resemble the target.
 
-    Made here, in no paper. Frames are registered to a learned background (`irtrack.features.background_window`). The
+    No paper describes it. Frames are registered to a learned background (`irtrack.features.background_window`). The
     score of a place is the weighted geometric mean of its foreground and its likeness to the first and to a slowly
     learned patch (`irtrack.features.likeness`); the cue that distinguishes the target better has the larger weight
     (R. Collins, Y. Liu, M. Leordeanu, "Online selection of discriminative tracking features", IEEE TPAMI 27(10), 2005).
@@ -105,11 +107,12 @@ class ImmMF(MonitoredTracker):
     clutter: Annotated[float, Field(gt=0, le=1)] = 0.03
     """False detections per frame on the area of the target."""
     detection: Annotated[float, Field(gt=0.01, lt=0.999)] = 0.95
-    """Probability that a target in sight gives a detection."""
+    """Probability that a visible target gives a detection."""
     hypotheses: Annotated[int, Field(ge=1, le=50)] = 5
     """Largest number of hypotheses."""
     weight: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Weight of the foreground in the score, that of the likeness 1 - weight; by default, from the picture."""
+    """Weight of the foreground in the score; the likeness has the rest. By default, both follow from the frames: the
+    cue that distinguishes the target better has the larger weight."""
     learn: Fraction = 0.1
     """Share of a new frame that enters the background model, where the background is visible."""
     patch_rate: Fraction = 0.05
@@ -124,7 +127,7 @@ class ImmMF(MonitoredTracker):
         return MultipleModel(models, np.array([[0.97, 0.03], [0.2, 0.8]]))
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ImmState:
-        """Return the initial state: what is in the box, its patch and grey levels, and the background without it."""
+        """Return the initial state: the object in the box, its patch and grey levels, and the background without it."""
         start_window(frame, box)
         image, picture = frame.image, frame.image.astype(np.float32)
         found = extent(picture, box)
@@ -166,7 +169,8 @@ class ImmMF(MonitoredTracker):
         return found.center if fit is None else fit.center
 
     def step(self, state: ImmState, frame: Frame, rng: np.random.Generator) -> tuple[ImmState, Estimate]:
-        """Register the background, find detections near the hypotheses, split and prune, learn what is certain."""
+        """Register the background, find detections near the hypotheses, split and prune, learn the target where it is
+        certain."""
         state.footage.check(frame)
         image, picture = frame.image, frame.image.astype(np.float32)
         background, moved = state.background.register(image, self.register_frames)

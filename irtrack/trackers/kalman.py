@@ -115,7 +115,7 @@ class Target:
 
     @classmethod
     def of(cls, frame: Frame, box: Box) -> Target:
-        """Return the description of a box; InputError where it does not meet the frame, or is none."""
+        """Return the description of a box; InputError where it does not meet the frame, or is invalid."""
         window, corner = start_window(frame, box)
         pixels, center, reach = window.cut(frame.image, corner), (box.cx, box.cy), (window.columns, window.rows)
         levels = fitted_range(frame.image, pixels, BINS)
@@ -160,13 +160,13 @@ class PositionFilter(GatedKalman, MonitoredTracker):
     kept."""
 
     acceleration: Deviation = 0.3
-    """Standard deviation of the acceleration on each axis, px/frame^2. Of least mean cost over `kalman` with its three
-    measurements and `ekf`, by search on development seeds."""
+    """Standard deviation of the acceleration on each axis, px/frame^2. Found by search on development seeds: it has the
+    least mean cost over `kalman` with its three measurements and `ekf`."""
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """Measurement of the target's place: the centroid of pixels above a threshold, the best match of the first
     patch, or the mode of similarity that mean shift reaches from the predicted place."""
     threshold: Fraction = 0.5
-    """centroid: share of the target's first contrast that a pixel must pass."""
+    """centroid: share of the target's contrast in the first frame that a pixel must exceed."""
     update: Fraction = 0.02
     """ncc: share of the patch at a measured place that enters the reference patch; 0: the first patch stays. Found by
     search on development seeds."""

@@ -20,11 +20,11 @@ LEVELS = 256
 class LBPMeanShift(MeanShift):
     """Mean shift on a joint histogram of grey level and local binary pattern, started from the last position.
 
-    Wang 2007, of which the sources give the title only (mean shift on LBP). Built from its parts: patterns by
-    `irtrack.features.lbp`, the climb of `mean_shift` (Comaniciu, Ramesh, Meer 2003), and histograms of 8 grey levels
-    times 10 patterns, as in J. Ning, L. Zhang, D. Zhang, C. Wu, "Robust object tracking using joint color-texture
-    histogram", IJPRAI 23(7), 2009, who keep the five patterns of edges and corners only. Chosen here: the unit of
-    `offset`, so that frames of another gain or bit depth give the same patterns.
+    Wang 2007, of which only the title is available (mean shift on LBP). Built from its parts: patterns by
+    `irtrack.features.lbp`, the mode search of `mean_shift` (Comaniciu, Ramesh, Meer 2003), and histograms of 8 grey
+    levels times 10 patterns, as in J. Ning, L. Zhang, D. Zhang, C. Wu, "Robust object tracking using joint
+    color-texture histogram", IJPRAI 23(7), 2009, who keep the five patterns of edges and corners only. Chosen here: the
+    unit of `offset`, so that frames of another gain or bit depth give the same patterns.
     """
 
     source: ClassVar[str] = "Wang 2007; Ojala, Pietikainen, Maenpaa 2002; Comaniciu, Ramesh, Meer 2003"

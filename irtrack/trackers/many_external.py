@@ -42,7 +42,7 @@ class ManyExternalTracker(TrackerPart):
     most_detections: Annotated[int, Field(ge=1, le=10_000)] = 200
     """Largest number of detections of a frame that are used, those of the highest scores."""
     merge_px: Annotated[float, Field(ge=0, le=1000)] = 4.0
-    """Detections within so many px of a stronger one are left out, as of irtrack's own trackers."""
+    """Detections within so many px of a stronger one are left out, as in irtrack's own trackers."""
     box_px: Annotated[float, Field(ge=0, le=1000)] = 0.0
     """Least side of the boxes passed to the program, px: small boxes that move have little overlap."""
     timeout_s: Annotated[float, Field(ge=0.01, le=3600)] = 60.0
@@ -143,7 +143,7 @@ class Motpy(BoxPeer):
 
 
 class StoneSoupGnn(ManyPeer):
-    """Global nearest neighbours of Stone Soup, with a Kalman filter and starts of several detections."""
+    """Global nearest neighbours of Stone Soup, with a Kalman filter and tracks started from several detections."""
 
     name: ClassVar[str] = "ss_gnn"
     source: ClassVar[str] = "Dstl, Stone Soup"

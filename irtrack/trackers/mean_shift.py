@@ -85,9 +85,9 @@ class MeanShiftKalman(MeanShiftSearch, GatedKalman):
 
     R. Xu, L. Yang, "Small target tracking approach combined the merits of two tracking frameworks
     under infrared complex background", J. Infrared Millim. Waves 27(5), 2008, as cited by Xue et al. 2011
-    (reference 5): a kernel-weighted grey histogram, mean shift as measurement, a Kalman filter over time. The rest is
-    open. Chosen here: white-noise acceleration (Bar-Shalom et al. 2001, eq. 6.3.2-4); a position that does not match
-    the target, or lies beyond the gate (section 2.3.2 there), is no measurement, so that an occluded target is
+    (reference 5): a kernel-weighted grey histogram, mean shift as measurement, a Kalman filter over time. Nothing else
+    is known. Chosen here: white-noise acceleration (Bar-Shalom et al. 2001, eq. 6.3.2-4); a position that does not
+    match the target, or lies beyond the gate (section 2.3.2 there), is no measurement, so that an occluded target is
     predicted.
     """
 
@@ -139,7 +139,7 @@ class MeanShiftPF(MeanShiftSearch, RandomWalkParticles):
 
     K. Wei, Y. Zhao, Q. Pan, et al., "IR target tracking based on mean shift and particle filter",
     J. Optoelectronics Laser 19(2), 2008, as described and measured by Xue et al. 2011 (reference 8;
-    section 4: 45 or 60 particles, 32 bins, Epanechnikov kernel, radius 10). The rest is open; sigma and update are
+    section 4: 45 or 60 particles, 32 bins, Epanechnikov kernel, radius 10). Nothing else is known: sigma and update are
     those that Xue et al. print for their own filter. The original has no high-pass, and Xue's filter has one; set
     `high_pass` here as well to compare the two.
 

@@ -50,7 +50,7 @@ class Leaves:
     history: Rows
 
     def take(self, rows: np.ndarray) -> Leaves:
-        """Return the leaves of a mask or of indices."""
+        """Return the leaves selected by a mask or by indices."""
         return Leaves(self.tracks.take(rows), self.score[rows], self.history[rows])
 
 
@@ -148,7 +148,7 @@ class MHT(MultiTargetTracker):
         choices = _ClusterChoices(gain, self.hypotheses)
         found: list[tuple[float, Rows, Rows]] = []
         bases = [each.weight + float(change[each.rows].sum()) + count * fresh for each in hypotheses]
-        least = -np.inf  # log probability that a next hypothesis must have
+        least = -np.inf  # least log probability of a next hypothesis
         for base, hypothesis in sorted(zip(bases, hypotheses, strict=True), key=lambda each: -each[0]):
             for value, taken in choices.best(hypothesis.rows, base, least):
                 found.append((value, hypothesis.rows, taken))
@@ -217,8 +217,8 @@ class MHT(MultiTargetTracker):
 class _ClusterChoices:
     """The best assignments of the detections of a frame to the leaves of hypotheses, cluster by cluster.
 
-    Leaves that share no detection, directly or by others, are assigned independently of each other. A cluster is
-    ranked once for all hypotheses that contain it.
+    Leaves that share no detection, directly or through other leaves, are assigned independently of each other. A
+    cluster is ranked once for all hypotheses that contain it.
 
     gain (n, m): gain of a leaf's log probability by a detection, -inf outside its gate;  k  number of assignments
     """
@@ -229,15 +229,15 @@ class _ClusterChoices:
         self._ranked: dict[tuple[int, ...], list[tuple[float, tuple[int, ...]]]] = {}
 
     def best(self, rows: Rows, base: float, least: float) -> Iterator[tuple[float, Rows]]:
-        """Yield the best assignments to leaves, of log probability base + gain above `least`: it, and the detection of
-        each leaf or MISSED."""
+        """Yield the best assignments to leaves whose log probability, base + gain, is above `least`: this value, and
+        the detection of each leaf or MISSED."""
         places = {row: place for place, row in enumerate(rows.tolist())}
         parts = [(cluster, self._of(cluster)) for cluster in self._clusters(places)]
         first = np.full(len(rows), MISSED)
         for cluster, ranked in parts:
             base += ranked[0][0]
             first[[places[row] for row in cluster]] = ranked[0][1]
-        # An assignment that is among the k best has, in each cluster, one of the k - 1 least losses of all clusters.
+        # The k best assignments differ from the best one only by choices among the k - 1 least losses of all clusters.
         losses = [
             (ranked[0][0] - gain, number, taken)
             for number, (_, ranked) in enumerate(parts)

@@ -66,7 +66,7 @@ class TrackTable:
         return len(self.id)
 
     def take(self, rows: np.ndarray) -> TrackTable:
-        """Return the tracks of a mask or of indices."""
+        """Return the tracks selected by a mask or by indices."""
         return TrackTable(self.states.take(rows), *(getattr(self, name)[rows] for name in _COLUMNS))
 
     def moved(self, homography: Floats) -> TrackTable:
@@ -181,7 +181,7 @@ class MultiTargetTracker(TrackerPart):
     """Standard deviation of a predicted centre, px, from which on a track is deleted."""
     ego_motion: EgoMotion = "none"
     """Compensation of the camera's motion before the prediction: none, by its pose (marked in tables), or by the
-    registration of pictures (image), a shift only. Velocities are then those against the distant background."""
+    registration of pictures (image), a shift only. Velocities are then relative to the distant background."""
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -229,7 +229,7 @@ class MultiTargetTracker(TrackerPart):
 
     @abstractmethod
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> Any:
-        """Return the state after the first detections, of pictures of (columns, rows) px."""
+        """Return the state after the first detections, in pictures of `size` (columns, rows) px."""
 
     @abstractmethod
     def advance(self, state: Any, found: Detections) -> Any:
@@ -274,7 +274,7 @@ class OneHypothesisTracker(MultiTargetTracker):
     """Tracker that associates each frame's detections in that frame and never revises the choice."""
 
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> ManyState:
-        """Return the state after the first detections, of pictures of (columns, rows) px."""
+        """Return the state after the first detections, in pictures of `size` (columns, rows) px."""
         empty = self._started(found, np.zeros(0, np.int64), 0)
         state = ManyState(empty, 0, 0.0, memory, size)
         return self._grown(state, empty, found, np.arange(len(found)))
@@ -340,7 +340,7 @@ def updated_table(
 
 
 _KEPT = 60
-"""Bits kept of the hits."""
+"""Number of last frames whose hits are kept, as bits."""
 _HISTORY = (1 << _KEPT) - 1
 
 

@@ -83,7 +83,7 @@ class OpticalFlow(MonitoredTracker):
     def step(
         self, state: OpticalFlowState, frame: Frame, rng: np.random.Generator
     ) -> tuple[OpticalFlowState, Estimate]:
-        """Follow the points forward and back, move by the median."""
+        """Follow the points forward and back, and move by the median."""
         state.footage.check(frame)
         picture = state.levels(frame.image).astype(np.uint8)
         center, velocity, scale = state.center + state.velocity, state.velocity, state.scale

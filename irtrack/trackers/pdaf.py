@@ -30,7 +30,7 @@ from irtrack.trackers.kalman import GatedKalman, kalman_estimate
 from irtrack.types import Detections, Detector, Estimate
 
 THRESHOLD = 4.0
-"""Threshold of the default detector, robust standard deviations: low, since the association sorts detections."""
+"""Threshold of the default detector, robust standard deviations: low, since the association weighs detections."""
 PSF = (0.5, 10.0)
 """Least and largest width of the default detector's inner Gaussian, px."""
 SLOW = 1.0
@@ -63,10 +63,10 @@ class PDAFState:
 class PDAF(GatedKalman, MonitoredTracker):
     """Probabilistic data association filter on detections, with amplitude and direction of motion.
 
-    Li 2008, of which the sources give the title only (PDAF with amplitude). The filter is that of Y. Bar-Shalom, F.
-    Daum, J. Huang, "The probabilistic data association filter", IEEE Control Systems 29(6), 2009, eq. 35 to 43;
-    amplitude as in D. Lerro, Y. Bar-Shalom, "Interacting multiple model tracking with target amplitude feature", IEEE
-    TAES 29(2), 1993:
+    Li 2008, of which only the title is available (PDAF with amplitude). The filter is that of Y. Bar-Shalom, F. Daum,
+    J. Huang, "The probabilistic data association filter", IEEE Control Systems 29(6), 2009, eq. 35 to 43; amplitude as
+    in D. Lerro, Y. Bar-Shalom, "Interacting multiple model tracking with target amplitude feature", IEEE TAES 29(2),
+    1993:
 
         L_j = P_D N(nu_j; 0, S) / lambda . p1(a_j) / p0(a_j) . exp(-(1 - cos_j) / (2 direction_sd^2))
         beta_j = L_j / (1 - P_D P_G + sum L),   beta_0 = (1 - P_D P_G) / (1 - P_D P_G + sum L)

@@ -101,11 +101,11 @@ class SVDPF(MonitoredTracker):
     SVD filtering gives candidates in each frame, and a particle filter predicts a search window, so that a missed
     target is predicted, and candidates correct a wrong prediction.
 
-    The rest is chosen here. Candidates are maxima of z, the mean over the target's box (or over 3x3 px, if
-    z is larger) in standard deviations, above `threshold`. The highest candidate in the search window is the target. In
-    a frame without one, particles are weighed by z at their positions, as in the mode `pf`; after `wrong_after` such
-    frames, they start anew at a candidate outside the window that was found in `confirm` of `confirm_of` frames, the
-    M-of-N rule of track initiation (Bar-Shalom, Li, Kirubarajan 2001), since the highest of one frame may be clutter.
+    All else is chosen here. Candidates are maxima of z, the mean over the target's box (or over 3x3 px, if z is larger)
+    in standard deviations, above `threshold`. The highest candidate in the search window is the target. In a frame
+    without one, particles are weighed by z at their positions, as in the mode `pf`; after `wrong_after` such frames,
+    they start anew at a candidate outside the window that was found in `confirm` of `confirm_of` frames, the M-of-N
+    rule of track initiation (Bar-Shalom, Li, Kirubarajan 2001), since the highest of one frame may be clutter.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
@@ -137,7 +137,7 @@ class SVDPF(MonitoredTracker):
     confirm: int = Field(default=3, ge=1, le=100)
     """M, number of hits after which the particles start anew at a candidate outside the window."""
     confirm_of: int = Field(default=5, ge=1, le=100)
-    """N, number of frames in which the M hits must lie; below M, M."""
+    """N, number of frames in which the M hits must lie, at least M."""
     seen: Fraction = 0.3
     """Least z of a visible target: the share of the way from `threshold` to the target's usual z."""
 

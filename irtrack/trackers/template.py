@@ -30,10 +30,10 @@ class Template(MonitoredTracker):
     """Normalised cross-correlation with the start box's patch over the whole frame or a window.
 
     The template matching of J. Cheng et al. 2006, section 3 (their reference 1), over the whole frame; the
-    coefficient is Lewis's (Vision Interface 1995, eq. 2). The source leaves open the measure, sub-pixel
-    peaks and the update of the template. The estimate is always the best match; where all scores are equal, as for a
-    saturated target that fills its box, the last position is kept. The template must lie in the frame, so that a target
-    that leaves is followed up to the edge.
+    coefficient is Lewis's (Vision Interface 1995, eq. 2). The paper leaves open the measure, sub-pixel peaks and the
+    update of the template. The estimate is always the best match; where all scores are equal, as for a saturated target
+    that fills its box, the last position is kept. The template must lie in the frame, so that a target that leaves is
+    followed up to the edge.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"

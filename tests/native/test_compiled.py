@@ -81,7 +81,7 @@ def test_kernels_take_arrays_of_any_order_and_type() -> None:
 
 @pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
 def test_a_kernel_of_other_source_is_warned_of_and_not_used(tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match="irsim._native was compiled of other source .*make install"):
+    with pytest.warns(UserWarning, match="irsim._native was compiled from other source .*make install"):
         assert load("irsim._native", tmp_path) is None
 
 

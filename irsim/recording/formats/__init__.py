@@ -1,4 +1,4 @@
-"""Other people's formats of data sets: one file each, one line each in the tables of readers and writers."""
+"""Formats of data sets of other programs: one file each, one line each in the tables of readers and writers."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from irsim.recording.formats.folder import DatasetFolder
 from irsim.types import Input
 
 _HEAD = 4096
-"""Number of characters in which the kind of a text file shows."""
+"""Number of first characters by which the kind of a text file is recognised."""
 
 
 class LabelFormat(NamedTuple):
-    """Reader of labels, and what their files look like.
+    """Reader of labels, and the look of their files.
 
     first    number of the first frame in the file
     has_ids  False: labels of one frame are not known to be those of another
@@ -101,7 +101,8 @@ def dataset_format(name: str) -> DatasetFormat:
 
 
 def label_format(path: Path, given: str | None = None) -> tuple[str, LabelFormat]:
-    """Return the format of labels, by name or by what they look like. InputError where they look like another."""
+    """Return the format of labels, by name or as recognised from their content. InputError where their content is in
+    another format."""
     if given is not None and given not in READERS:
         raise InputError(f"format {given!r}: allowed: {', '.join(READERS)}{suggestion(given, READERS)}")
     possible = possible_formats(path)
@@ -129,7 +130,7 @@ def possible_formats(path: Path) -> tuple[str, ...]:
         with open(path, encoding="utf-8-sig") as file:
             head = file.read(_HEAD) if path.is_file() else ""
     except (OSError, UnicodeDecodeError):
-        return ("csv",)  # its reader says what is wrong
+        return ("csv",)  # its reader reports the error
     if head.lstrip().startswith(("{", "[")):
         value = json_value(path)
         return ("anti-uav",) if isinstance(value, dict) and "gt_rect" in value else ("coco",)

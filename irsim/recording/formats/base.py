@@ -1,4 +1,4 @@
-"""Values that readers and writers of other people's labels share."""
+"""Values that readers and writers of labels of other programs share."""
 
 from __future__ import annotations
 

@@ -43,5 +43,5 @@ def test_a_bench_ends_without_workers(tmp_path: Path, monkeypatch: pytest.Monkey
         cluster(scheduler.scheduler_address) as executor,
     ):
         scheduler.scale(0)
-        with pytest.raises(WorkerError, match="no worker is left; what was finished is kept"):
+        with pytest.raises(WorkerError, match="no worker is left; finished runs are kept"):
             run_bench([Strip()], [Entry("fine", Walker())], executor=executor, results=tmp_path / "r.db")

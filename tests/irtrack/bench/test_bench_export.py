@@ -63,7 +63,7 @@ def limited_sweep(path: Path, most_bytes: int) -> None:
     try:
         run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=60, results=path).close()
     except InputError as error:
-        sys.exit(1 if "what was finished is kept" in str(error) else str(error))
+        sys.exit(1 if "finished runs are kept" in str(error) else str(error))
 
 
 def test_full_disk_keeps_finished_runs(tmp_path: Path) -> None:

@@ -147,7 +147,7 @@ def test_rules_of_each_task() -> None:
     assert {task for kind in KINDS.values() for task in kind.tasks} == {"single", "many", "detect"}
     text = "background: {kind: sky}\ntargets: [{id: a, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
     one = irsim.loads(text + "expect: [{kind: false_tracks_at_most, per_minute: 1, target: a}]")
-    with pytest.raises(irsim.InputError, match=r"expect\.0\.target: .* counts what is on no target"):
+    with pytest.raises(irsim.InputError, match=r"expect\.0\.target: .* applies to no single target"):
         rules_of(one, "many")
 
 

@@ -42,7 +42,7 @@ def test_every_tracker_is_described_and_remade_from_its_parameters() -> None:
         ("irtrack.types:Status", {}, ["not a tracker"]),
         ("irsim.types:Box", {}, ["not a tracker: it has no start and no step; allowed: a class with start(frame, "]),
         (":", {}, ["this is no module:Class"]),
-        ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, no module", "grey_pf:KEY=VALUE"]),
+        ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, not a module", "grey_pf:KEY=VALUE"]),
         ("brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
     ],
 )
