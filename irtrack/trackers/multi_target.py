@@ -83,18 +83,27 @@ class TrackTable:
 
         Bayes' rule over the frame in which it vanished; it lasts a frame with the probability `survival`, and is
         detected as often as it has been (D. Musicki, R. Evans, S. Stankovic, "Integrated probabilistic data
-        association", IEEE Trans. Automatic Control 39(6), 1994, for a target without false detections). A miss within
-        `UNRESOLVED_PX` of a track that has a detection says nothing: one detection may be of both.
+        association", IEEE Trans. Automatic Control 39(6), 1994, for a target without false detections). The misses of
+        an unresolved track do not count.
         """
         seen = np.minimum(self.age + 1, _KEPT) - self.misses
         missed = survival * (1 - (_bits(self.hits) + 1) / (np.maximum(seen, 0) + 2))
         there = missed**self.misses
         gone = (1 - survival) * (1 - there) / (1 - missed)
-        centers = self.states.moments()[0][:, :2]
-        rows, others = np.flatnonzero(self.misses > 0), self.misses == 0
-        apart = ((centers[rows, None] - centers[None, others & self.confirmed]) ** 2).sum(axis=-1)
-        gone[rows[(apart < UNRESOLVED_PX**2).any(axis=1)]] = 0.0
+        gone[self.unresolved()] = 0.0
         return np.asarray(there / (there + gone))
+
+    def unresolved(self) -> npt.NDArray[np.bool_]:
+        """Return a mask (n,) of missed tracks within `UNRESOLVED_PX` of a confirmed track that has a detection.
+
+        One detection may be of both targets, so the miss says nothing.
+        """
+        missed = self.misses > 0
+        rows, centers = np.flatnonzero(missed), self.states.moments()[0][:, :2]
+        apart = ((centers[rows, None] - centers[None, ~missed & self.confirmed]) ** 2).sum(axis=-1)
+        found = np.zeros(len(self), bool)
+        found[rows[(apart < UNRESOLVED_PX**2).any(axis=1)]] = True
+        return found
 
     def frame(self, survival: float | None = None) -> TrackFrame:
         """Return the tracks as the answer of a step: confirmed ones count as targets while their target is more
@@ -249,11 +258,17 @@ class MultiTargetTracker(TrackerPart):
         return np.where(distance <= self.gate, ratios, -np.inf)
 
     def _in_reach(self, tracks: TrackTable, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
-        """Return a mask: tracks with a detection, or inside the picture and within `delete_misses` and `delete_px`."""
+        """Return a mask: tracks with a detection, or inside the picture and within `delete_misses` and `delete_px`.
+
+        An unresolved track is deleted by `delete_px` alone.
+        """
         mean, covariance = tracks.states.moments()
         unsure = np.sqrt(np.maximum(covariance[:, 0, 0], covariance[:, 1, 1])) > self.delete_px
         inside = ((mean[:, :2] > -0.5) & (mean[:, :2] < np.array(size) - 0.5)).all(axis=1)
-        return np.asarray((tracks.misses == 0) | (inside & ~unsure & (tracks.misses < self.delete_misses)))
+        few = tracks.misses < self.delete_misses
+        if not few.all():
+            few |= tracks.unresolved()
+        return np.asarray((tracks.misses == 0) | (inside & ~unsure & few))
 
     def _started(self, found: Detections, free: npt.NDArray[np.int64], next_id: int) -> TrackTable:
         count = len(free)
