@@ -60,7 +60,8 @@ _CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
 twice the time of OpenCV 5."""
 
 # Rational approximation of Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988) 477-484, for |p - 1/2| <=
-# 0.425: (numerator, denominator) of each power, highest first. `statistics.NormalDist` has the same for the tails.
+# 0.425: (numerator, denominator) of each power, highest first. `statistics.NormalDist`, the same
+# algorithm, computes the tails.
 _CENTRE = np.array(
     [
         [2.5090809287301226727e3, 5.2264952788528545610e3],

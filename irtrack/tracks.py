@@ -98,7 +98,7 @@ class TrackSet:
 
     source, source_hash, tracker, config, input, scene_seed, tracker_seed   as in `irtrack.types.Track`
     frames       (k,) indices of the frames passed to the tracker;  times (k,) s;  step_ms, cpu_ms (k,)
-    frame, id    (n,) index of the frame and number of the track, of each row
+    frame, id    (n,) index of the frame and id of the track, of each row
     cx, cy, w, h (n,) px
     score        (n,) nan where there is none
     status       (n,) index in `STATUSES`;  confirmed (n,) bool

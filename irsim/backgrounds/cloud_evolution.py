@@ -69,7 +69,7 @@ class _FieldPair:
         self.derived = None if derived is None else derived(values)
 
     def products(self, other: _FieldPair) -> Floats:
-        """Return, for each field, the sum over all pixels of its product with that of another pair, (2,)."""
+        """Return, for each field of this pair, its inner product with the same field of the other pair, (2,)."""
         strips = (slice(row, row + STRIP) for row in range(0, len(self.values), STRIP))
         products = (cv2.multiply(self.values[strip], other.values[strip]) for strip in strips)
         return np.asarray(np.sum([cv2.sumElems(product)[:2] for product in products], axis=0))
@@ -218,12 +218,12 @@ class CloudState:
 
 
 def units_of(words: Words) -> npt.NDArray[np.uint16]:
-    """Return the value of each word, in units."""
+    """Return the units that each stored 16-bit word stands for."""
     return _flipped(words.view(np.uint16))
 
 
 def _flipped(words: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
-    """Return words from units, or units from words. The processor multiplies two signed words in one instruction."""
+    """Convert words to units, or units to words. The processor multiplies two signed words in one instruction."""
     return words ^ np.uint16(0x8000)
 
 

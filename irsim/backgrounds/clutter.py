@@ -160,7 +160,7 @@ class Clutter(Part):
 
     @property
     def deep(self) -> float:
-        """Mean number of objects over one point, on a landscape at its horizon."""
+        """Mean number of objects that cover a point; on a landscape, a point at the horizon."""
         short, long = self.size_mrad
         return self.per_mrad2 * math.pi / 4 * 0.75 * (short * short + short * long + long * long) / 3
 

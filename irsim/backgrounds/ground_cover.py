@@ -48,7 +48,7 @@ TEMPERATURES: dict[str, dict[str, float]] = {
     },
 }
 """Temperatures by hour, K. Values of ground, trees and walls are absolute. A spread is the standard deviation of the
-ground or between fields. Values of roads and water are differences from the ground. Those of `any` are choices. The
+ground or between fields. Values of roads and water are differences from the ground. Values under `any` are chosen; the
 others are round figures for a clear summer day and night at mid latitudes: bare soil and asphalt vary most between day
 and night, water least, tree crowns stay near the air temperature (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters
 2 to 4). Water is therefore coldest by day and warm by night."""

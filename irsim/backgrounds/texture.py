@@ -175,7 +175,8 @@ class PeriodicTexture:
     """Periods, px, down and across."""
     padded: Floats
     phase: tuple[float, float]
-    """Texel coordinates (column, row) of the map's (0, 0), with which a camera at rest needs no interpolation."""
+    """Texel coordinates (column, row) of the map's origin, chosen so that the pixels of a camera at rest fall on texels
+    and need no interpolation."""
 
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> PeriodicTexture:

@@ -281,7 +281,7 @@ def compare_noise(found: Figures, camera: str | None = None) -> Comparison:
 
 def _interval(value: Estimate) -> str:
     if value.low == value.high:
-        return "none found, taken as this"
+        return "none found; taken as exact"
     low, high = f"{value.low:.2f}", f"{value.high:.2f}"
     return f"{low} to {high}" if low != high else "known to better than 0.01"
 

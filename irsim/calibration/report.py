@@ -184,7 +184,8 @@ def fit_summary(found: Figures) -> Iterator[tuple[str, str]]:
     known = [f"{name} {estimate(share)}" for name, share in found.flaws.shares.items() if share.high < 1]
     if known:
         yield "bad", f"{', '.join(known)} of all pixels"
-    yield "psf", f"{estimate(found.psf)} px" + ("" if found.blur is not None else ", usual: no point is seen")
+    assumed = "" if found.blur is not None else ", a typical value: no point source is seen"
+    yield "psf", f"{estimate(found.psf)} px{assumed}"
 
 
 def _named(values: tuple[tuple[str, Estimate | None], ...]) -> str:

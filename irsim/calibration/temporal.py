@@ -165,7 +165,8 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
 
 
 def _fit_lines(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> Memory:
-    """Return the noise of series (T, lines), without the part of the pixels' noise (T, lines, N) in their means."""
+    """Return the noise of lines from their means, series (T, lines), less the noise that averaging the N pixels of
+    each line, pixels (T, lines, N), leaves in the mean."""
     lags = _fit_lags(number)
     columns = []
     for lag in lags:

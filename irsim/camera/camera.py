@@ -39,7 +39,7 @@ Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
 """Sigma of a blur, px: with 5 px a point covers more than a hundred pixels, and small targets vanish."""
 
 OPTICS_KEYS = ("f_number", "pitch_um")
-"""Keys of `optics` that a detector of kind electrons defines."""
+"""Keys of `optics` that a detector of kind `electrons` defines."""
 
 
 class Camera(Part):
@@ -63,12 +63,12 @@ class Camera(Part):
     bits: Annotated[int, Field(ge=8, le=16)] = 14
     """Depth of the counts."""
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
-    """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
+    """Scene temperatures that give count 0 and full scale, for a detector of kind `stated`."""
     psf_px: Blur = 0.6
     """Sigma of the Gaussian optical blur, px; with `optics`, of the aberrations alone."""
     optics: Lens | None = None
-    """Diffraction and defocus; by default `psf_px` is the whole blur. A detector of kind electrons defines F-number and
-    pitch."""
+    """Diffraction and defocus; by default `psf_px` is the whole blur. A detector of kind `electrons` defines F-number
+    and pitch."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
     """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term. It applies to a detector of
     kind stated; for kind electrons it follows from the electrons."""
@@ -77,7 +77,7 @@ class Camera(Part):
     time_constant_ms: Annotated[float, Field(ge=0, le=200)] = 0.0
     """Thermal time constant of the detector, ms (microbolometers 7-12); 0 is at once."""
     noise: Several[Annotated[Noise, NOISES]] = (White(),)
-    """Noise terms; they add up. By default white noise, or shot noise for a detector of kind electrons."""
+    """Noise terms; they add up. By default white noise, or shot noise for a detector of kind `electrons`."""
     correction: Correction | None = None
     """Non-uniformity corrections; none by default."""
     falloff: Vignetting | None = None

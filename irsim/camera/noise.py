@@ -71,7 +71,7 @@ class White(Noise):
 
 
 class Shot(Noise):
-    """Shot noise of the electrons together with the read noise. For a detector of kind electrons.
+    """Shot noise of the electrons together with the read noise. For a detector of kind `electrons`.
 
     The variance is S + read noise² for a mean of S electrons: Poisson below 200 electrons, its normal limit above. The
     normal part is drawn together with the white noise of other terms. A saturated pixel has no shot noise.

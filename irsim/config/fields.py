@@ -37,7 +37,7 @@ class Located:
 
 
 _STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
-"""Nodes that class definitions can stand in."""
+"""Syntax nodes that can contain class definitions."""
 
 
 @cache

@@ -75,7 +75,7 @@ def checked_fraction(given: float) -> float:
 def opened_clips(
     sources: Sequence[str | Path], seeds: int | None, overrides: Sequence[str]
 ) -> list[tuple[Source, str, str]]:
-    """Return (source, word, name of the clip) of each scene and seed."""
+    """Return (source, its text in `sources`, name of the clip) of each scene and seed."""
     if seeds is not None:
         whole_number("seeds", seeds, 1)
     taken: dict[str, str] = {}

@@ -126,7 +126,7 @@ def clutter_too_dense(scenario: Scenario) -> Iterator[Notice]:
 
 
 def background_layer_passed(scenario: Scenario) -> Iterator[Notice]:
-    """Warn of clouds, trees or buildings that a moving camera passes, or to which it covers half the distance.
+    """Warn of clouds, trees or buildings that a moving camera passes, or approaches to half their initial distance.
 
     Each such layer surrounds the camera's first position, and its texture is drawn as seen from there. From outside, a
     layer is not drawn at all.

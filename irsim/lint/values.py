@@ -37,7 +37,7 @@ def key_overruled(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _overruled_keys(value: object, at: tuple[str | int, ...]) -> Iterator[Notice]:
-    """Yield the warnings of `key_overruled` for a part, or a list of parts, at a key path."""
+    """Yield a warning for each key that another key overrules, in the part or parts at a key path."""
     if isinstance(value, tuple):
         for index, item in enumerate(value):
             yield from _overruled_keys(item, (*at, index))

@@ -55,7 +55,7 @@ _MOST = 1.5
 _INNER = 0.9
 """Radius, in half sizes, within which billows displace nothing, so that `opacity` holds there."""
 _OUTER = 1.4
-"""Radius, in half sizes, from which on billows displace in full."""
+"""Radius, in half sizes, beyond which billows displace in full."""
 _MODULATION = 0.5
 """Standard deviation, beyond `_OUTER`, of the logarithm of the optical depth."""
 

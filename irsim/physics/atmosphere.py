@@ -68,8 +68,8 @@ _TOP_KM = 40.0
 HIGHEST_M = 20_000
 """Greatest height of the camera above the sea, m."""
 GAS_TOLERANCE = 0.1
-"""Largest relative difference between the gas on a path and that on the fitted path. Above, `beyond_fit` reports the
-path."""
+"""Largest relative difference between the gas on a path and that on the fitted path; `beyond_fit` reports
+paths that differ more."""
 _STEPS = 40
 _SKY_STEPS = 120
 """Number of steps into which a path is divided from each of its ends. Apparent temperatures of black bodies are within
@@ -92,8 +92,8 @@ class Atmosphere(Part):
     """Visibility in haze, km. The model is fitted at 5 and 23 km; elsewhere the extinction of haze is proportional to
     the inverse of the visibility."""
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
-    """Height of the camera above the sea, m. The height that the background gives replaces it: that above the ground
-    where it is larger, that above a `sea` always."""
+    """Height of the camera above the sea, m. A larger height above the background's ground replaces it; so does the
+    height above the background `sea`, larger or not."""
     temperature_k: AirKelvin | None = None
     """Air temperature at sea level, kelvin, by default that of the preset. Temperatures at all heights shift with
     it."""

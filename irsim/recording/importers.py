@@ -143,11 +143,11 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
         agc = reprlib.repr(given["agc"])
         raise InputError(f"agc {agc}: is not an AGC; allowed: a value of irsim.camera.AGCS.parse")
     if "truth" not in given and "accuracy" in given:
-        raise InputError(f"{source}: an accuracy is of the truth; allowed with truth only (truth=LABELS)")
+        raise InputError(f"{source}: accuracy describes ground truth; allowed only with truth=LABELS")
     if "truth" not in given and "truth_format" in given:
-        raise InputError(f"{source}: a format is of the truth; allowed with truth only (truth=LABELS)")
+        raise InputError(f"{source}: truth_format describes ground truth; allowed only with truth=LABELS")
     if "truth" not in given and "follow" in given:
-        raise InputError(f"{source}: a target to track is of the truth; allowed with truth only (truth=LABELS)")
+        raise InputError(f"{source}: follow names a target of the ground truth; allowed only with truth=LABELS")
 
 
 def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float, list[str]]:

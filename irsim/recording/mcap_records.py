@@ -100,5 +100,5 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
 
 
 def matches_crc(data: bytes | memoryview, crc: int) -> bool:
-    """Return True if bytes match a CRC, or there is none of them."""
+    """Return True if the bytes match the CRC, or the file has no CRC for them."""
     return crc == 0 or crc32(data) == crc  # 0: no CRC (MCAP)

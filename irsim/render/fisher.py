@@ -143,8 +143,8 @@ def quantised_information(mean: Exact, sigma: Exact, full: int) -> Exact:
 
 
 def needs_exact(variance: Exact, mean: Exact, full: int) -> bool:
-    """Return True where the exact information of some pixel differs from that of its variance; arguments as in
-    `pixel_information`."""
+    """Return True if some pixel's information must be computed exactly, as it differs from 1 / variance; arguments as
+    in `pixel_information`."""
     return bool(_inexact(variance, mean, full)[0].any())
 
 

@@ -114,8 +114,8 @@ class Moments:
             left, top, columns, rows = map(as_int, region)
         except (TypeError, ValueError):
             raise InputError(
-                f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "
-                "parts to switch off are an argument of Moments itself, without=[...]"
+                f"region: {reprlib.repr(region)} is no region; allowed: whole numbers (column, row, columns, rows), "
+                "px; parts to switch off are an argument of Moments itself, without=[...]"
             ) from None
         width, height = self.scenario.camera.size
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):

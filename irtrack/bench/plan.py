@@ -261,9 +261,9 @@ def _seeded(each: SourceSpec, seeds: Seeds) -> Iterator[tuple[Source, SourceRow,
 def _followed(
     source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | str | None
 ) -> str | None:
-    """Return the id of the tracked target; InputError where no track can start with any of the seeds.
+    """Return the id of the tracked target; InputError where a track can start with none of the seeds.
 
-    Runs with seeds for which the target is never visible fail later.
+    Runs with seeds with which the target is never visible fail later.
     """
     if isinstance(init, str):
         return None  # each run finds its own target

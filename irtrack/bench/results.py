@@ -171,7 +171,7 @@ class Results:
         return cursor.lastrowid or 0
 
     def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
-        """Store a call of the bench and return it; `run` is this call from now on."""
+        """Store a call of the bench, make it the current `run`, and return it."""
         row: dict[str, Any] = {"started": started, "command": command, "versions": json.dumps(versions)}
         row["crc"] = checksum(*row.values())
         self.run = Run(self._insert("runs", row), started, command, dict(versions))

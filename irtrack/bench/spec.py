@@ -1,4 +1,4 @@
-"""Specs of a bench: trackers as ``[LABEL=]NAME[:KEY=VALUE...]``, several by commas, and sources with changes."""
+"""Specs of a bench: trackers, ``[LABEL=]NAME[:KEY=VALUE...]`` separated by commas, and sources with their changes."""
 
 from __future__ import annotations
 

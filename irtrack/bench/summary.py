@@ -66,7 +66,7 @@ ALL_SOURCES = "all sources"
 Standing = Literal["told", "tie", "too few"]
 
 MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
-"""Mark after a rank, by standing."""
+"""Mark printed after the rank of a row, by how the row differs from the row above."""
 
 RULES: dict[Standing, str] = {
     "tie": "a tie: the paired runs differ from the row above in none of lost, off_share and error_held (95 %)",
@@ -79,7 +79,7 @@ RULES: dict[Standing, str] = {
 class SummaryRow:
     """Metrics of one tracker on one source (or on all), over its runs; None where no run has the metric.
 
-    rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
+    rank              1 is best: fewest runs lost or failed, then fewest frames off target, then smallest
                       error before loss, then fastest; the rank is by the scenes on which every tracker was run
     standing          'told': the row differs from the row above by more than chance; others: see `RULES`
     compared          number of runs that enter the rank (all runs, where the trackers have no scene in common)

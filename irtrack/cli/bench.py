@@ -155,7 +155,7 @@ def bench(
         str | None, option("ADDRESS", "Run on the workers of a dask scheduler, tcp://HOST:PORT.")
     ] = None,
     time_limit: Annotated[
-        float | None, option("S", "Limit for a run without rendering; a run that exceeds it fails.")
+        float | None, option("S", "Time limit for a run, not counting rendering; a run that exceeds it fails.")
     ] = None,
     results: GrowingResults = Path("irtrack.db"),
     target: Annotated[str | None, option("ID", "Target to follow in every source; default: each source's own.")] = None,

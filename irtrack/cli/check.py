@@ -30,7 +30,7 @@ def check(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Test the properties that every tracker or detector should have; print verdicts and least failing examples."""
+    """Test the properties that every tracker or detector should have; print verdicts and smallest failing examples."""
     from irsim.recording.output import check_output, make_folder
 
     effort, wanted = _profile(profile), names("--only", only)
@@ -93,7 +93,7 @@ def _row(outcome: Outcome, repeat: Callable[[Outcome], str]) -> dict[str, Any]:
 
 
 def _print(outcomes: Sequence[Outcome], repeat: Callable[[Outcome], str]) -> None:
-    """Print the table, then each broken property with its least failing example and the command that repeats it."""
+    """Print the table, then each broken property with its smallest failing example and the command that repeats it."""
     rows = [
         (each.property.name, each.verdict, each.property.says if each.verdict in ("holds", "broken") else each.why)
         for each in outcomes
@@ -104,7 +104,7 @@ def _print(outcomes: Sequence[Outcome], repeat: Callable[[Outcome], str]) -> Non
             drawn = ", ".join(f"{name} {value}" for name, value in each.drawn.items())
             print(f"\n{each.property.name}: {each.why}")
             if drawn:
-                print(f"  least example: {drawn}")
+                print(f"  smallest example: {drawn}")
             if each.scenario is not None:
                 print(f"  scene: {_scene(each.scenario)}")
             print(f"  repeat: {repeat(each)}")
@@ -126,7 +126,7 @@ def _scene(text: str) -> str:
 
 
 def _write(outcomes: Sequence[Outcome], folder: Path | None) -> Iterator[Path]:
-    """Write the scenes of the least failing examples into a folder; yield each path."""
+    """Write the scenes of the smallest failing examples into a folder; yield each path."""
     from irsim.recording.output import atomic_text
 
     if folder is None:

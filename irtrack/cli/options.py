@@ -43,7 +43,9 @@ FRAME_LIMIT_S = 10.0
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Jobs = Annotated[int, option("N", "Worker processes.", min=1)]
-FrameLimit = Annotated[float, option("S", "Limit for a frame; a tracker that exceeds it counts as hung.", min=0.01)]
+FrameLimit = Annotated[
+    float, option("S", "Time limit for a frame; a tracker that exceeds it counts as hung.", min=0.01)
+]
 FilledResults = Annotated[Path, argument("DB", "Results file of `irtrack bench`.", parser=given_path)]
 GrowingResults = Annotated[Path, path_option("DB", "Results file; finished runs in it are not repeated.")]
 InputName = Annotated[

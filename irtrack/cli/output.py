@@ -148,7 +148,7 @@ def print_bounds(rows: Sequence[BoundRow]) -> None:
         return
     head = ("source", "tracker", "runs", "lost", "frames", "rms / bound", "95 %", "bias x, y px", "spread x, y px")
     print_table(head, [_bound_texts(row) for row in rows], left=2)
-    print(f"rms / bound: frames before the loss with d of {LEAST_D:g} and a bound of {LEAST_SD_PX:g} px or more")
+    print(f"rms / bound: frames before the loss with detectability d >= {LEAST_D:g} and bound >= {LEAST_SD_PX:g} px")
 
 
 def _bound_texts(row: BoundRow) -> tuple[str, ...]:

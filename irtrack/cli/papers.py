@@ -1,4 +1,4 @@
-"""`irtrack papers`: the papers' experiments repeated."""
+"""`irtrack papers`: the papers' experiments reproduced."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def papers(
         Path | None, path_option("DIR", "Labelled real sequences: folders with frames.mp4 and gt.csv.")
     ] = None,
 ) -> None:
-    """Repeat the papers' experiments and write a page: printed figures beside ours, each claim with a verdict."""
+    """Reproduce the papers' experiments and write a page: printed figures beside ours, each claim with a verdict."""
     from irtrack.papers import write_papers
 
     parts = names("--only", only) or ()

@@ -24,7 +24,7 @@ from irtrack.types import Detections
 PARABOLA = 0.53
 """Standard deviation of the normal kernel with the slope noise of a parabola through three pixels, (4 pi)^(-1/4) px."""
 INTERPOLATION = 0.05
-"""Error of the vertex of a parabola through three pixels of a normal curve of standard deviation 1 px, px."""
+"""Error of a peak located by a parabola through three pixels, px, for a normal curve of standard deviation 1 px."""
 
 
 def _odd(side: int) -> int:

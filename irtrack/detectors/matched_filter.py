@@ -59,7 +59,7 @@ def clutter_covariance(picture: Picture, side: int) -> Floats:
     The variance of rounding is added on the diagonal, and the mean variance to the level of a patch, so that the matrix
     has an inverse.
     """
-    if min(picture.shape) < 2 * side:  # large ones are not: mirrored clutter has a bend at the edge
+    if min(picture.shape) < 2 * side:  # only small pictures are padded: mirrored clutter has a bend at the edge
         picture = np.pad(picture, side // 2, mode="reflect" if min(picture.shape) > side // 2 else "edge")
     step = max(int(sqrt(picture.size / PATCHES)), 1)
     windows = np.lib.stride_tricks.sliding_window_view(picture, (side, side))[::step, ::step]

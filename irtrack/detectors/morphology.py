@@ -22,7 +22,7 @@ quarter of the time."""
 
 
 class Threshold(SingleFrameDetector):
-    """Pixels above the frame's median by robust standard deviations, without a filter.
+    """Threshold on the frame itself, unfiltered: pixels a number of robust standard deviations above its median.
 
     The likelihood-ratio test of a known level in white normal noise (S. Kay, "Detection Theory", 1998, example 3.2);
     the deviation is Hampel's. A baseline: any gradient of the background is clutter to this detector.

@@ -16,7 +16,7 @@ from irtrack.external import many_server, server
 VARIABLE = "IRTRACK_PEERS"
 _SERVERS: dict[ModuleType, tuple[str, ...]] = {server: server.PEERS, many_server: tuple(many_server.MANY_PEERS)}
 ALL_PEERS = tuple(name for peers in _SERVERS.values() for name in peers)
-"""Peers of one target, then of many."""
+"""Names of the single-target peers, followed by the multi-target ones."""
 HINT = (
     f"{VARIABLE}=PYTHON names the Python of an environment with the libraries of {', '.join(ALL_PEERS)}; in a checkout "
     "`make peers` installs them into .venv-peers"

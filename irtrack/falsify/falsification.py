@@ -27,8 +27,8 @@ FRESH_WHILE_SHRINKING = 5
 the option `fresh`."""
 
 STRUCTURAL = 0.8
-"""Share of fresh seeds from which on a failure is structural, not seed-dependent. Of 20 seeds it needs 16, which a
-failure in half of the seeds reaches with probability 1/170 (binomial)."""
+"""Least share of failing fresh seeds at which a failure counts as structural, not seed-dependent. Of 20 seeds 16 must
+fail; a failure in half of all seeds reaches this with probability 1/170 (binomial)."""
 
 UNREPEATABLE = "warning: the benign point has another outcome when it is run again: the tracker is not deterministic"
 

@@ -129,7 +129,7 @@ class RuleKind:
 
 
 def _distance_to_off(trace: Trace) -> Floats:
-    """Return 1 - error / (largest error on the target), (n,): below 0 where a frame is off; nan without a target."""
+    """Return 1 - error / (largest error on target), (n,): below 0 where a frame is off target; nan without a target."""
     return np.asarray(1 - trace.errors / off_beyond(trace.truth.diagonals, trace.accuracy))
 
 
@@ -143,7 +143,7 @@ def _never_lost_margin(_: irsim.NeverLost, trace: Trace) -> float:
 
 
 def _never_lost_result(_: irsim.NeverLost, trace: Trace) -> str:
-    """Describe the longest run of successive counted frames that are off."""
+    """Describe the longest run of successive counted frames off target."""
     judged = np.flatnonzero(trace.counted)
     edges = np.diff(np.concatenate([[False], trace.off[judged], [False]]).astype(np.int8))
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)

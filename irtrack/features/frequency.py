@@ -54,7 +54,7 @@ def passed(spectrum: Singles, cutoff: float, order: int) -> Singles:
 def first_cutoff(spectrum: Singles, order: int) -> float:
     """Return the D0 of `CUTOFFS` whose response has the largest kurtosis, since sparse targets give long tails.
 
-    The smallest D0 where the differences are within the noise.
+    Among values of D0 whose kurtosis differs from the largest by no more than noise, return the smallest.
     """
     kurtoses = [_kurtosis(passed(spectrum, each, order)) for each in CUTOFFS]
     enough = max(kurtoses) - SURE * (24 / spectrum.size) ** 0.5

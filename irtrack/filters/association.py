@@ -129,7 +129,7 @@ def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float
     alive[0] = True
     free = np.setdiff1d(np.arange(len(centers)), pairs[:, 1])
     if len(free):
-        # A detection where the target may be starts no other track.
+        # No other track starts from a detection that may be of the target.
         by_target = (
             distance[0, free] <= rules.gate
             if misses[0] > 0

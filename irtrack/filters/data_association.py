@@ -127,7 +127,7 @@ def k_best(cost: Floats, k: int, worst: float = np.inf) -> Iterator[Assignment]:
     """Yield the k assignments of least cost of a table (n, m), n <= m, best first; none above `worst`.
 
     K. Murty, "An algorithm for ranking all the assignments in order of increasing cost", Operations Research 16(3),
-    1968. Costs of infinity are forbidden.
+    1968. An infinite cost forbids its pair.
     """
     table = np.where(np.isfinite(cost), cost, _IMPOSSIBLE)
     first = _solved(table)

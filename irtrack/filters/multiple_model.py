@@ -89,7 +89,7 @@ class States:
         return States(self.mean[rows], self.covariance[rows], self.probability[rows])
 
     def joined(self, others: States) -> States:
-        """Return these tracks, then others."""
+        """Return these tracks followed by others."""
         return States(
             np.concatenate([self.mean, others.mean]),
             np.concatenate([self.covariance, others.covariance]),

@@ -36,7 +36,7 @@ CONTINUED = 0.6
 place of the target would give one, too."""
 SLACK, MOST_SLACK = 10, 20
 """Number of frames since the last `ESTABLISHED` successive hits after which scores may be twice as far below the
-target's level, and the number from which on this factor grows no more."""
+target's level, and the number at which this factor stops growing."""
 ESTABLISHED = 4
 """Least age, frames, of another object that may explain detections."""
 MOST_CONFLICT = 12.0

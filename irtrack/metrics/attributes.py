@@ -123,7 +123,7 @@ class AttributeRow:
 
     frames      number of frames with the attribute after the start, in all tracks;  counted  those with a visible
                 target
-    off_share   share of the counted frames that are off
+    off_share   share of the counted frames that are off target
     error       mean centre error over the frames with the attribute before the loss in which the target is present, px
     losses      number of losses dated to a frame with the attribute, or up to `OFF_IN_A_ROW` frames later
     tracks      number of tracks that have a frame with the attribute

@@ -64,7 +64,7 @@ class Score:
                             numbers of scored frames, of frames that count towards loss and off_share, of held frames
     lost                    True: the track is lost by `irtrack.metrics.lost`; None where no frame is scored
     lost_at                 index of the frame that the loss is dated to
-    off_share               share of the frames that count in which the track is off (far from the target)
+    off_share               share of the frames that count in which the track is off target
     all, held               metrics of the centre errors of all scored frames, and of the held frames
     precision_5, _20        share of scored frames with centre error <= 5, 20 px
     precision_norm          area under the normalised precision curve, 0..1
@@ -74,8 +74,8 @@ class Score:
     lt_precision, lt_recall, lt_f   long-term precision, recall and F at the threshold of largest F, 0..1
     returns, reacquired     number of reappearances of the target, and of those after which the tracker found it
     reacquired_after        mean number of frames from reappearance until the tracker found the target
-    false_tracking          share of frames with the status "tracking", of frames off
-    false_lost              share of frames with the status "lost", of frames on a visible target
+    false_tracking          share of frames with the status "tracking", of frames off target
+    false_lost              share of frames with the status "lost", of frames on target
     hidden_tracking         share of frames with the status "tracking", of frames with a fully occluded target
     lost_late               frames from the loss to the status "lost" (to the last frame without this status)
     nees                    mean normalised estimation error squared over the held frames; 2 where calibrated

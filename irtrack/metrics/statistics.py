@@ -97,7 +97,7 @@ def breaking_point(severities: Sequence[float] | Floats, lost: Sequence[bool] | 
     A higher severity is assumed to lose no fewer runs. The point is where the isotonic (least squares, rising) curve
     through the shares, joined by lines, reaches one half (Barlow et al., Statistical Inference under Order
     Restrictions, 1972). Its interval does not depend on the curve between severities: it begins at the highest severity
-    up to which all Wilson intervals lie below one half, and ends at the lowest severity from which on all lie above.
+    up to which all Wilson intervals lie below one half, and ends at the lowest severity beyond which all lie above.
     Tests in this order need no correction for their number (Hsu and Berger, J. Am. Stat. Assoc. 94 (1999) 468).
     """
     levels, which = np.unique(np.asarray(severities, dtype=np.float64), return_inverse=True)

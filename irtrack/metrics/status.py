@@ -11,8 +11,8 @@ from irtrack.metrics.statistics import share
 
 
 def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of frames with the status "tracking" among the counted frames that are off; nan where none
-    is off.
+    """Return the share 0..1 of frames with the status "tracking" among the counted frames off target; nan where there
+    is none.
 
     statuses (n,) reported statuses; off, counted (n,) bool, see `irtrack.metrics.Trace`.
     """
@@ -20,8 +20,8 @@ def false_tracking(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -
 
 
 def false_lost(statuses: np.ndarray, off: np.ndarray, counted: np.ndarray) -> float:
-    """Return the share 0..1 of frames with the status "lost" among the counted frames that are not off; nan where all
-    are off."""
+    """Return the share 0..1 of frames with the status "lost" among the counted frames on target; nan where there is
+    none."""
     return share((statuses == "lost")[~off & counted])
 
 
@@ -47,7 +47,7 @@ class Return:
 
     at       position of the first frame in which it counts again
     watched  number of frames in which it counts, from `at` until it is occluded again or the track ends
-    after    frames from `at` until the tracker is on the target (0: at once); None where it is off in all these frames
+    after    frames from `at` until the tracker is on target (0: at once); None where it is off target in all of them
     """
 
     at: int

@@ -186,7 +186,7 @@ class Trace:
 
     @cached_property
     def off(self) -> np.ndarray:
-        """True in each frame that is off, far from the target, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
+        """True in each frame in which the track is off target, (n,) bool; see `irtrack.metrics.lost.LOSS_RULE`."""
         return off_frames(self.errors, self.truth.diagonals, self.accuracy)
 
     @cached_property

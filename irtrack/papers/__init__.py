@@ -1,4 +1,4 @@
-"""Repeated experiments of the papers: printed figures and claims beside the results of irtrack."""
+"""Reproduced experiments of the papers: printed figures and claims beside the results of irtrack."""
 
 from irtrack.papers.page import write_papers
 

@@ -1,4 +1,4 @@
-"""Parts of the repeated experiments of a paper: scenes, trackers, printed figures, claims, goals, sweeps, ablations."""
+"""Parts of the reproduced experiments of a paper: scenes, trackers, figures, claims, goals, sweeps, ablations."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Choice:
-    """Choice among tracker specs: the one with the fewest frames off on the development seeds of all scenes is used."""
+    """Choice among tracker specs, by the fewest frames off target on the development seeds of all scenes."""
 
     scenes: tuple[Scene, ...]
     specs: tuple[str, ...]

@@ -46,7 +46,7 @@ def _until_back(run: Run) -> float | None:
 
 
 def _bounded(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
-    """Return min(error, threshold) of each scored frame, px, and the threshold beyond which the frame is off, px."""
+    """Return min(error, threshold) of each scored frame and the threshold beyond which it is off target, px."""
     scored = trace.scored
     limits = off_beyond(np.hypot(trace.truth_sizes[scored, 0], trace.truth_sizes[scored, 1]), trace.accuracy[scored])
     return np.minimum(trace.errors[scored], limits), limits
@@ -69,12 +69,12 @@ abs_y = _score("mean |error| in Y", "abs_y")
 variance_x = _variance("variance in X", "sd_x")
 variance_y = _variance("variance in Y", "sd_y")
 bounded_error = Figure("bounded error", _bounded_error)
-"""Mean of min(error, threshold beyond which a frame is off) over all scored frames, px: defined for lost runs too, and
-two trackers hardly tie."""
+"""Mean of min(error, threshold beyond which a frame is off target) over all scored frames, px: defined for lost runs
+too, and two trackers hardly tie."""
 bounded_share = Figure("bounded error as a share", _bounded_share)
 """The same with each frame's error divided by its threshold, 0 .. 1."""
 lost = _score("lost", "lost")
-off_share = _score("share of frames off", "off_share")
+off_share = _score("share of frames off target", "off_share")
 cpu = _score("CPU time", "cpu_ms_median")
 """Median CPU time of a step, ms. Other programs on the machine do not lengthen it."""
 wall = _score("wall time", "ms_median")

@@ -82,7 +82,7 @@ class SceneRuns:
         return self.absent.get(label, f"{label} was not run")
 
     def off_shares(self, label: str) -> dict[int, float]:
-        """Return the share of frames off by seed; 1 for a failed run."""
+        """Return the share of frames off target by seed; 1 for a failed run."""
         runs = self.runs.get(label, {}).items()
         shares = {seed: 1.0 if run is None else run.score.off_share for seed, run in runs}
         return {seed: share for seed, share in shares.items() if share is not None}
@@ -138,7 +138,7 @@ def _run(kept: Results, cell: RunRecord) -> Run | None:
 
 
 def fewest_off(labels: Iterable[str], found: Sequence[SceneRuns]) -> str | None:
-    """Return the label with the smallest mean share of frames off, the first of equal ones; None without runs."""
+    """Return the label with the smallest mean share of frames off target; the first of a tie; None without runs."""
     shares = {label: [share for each in found for share in each.off_shares(label).values()] for label in labels}
     means = {label: sum(each) / len(each) for label, each in shares.items() if each}
     return min(means, key=lambda label: means[label]) if means else None

@@ -2,8 +2,8 @@
 
 Every tracker is judged alike: all combinations of its open settings run on the same scenes and seeds, and the one of
 least cost is chosen. The cost is the mean of min(error, threshold) / threshold over all frames, runs and scenes, with
-the threshold beyond which a frame is off, so that each frame counts from 0, on the target, to 1, off it. FILE keeps the
-cost of each combination (JSON); the runs are kept beside it in FILE.db, and are not repeated.
+the threshold beyond which a frame is off target, so that each frame counts from 0, on target, to 1, off target. FILE
+keeps the cost of each combination (JSON); the runs are kept beside it in FILE.db, and are not repeated.
 """
 
 from __future__ import annotations

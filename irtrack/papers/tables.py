@@ -28,7 +28,7 @@ class Row:
     lost, decided   numbers of runs with track loss, and of runs in which loss is defined; low .. high: interval of
                     their ratio
     kept, all       centre errors of all frames of the runs without loss, and of all runs
-    off             mean share of frames off
+    off             mean share of frames off target
     bounded         mean bounded error of all runs, px
     ms              median CPU time of a step; of an external tracker, wall time
     siblings        (lost, decided) on each of the experiment's siblings

@@ -173,7 +173,7 @@ def judge_goal(goal: Goal, every: Mapping[str, SceneRuns]) -> GoalResult:
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of an ablation, with minus without the mechanism: share of frames off, and error before the loss, px."""
+    """Effect of an ablation, with minus without the mechanism: share of frames off target; error before loss, px."""
 
     switch: Switch
     off: Difference | None = None
@@ -208,7 +208,7 @@ def _figure(score: Score, name: str) -> float:
 
 @dataclass(frozen=True)
 class PeerComparison:
-    """Share of frames off of the best tracker of irtrack and of a peer, and their difference on the same seeds."""
+    """Shares of frames off target of irtrack's best tracker and of a peer, and their difference on the same seeds."""
 
     scene: str
     best: str
@@ -219,16 +219,16 @@ class PeerComparison:
 
     @property
     def word(self) -> Word:
-        """Verdict on the goal that the best tracker of irtrack is off in fewer frames."""
+        """Verdict on the goal that the best tracker of irtrack is off target in fewer frames."""
         if self.difference.high < 0:
             return "held"
         return "not held" if self.difference.low > 0 else "not decidable"
 
 
 def compare_peers(every: Mapping[str, SceneRuns], development: Mapping[str, SceneRuns]) -> list[PeerComparison]:
-    """Compare the best tracker of irtrack with each peer on each hard scene; a failed run is off in all frames.
+    """Compare the best tracker of irtrack with each peer on each hard scene; a failed run is off target throughout.
 
-    The best tracker is the one with the fewest frames off over all hard scenes with the development seeds.
+    The best tracker is the one with the fewest frames off target over all hard scenes with the development seeds.
     """
     names = [experiment.scene.name for experiment in HARD]
     best = fewest_off(OURS, [development[name] for name in names])

@@ -46,7 +46,7 @@ class Outcome:
     verdict   'excused': broken, with a known reason; 'not asked': does not apply to this tracker; 'not judged': needs a
               property that is broken
     why       result and tolerance, or the reason
-    drawn     drawn values of the least failing example, by name
+    drawn     drawn values of the smallest failing example, by name
     scenario  scene of this example as YAML; None where it has no scene
     """
 
@@ -228,7 +228,7 @@ def check_tracker(
     only: Iterable[str] | None = None,
     excused: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise AssertionError, with the least examples, where a tracker breaks a property; for your own tests.
+    """Raise AssertionError, with the smallest failing examples, where a tracker breaks a property; for your own tests.
 
     excused    reason by name of the property, for known failures;  the other arguments as for `check`
     """

@@ -15,7 +15,7 @@ HELD_PX = 2.0
 NEAR_PX = 5.0
 """Largest distance after a disturbance, px: half of the target's height."""
 SETTLED = 20
-"""Index of the frame from which on a disturbance must have no effect."""
+"""Index of the first frame in which a disturbance must have no effect."""
 
 
 def follows(case: Case) -> None:

@@ -162,7 +162,7 @@ def _pairs(first: TrackFrame, second: TrackFrame) -> tuple[list[tuple[int, int]]
 
 
 def _expect_followed(tracks: list[TrackFrame], paths: Floats, after: int) -> None:
-    """Raise Broken where a target lacks a confirmed track in more than a tenth of the frames, or its number changes."""
+    """Raise Broken where a target lacks a confirmed track in over a tenth of the frames, or its track id changes."""
     for target in range(paths.shape[1]):
         seen: list[int | None] = []
         for each, places in zip(tracks[after:], paths[after:], strict=True):

@@ -247,7 +247,7 @@ def _losses(losses: LossTable) -> str:
 
 
 def _attributes(source: SourceFigures) -> str:
-    """Return the table of the share of frames off, by attribute."""
+    """Return the table of the share of frames off target, by attribute."""
     known = {row.attribute for rows in source.attributes.values() for row in rows if row.frames}
     by_label = {
         label: {row.attribute: row for row in rows if row.attribute in known}

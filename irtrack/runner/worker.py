@@ -30,7 +30,7 @@ POLL_S = 0.05
 END_S = 10.0
 """Longest time from the end of a process' pipe to the end of the process, s, in which it may write a core dump."""
 
-SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
+SENDABLE = "a class at the top level of a module's file; objects that cannot be pickled are made in init or start"
 """Description, for messages, of trackers that can be sent to another process."""
 
 _reaping = threading.Lock()

@@ -36,7 +36,7 @@ LEAST_PSF = 0.6
 LEAST_SNR = 3.0
 """Least signal-to-noise ratio of the target's image in the first frame; a fainter one is taken as this bright."""
 FAINTEST_SNR = 1.5
-"""Least signal-to-noise ratio of a particle: a fainter target explains noise as well as no target does."""
+"""Least signal-to-noise ratio of a particle; a fainter target is indistinguishable from noise."""
 START_EXISTENCE = 0.95
 """Probability that the start box holds a target."""
 GROWTH = 1.0

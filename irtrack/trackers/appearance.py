@@ -59,7 +59,7 @@ class Appearance:
         return frame.image if self.high_pass is None else self.high_pass(frame.image)
 
     def view(self, frame: Frame) -> Picture:
-        """Return the image of `picture`, computed part by part on demand."""
+        """Return the same image as `picture`, but computed part by part on demand."""
         self.footage.check(frame)
         return frame.image if self.high_pass is None else self.high_pass.view(frame.image)
 

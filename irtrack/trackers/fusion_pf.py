@@ -168,11 +168,11 @@ class FusionWSPF(MonitoredTracker):
     update_when: Literal["seen", "always"] = "seen"
     """Frames in which the model is updated: those of a hit, or all with a window inside the frame."""
     shift_after: int = Field(default=2, ge=1, le=1_000_000)
-    """Number of successive misses from which on mean shift is used (section 4.2: 2; the step list: 4)."""
+    """Number of successive misses after which mean shift is used (section 4.2: 2; the step list: 4)."""
     widening: Annotated[float, Field(ge=0, le=10)] = 2.0
     """Bandwidth of the mean shift in occlusion, over that of the visible target; 0: no mean shift."""
     lost_after: int = Field(default=4, ge=1, le=1_000_000)
-    """Number of successive misses from which on the target is lost and detected anew (section 4.2: 4)."""
+    """Number of successive misses after which the target is lost and detected anew (section 4.2: 4)."""
     redetect: bool = True
     """True: a lost target is searched in the whole frame."""
     accept: Fraction | None = None

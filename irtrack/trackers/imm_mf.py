@@ -29,7 +29,8 @@ POINT_PX = 4.5
 KERNEL, LEAST_KERNEL = 0.25, 0.8
 """Deviation of the kernel that averages the foreground: in sides of the target, and its least value, px."""
 PARTIAL = 3.0
-"""Deviation of a detection's place per lacking share of its score, in mean sides of the target."""
+"""Growth of the standard deviation of a detection's position with the share by which its score falls short of the
+target's level, in mean sides of the target."""
 WHOLE = 0.8
 """Least share of the target's level at which a detection shows the whole target."""
 LEAST = 0.25

@@ -100,7 +100,7 @@ class MHT(MultiTargetTracker):
     new_target: Annotated[float, Field(gt=0, lt=1)] = 0.02
     """Density of new targets over that of false detections."""
     confirm_score: Annotated[float, Field(gt=0, le=100)] = 9.2
-    """Score from which on a track is confirmed; 9.2: odds of 10,000 to 1."""
+    """Least score of a confirmed track; 9.2: odds of 10,000 to 1."""
 
     def begin(self, found: Detections, size: tuple[int, int], memory: Any = None) -> HypothesisState:
         """Return the state after the first detections: each starts a tree."""

@@ -74,7 +74,7 @@ class TrackTable:
         return replace(self, states=moved(self.states, homography))
 
     def joined(self, others: TrackTable) -> TrackTable:
-        """Return these tracks, then others."""
+        """Return these tracks followed by others."""
         joined = (np.concatenate([getattr(self, name), getattr(others, name)]) for name in _COLUMNS)
         return TrackTable(self.states.joined(others.states), *joined)
 
@@ -172,8 +172,8 @@ class MultiTargetTracker(TrackerPart):
     clutter: Annotated[float, Field(gt=0, le=1)] = 3e-5
     """False and new detections per px^2 and frame: 2.3 in a frame of 320 x 240 px."""
     gate: Annotated[float, Field(gt=0, le=1000)] = 13.8
-    """Largest squared Mahalanobis distance of a detection from a track that may have it; chi-square, 2 degrees: 99.9
-    %."""
+    """Gate: largest squared Mahalanobis distance of a detection from a track to which it may be assigned; 99.9 % of
+    chi-square with 2 degrees of freedom."""
     most_detections: Annotated[int, Field(ge=1, le=10_000)] = 200
     """Largest number of detections used in a frame; those of the highest scores are used."""
     merge_px: Annotated[float, Field(ge=0, le=1000)] = 4.0
@@ -187,7 +187,7 @@ class MultiTargetTracker(TrackerPart):
     is likely there. It is kept, and counts again after its next detection."""
     delete_misses: Annotated[int, Field(ge=1, le=10_000)] = 20
     delete_px: Spread = 20.0
-    """Standard deviation of a predicted centre, px, from which on a track is deleted."""
+    """Standard deviation of a predicted centre, px, at which a track is deleted."""
     ego_motion: EgoMotion = "none"
     """Compensation of the camera's motion before the prediction: none, by its pose (marked in tables), or by the
     registration of pictures (image), a shift only. Velocities are then relative to the distant background."""

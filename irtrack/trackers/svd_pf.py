@@ -133,7 +133,7 @@ class SVDPF(MonitoredTracker):
     resampling: Resampling = "systematic"
     """Resampling scheme, used where Neff is below N / 2."""
     wrong_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Number of successive frames without a candidate in the window from which on the whole frame is searched."""
+    """Number of successive frames without a candidate in the window after which the whole frame is searched."""
     confirm: int = Field(default=3, ge=1, le=100)
     """M, number of hits after which the particles start anew at a candidate outside the window."""
     confirm_of: int = Field(default=5, ge=1, le=100)

@@ -64,7 +64,7 @@ BAD = {
         ["render", "good.mcap"],
         "irsim: good.mcap: would replace good.mcap, ",
     ),
-    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is of the truth; "),
+    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: accuracy describes ground truth; "),
     "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),

@@ -138,7 +138,7 @@ def possible_formats(path: Path) -> tuple[str, ...]:
 
 
 def _formats_of_lines(lines: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return the formats of lines of fields: a polygon and a row of MOT may have the same number of them."""
+    """Return the formats that fit the fields of each line: a VOT polygon and a MOT row may have equal field counts."""
     lengths = {len(fields) for fields in lines if not _is_absent(fields)}
     if not lines or not all(_is_number(text) for text in lines[0]):
         return ("vot",) if lines and lines[0][0].startswith("m") else ("csv",)

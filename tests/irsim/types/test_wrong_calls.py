@@ -26,7 +26,7 @@ SPACE = irsim.variations(
 )
 TRACK = TrackHeader(tracker="kalman", source="sky", source_hash="abc", rate_hz=30.0)
 A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
-NO_REGION = r"region: .* is none; allowed: whole numbers \(column, row, columns, rows\)"
+NO_REGION = r"region: .* is no region; allowed: whole numbers \(column, row, columns, rows\)"
 NO_PATH = "is no path; allowed: text or a path"
 
 
