@@ -61,6 +61,20 @@ def test_tracks_coast_and_are_deleted(kind: str) -> None:
     assert len(frames[-1]) == 0
 
 
+def test_track_survives_a_long_merger() -> None:
+    """Two targets pass within 4 px of each other, where they give one detection, for 30 frames."""
+    paths = np.stack([[(20 + 2 * k, 100.0), (20 + 2 * k, 92 + 0.27 * k)] for k in range(70)])
+    plots = [
+        detections(places if abs(places[1, 1] - places[0, 1]) > 4 else places.mean(axis=0, keepdims=True))
+        for places in paths
+    ]
+    assert sum(len(each) == 1 for each in plots) >= 28
+    frames = tracked(GNN(), plots)
+    assert {track_at(frames[5], place, 3) for place in paths[6]} == {
+        track_at(frames[-1], place, 3) for place in paths[-1]
+    }
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_states_are_values(kind: str) -> None:
     made, plots = tracker(kind), noisy(STRAIGHT[:10], 3)
