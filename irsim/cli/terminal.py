@@ -72,6 +72,7 @@ OPTIONS = {
     "seeds=N": "--seeds N",
     "region=X,Y,W,H": "--region X,Y,W,H",
     "stop=N": "--frames N",
+    "topic=NAME": "--topic NAME",
     "truth=LABELS": "--truth LABELS",
 }
 """Parameters as the library's messages name them, and the options that set them in the commands."""
