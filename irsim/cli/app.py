@@ -17,6 +17,7 @@ from irsim.cli.authoring import new, sample, schema
 from irsim.cli.bounds import bounds
 from irsim.cli.export import export
 from irsim.cli.info import info
+from irsim.cli.live import live
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
 from irsim.cli.recordings import recover, verify
@@ -264,6 +265,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "check": check,
     "show": show,
     "render": render,
+    "live": live,
     "info": info,
     "masks": masks,
     "bounds": bounds,

@@ -112,7 +112,7 @@ class RecordingWriter:
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
         self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
         picture = self._agc.picture(image, self._count)
-        self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
+        self._put(self._previews, PREVIEW, log_time, encode_preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
             self._flush(self._small, self._images)
@@ -151,7 +151,7 @@ class RecordingWriter:
             self._channels[BOUNDS] = self._chunks.topic(BOUNDS, BOUNDS_DESCRIPTOR)
         if header.ifov_rad is not None:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
-            self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
+            self._put(self._small, CAMERA, log_time, encode_calibration(header.size, header.ifov_rad, log_time))
 
     def _put(self, pending: list[Message], topic: str, log_time: int, data: bytes) -> None:
         pending.append(Message(self._channels[topic], self._count, log_time, data))
@@ -168,14 +168,15 @@ def _no_earlier_frame(index: int) -> Image:
     raise AssertionError(f"frame {index} is written after a later one")
 
 
-def _preview(picture: np.ndarray, log_time: int) -> bytes:
+def encode_preview(picture: np.ndarray, log_time: int) -> bytes:
+    """Return the bytes of a foxglove.CompressedImage with a picture as JPEG."""
     _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
     return CompressedImage(
         timestamp=timestamp(log_time), frame_id=OPTICAL_FRAME, format="jpeg", data=jpeg.tobytes()
     ).SerializeToString()
 
 
-def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
+def encode_calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
     """Return a CameraCalibration of a pinhole camera without distortion, with focal length 1 / IFOV px."""
     focal, x, y = 1 / ifov_rad, (size[0] - 1) / 2, (size[1] - 1) / 2
     return CameraCalibration(
