@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import closing
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from irsim.cli.source_options import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
-
-if TYPE_CHECKING:
-    from irsim.live import LiveServer
 
 PortOption = Annotated[int, typer.Option(metavar="N", min=0, max=65_535, help="Port; 0: any free one.")]
 HostOption = Annotated[
@@ -32,11 +28,4 @@ def live(
     """
     from irsim.live import LiveServer
 
-    serve(LiveServer(open_changed(source, overrides, seed, without), host=host, port=port))
-
-
-def serve(server: LiveServer) -> None:
-    """Print the address of a server and serve until Ctrl-C."""
-    print(f"open {server.url} in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends", flush=True)
-    with closing(server):
-        server.run()
+    LiveServer(open_changed(source, overrides, seed, without), host=host, port=port).serve()

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from threading import Condition
 from time import monotonic
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -23,7 +24,8 @@ SPEEDS = (0.01, 100.0)
 """Least and greatest speed, as a factor of real time."""
 
 
-class State(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class State:
     """Status, index of the last frame shown (0 before the first one), and speed."""
 
     status: Status
@@ -70,7 +72,7 @@ class Playback:
                 self._again = self._due
             self._changed.notify_all()
             state = self._state()
-            return state if seek_s is None else state._replace(status="playing" if play else "paused", index=self._next)
+            return state if seek_s is None else replace(state, status="playing" if play else "paused", index=self._next)
 
     def stop(self) -> None:
         """End `next` and all later calls of it."""

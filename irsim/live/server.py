@@ -99,6 +99,16 @@ class LiveServer:
             if self.has_playback_control and self.playback.state.status == "ended":
                 self._server.broadcast_playback_state(self.state())
 
+    def serve(self) -> None:
+        """Print the address and serve until Ctrl-C."""
+        print(f"open {self.url} in Foxglove or Lichtblick (Foxglove WebSocket); Ctrl-C ends", flush=True)
+        try:
+            self.run()
+        except KeyboardInterrupt:
+            print("stopped")
+        finally:
+            self.close()
+
     def close(self) -> None:
         """End the server and `run`."""
         self.playback.stop()

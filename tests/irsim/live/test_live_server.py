@@ -6,7 +6,7 @@ import asyncio
 import json
 import struct
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +45,8 @@ def recording(tmp_path: Path) -> irsim.Recording:
 def serve() -> Iterator[Callable[..., LiveServer]]:
     servers, threads = [], []
 
-    def start(*args: Any) -> LiveServer:
-        servers.append(server := LiveServer(*args, port=0))
+    def start(source: irsim.Source, overlays: Sequence[Overlay] = ()) -> LiveServer:
+        servers.append(server := LiveServer(source, overlays, port=0))
         threads.append(thread := threading.Thread(target=server.run, daemon=True))
         thread.start()
         return server
