@@ -49,7 +49,13 @@ RecordingOption = Annotated[
         parser=given_path,
     ),
 ]
-CompressionOption = Annotated[str, typer.Option(metavar="none|lz4|zstd", help="Lossless compression of the recording.")]
+CompressionOption = Annotated[
+    str,
+    typer.Option(
+        metavar="none|lz4|zstd|archive",
+        help="Lossless compression of the recording; archive: the smallest, with images as JPEG XL.",
+    ),
+]
 
 
 def main() -> None:
