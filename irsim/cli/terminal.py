@@ -17,6 +17,7 @@ from time import monotonic
 from typing import Annotated, Any, Protocol
 
 import typer
+from typer.core import TyperGroup
 
 from irsim.errors import InputError, IrsimError, printable
 
@@ -46,9 +47,22 @@ UsageError: Any = typer.BadParameter.__base__
 """Error that typer raises for wrong options and arguments. Typer has no public name for it."""
 
 
+class WholeHelp(TyperGroup):
+    """Group of commands whose help gives the first paragraph of each whole; typer cuts it to a line."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        found = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        rows = [
+            (name, " ".join((each.help or "").split("\n\n")[0].split())) for name, each in found if each is not None
+        ]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+
 def commands(help: str) -> typer.Typer:
     """Return a typer app in plain text, with `--version` and `--import` before its sub-command."""
     return typer.Typer(
+        cls=WholeHelp,
         help=help,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,

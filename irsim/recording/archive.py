@@ -52,7 +52,8 @@ def decode_archived(message: CompressedImage, size: tuple[int, int] | None = Non
     columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
     if found is None or not 0 < columns * rows <= _LARGEST or size not in (None, (columns, rows)):
         raise ValueError(f"format {message.format!r}")
-    image: Image = np.empty((rows, columns), np.uint8 if found[3] == "8" else np.uint16)
+    image: Any = np.empty((rows, columns), np.uint8 if found[3] == "8" else np.uint16)
     codec("this recording").jpegxl_decode(message.data, out=image, numthreads=1)  # refuses data of another size
     image.setflags(write=False)
-    return image
+    found_image: Image = image
+    return found_image
