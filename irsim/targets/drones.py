@@ -54,7 +54,7 @@ def _arm(name: str) -> tuple[Solid, ...]:
 
 
 class Hexacopter(Body):
-    """A larger drone: six arms with warm motors and turning rotors, a warm battery on top, landing gear below."""
+    """A larger drone: six arms with warm motors and turning rotors, a warm battery, landing gear."""
 
     default_posture: ClassVar[Posture] = MULTIROTOR
     switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
@@ -80,11 +80,11 @@ class Hexacopter(Body):
     length_m: Length = 1.67
     """Length from the front to the rear rotor tips, m."""
     temperature_k: Kelvin = 294.0
-    """Temperature of body, arms and landing gear, kelvin."""
+    """Temperature of body and arms, kelvin."""
     motors_k: Kelvin = 318.0
     """Temperature of motors and camera, kelvin."""
     battery_k: Kelvin = 308.0
-    """Temperature of the batteries, kelvin."""
+    """Temperature of the battery, kelvin."""
     rotors_k: Kelvin = 288.0
     """Temperature of the rotors, kelvin."""
     rotor_hz: NotNegative = 52.0
@@ -108,7 +108,7 @@ _HUB = (-0.46, 0.0, -0.01)
 
 
 class FixedWing(Body):
-    """A small drone with swept wings and winglets, a warm engine with a pusher propeller, a camera below the nose."""
+    """A drone with swept wings, winglets, a warm engine and a pusher propeller."""
 
     default_posture: ClassVar[Posture] = AEROPLANE
     switches: ClassVar[Switches] = {"propeller": ("propeller_hz", 0.0)}
@@ -132,7 +132,7 @@ class FixedWing(Body):
     )
 
     length_m: Length = 1.6
-    """Length, m; the span is 1.94 times this length."""
+    """Length, m; the span is 1.94 lengths."""
     temperature_k: Kelvin = 284.0
     """Temperature of the skin, kelvin."""
     engine_k: Kelvin = 345.0
