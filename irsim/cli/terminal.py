@@ -87,6 +87,7 @@ OPTIONS = {
     "region=X,Y,W,H": "--region X,Y,W,H",
     "stop=N": "--frames N",
     "topic=NAME": "--topic NAME",
+    "trust=True": "--trust",
     "truth=LABELS": "--truth LABELS",
 }
 """Parameters as the library's messages name them, and the options that set them in the commands."""
