@@ -16,9 +16,10 @@ from mcap.writer import CompressionType, Writer
 
 from irsim.errors import InputError
 from irsim.recording import Recording, importers, open_recording
+from irsim.recording.formats import ros2
 from irsim.recording.importers import import_frames
 from irsim.recording.messages import descriptor_set, timestamp
-from irsim.types import Image
+from irsim.types import Box, Image
 
 COUNTS = np.random.default_rng(4).integers(0, 1 << 14, (5, 12, 16)).astype(np.uint16)
 STEP_NS = 40_000_000
@@ -213,3 +214,48 @@ def test_bag_without_rosbags_names_the_extra(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"bag: needs rosbags: pip install 'irtrack\[ros2\]'"):
         importers.import_frames(tmp_path / "bag", tmp_path / "r.mcap")
+
+
+def boxes_bag(folder: Path, frames: list[list[tuple[float, float, float, float, str, str]]]) -> Path:
+    """Write a Detection2DArray a frame of (x, y, w, h, id, class)."""
+    from rosbags.rosbag2 import Writer as BagWriter
+
+    store, kind = ros2._types(), "vision_msgs/msg/Detection2DArray"
+    types = {name: store.types[f"vision_msgs/msg/{name}"] for name in ros2.VISION_MSGS}
+    point, turn, pose = (store.types[f"geometry_msgs/msg/{name}"] for name in ("Point", "Quaternion", "Pose"))
+    anywhere = store.types["geometry_msgs/msg/PoseWithCovariance"](pose(point(0, 0, 0), turn(0, 0, 0, 1)), np.zeros(36))
+    header = store.types["std_msgs/msg/Header"](store.types["builtin_interfaces/msg/Time"](0, 0), "")
+    with BagWriter(folder, version=8) as writer:
+        topic = writer.add_connection("/boxes", kind, typestore=store)
+        for index, boxes in enumerate(frames):
+            found = []
+            for x, y, w, h, name, cls in boxes:
+                center = types["Pose2D"](types["Point2D"](x, y), 0.0)
+                results = [types["ObjectHypothesisWithPose"](types["ObjectHypothesis"](cls, 1.0), anywhere)] * bool(cls)
+                found.append(types["Detection2D"](header, results, types["BoundingBox2D"](center, w, h), name))
+            writer.write(topic, index, store.serialize_cdr(types["Detection2DArray"](header, found), kind))
+    return folder
+
+
+def test_boxes_of_a_bag_by_hand(tmp_path: Path) -> None:
+    """The centre of the first pixel is (.5, .5): a box at 10.5, 5.5 of 4 x 3 px has its centre at pixel (10, 5)."""
+    pytest.importorskip("rosbags")
+    np.save(tmp_path / "c.npy", COUNTS[:2])
+    bag = boxes_bag(tmp_path / "bag", [[(10.5, 5.5, 4, 3, "7", "jet"), (3, 3, 2, 2, "", "")], []])
+    recording = open_recording(import_frames(tmp_path / "c.npy", tmp_path / "r.mcap", truth=bag))
+    first, second = recording.truths()
+    assert [(each.id, each.cls, each.box) for each in first.targets] == [
+        ("target-7", "jet", Box(10, 5, 4, 3)),
+        ("target-1", None, Box(2.5, 2.5, 2, 2)),
+    ]
+    assert second.targets == ()
+    wrong: list[tuple[list[list[tuple[float, float, float, float, str, str]]], str]] = [
+        ([[]], "bag1: holds 1 Detection2DArray for 2 pictures; allowed: one for each"),
+        ([[(1, 1, 0, 3, "a", "")], []], "message 0: a box of 0 x 3 px at 1, 1; allowed: more than 0 px"),
+        ([[(1, 1, 2, 3, "a", ""), (5, 5, 2, 3, "a", "")], []], "frame 0 has 'a' in message 0 already"),
+        ([[(np.nan, 1, 2, 3, "a", "")], []], "message 0: a box of 2 x 3 px at nan, 1"),
+    ]
+    for number, (frames, message) in enumerate(wrong, 1):
+        bag = boxes_bag(tmp_path / f"bag{number}", frames)
+        with pytest.raises(InputError, match=message):
+            import_frames(tmp_path / "c.npy", tmp_path / "s.mcap", truth=bag)
