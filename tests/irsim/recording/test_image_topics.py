@@ -62,9 +62,8 @@ def series(*args: Any, of: Any = raw) -> list[bytes]:
     return [of(counts, 10**9 + index * STEP_NS, *args) for index, counts in enumerate(COUNTS)]
 
 
-def images(recording: Recording) -> Image:
-    found: Image = np.stack([frame.image for frame in recording.frames()])
-    return found
+def images(recording: Recording) -> Any:
+    return np.stack([frame.image for frame in recording.frames()])
 
 
 @pytest.mark.parametrize(
