@@ -213,15 +213,17 @@ def import_(
     A damaged recording is accepted, too: its intact frames are written to a new one.
     """
     from irsim.recording import open_recording
+    from irsim.recording.image_topics import has_topics
     from irsim.recording.importers import import_frames, name_of
     from irsim.recording.output import check_output
 
     chosen = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
     if output is None and is_recording(frames) and path.resolve() == frames.resolve():
+        recovers = "" if has_topics(frames) else ", which recovers its intact frames"
         raise InputError(
             f"{frames}: would replace {frames}, a recording; allowed: irsim import {shlex.quote(str(frames))} "
-            "-o NEW.mcap, which recovers its intact frames"
+            f"-o NEW.mcap{recovers}"
         )
     check_output(path, frames, truth, endings=(".mcap",))
     packed = None if compression == "none" else compression
