@@ -206,6 +206,28 @@ def test_sqlite_bag_of_both_byte_orders(tmp_path: Path, order: str) -> None:
         import_frames(bag, tmp_path / "s.mcap")
 
 
+def test_compressed_images_of_a_bag(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+
+    def message(index: int, form: str) -> Any:
+        def of(store: Any) -> Any:
+            stamp = store.types["builtin_interfaces/msg/Time"](sec=5, nanosec=index * STEP_NS)
+            header = store.types["std_msgs/msg/Header"](stamp=stamp, frame_id="cam")
+            data = cv2.imencode(".png", COUNTS[index])[1].reshape(-1)
+            return store.types["sensor_msgs/msg/CompressedImage"](header=header, format=form, data=data)
+
+        return of
+
+    kind = "sensor_msgs/msg/CompressedImage"
+    bag = ros_bag(tmp_path / "bag", [message(index, "16UC1; png compressed ") for index in range(5)], kind)
+    recording = open_recording(import_frames(bag, tmp_path / "r.mcap"))
+    assert np.array_equal(images(recording), COUNTS)
+    assert recording.rate_hz == 25
+    depth = ros_bag(tmp_path / "depth", [message(0, "16UC1; compressedDepth png")], kind)
+    with pytest.raises(InputError, match=r"/cam: message 0: is a depth image \(.*\); allowed: png, jpeg"):
+        import_frames(depth, tmp_path / "s.mcap")
+
+
 def test_bag_without_rosbags_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "metadata.yaml").write_text("")
