@@ -156,7 +156,8 @@ def own_calls(error: BaseException) -> list[str]:
     """Return the lines of the traceback from a user's first module on, and the error last; none where no module of a
     user, such as a kind of their own, was called by irsim or irtrack."""
     packages = (str(Path(__file__).parents[1]), str(Path(__file__).parents[2] / "irtrack"))
-    installed = (*packages, os.path.dirname(os.__file__), *filter(None, (sys.prefix, sys.base_prefix)), "<")
+    libraries = os.path.dirname(os.__file__), str(Path(typer.__file__).parents[1])
+    installed = (*packages, *libraries, *filter(None, (sys.prefix, sys.base_prefix)), "<")
     frames = traceback.extract_tb(error.__traceback__)
     within = next((at for at, frame in enumerate(frames) if frame.filename.startswith(packages)), len(frames))
     called = [at for at, frame in enumerate(frames) if at > within and not frame.filename.startswith(installed)]

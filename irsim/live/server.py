@@ -92,8 +92,8 @@ class LiveServer:
     def run(self, seconds: float | None = None) -> None:
         """Serve until `close`, or until no frame is due for `seconds`."""
         while (index := self.playback.next(seconds)) is not None:
-            counts = self.source.frame(index)
-            for topic, data in self._messages(counts):
+            counts, truth = next(iter(self.source.pairs(index, index + 1)))
+            for topic, data in self._messages(counts, truth):
                 self._channels[topic].log(data, log_time=to_ns(counts.time))
             self._server.broadcast_time(to_ns(counts.time))
             if self.has_playback_control and self.playback.state.status == "ended":
@@ -140,11 +140,10 @@ class LiveServer:
         schema = self._foxglove.Schema(name=kind.full_name, encoding="protobuf", data=descriptor_set(kind))
         return self._foxglove.Channel(topic, schema=schema, message_encoding="protobuf", context=self._context)
 
-    def _messages(self, counts: Frame) -> Iterator[tuple[str, bytes]]:
+    def _messages(self, counts: Frame, truth: Truth | None) -> Iterator[tuple[str, bytes]]:
         """Yield the topic and bytes of each message of a frame."""
         log_time = to_ns(counts.time)
         display = self._agc.display(counts)
-        truth = next(iter(self.source.truths(counts.index, counts.index + 1)), None) if self.source.has_truth else None
         if CAMERA in self._channels and self.source.camera.ifov_rad is not None:
             yield CAMERA, encode_calibration(self.source.size, self.source.camera.ifov_rad, log_time)
         yield IMAGE, encode_image(counts.image, log_time)

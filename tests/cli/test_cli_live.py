@@ -47,10 +47,11 @@ async def messages_of(url: str, topic: str, count: int) -> list[tuple[int, bytes
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "topic"),
     [
-        pytest.param(["irsim", "live", "s.yaml"], "/truth/annotations", marks=pytest.mark.slow),
+        (["irsim", "live", "s.yaml"], "/truth/annotations"),
         (["irtrack", "live", "kalman", "s.yaml", "--seed", "0"], "/tracks/kalman/annotations"),
     ],
 )
