@@ -71,6 +71,8 @@ _PUBLIC = {
     "measure_realism": "irsim.calibration",
     "export_dataset": "irsim.datasets",
     "import_frames": "irsim.recording.importers",
+    "LiveServer": "irsim.live",
+    "Overlay": "irsim.live",
 }
 
 __all__ = sorted(_PUBLIC)

@@ -17,6 +17,7 @@ from irsim.cli.authoring import new, sample, schema
 from irsim.cli.bounds import bounds
 from irsim.cli.export import export
 from irsim.cli.info import info
+from irsim.cli.live import live
 from irsim.cli.measure import fit, noise, realism
 from irsim.cli.pictures import gallery, masks, show
 from irsim.cli.recordings import recover, verify
@@ -46,6 +47,13 @@ RecordingOption = Annotated[
         metavar="REC",
         help="Recording to write; default: NAME.mcap in this folder.",
         parser=given_path,
+    ),
+]
+CompressionOption = Annotated[
+    str,
+    typer.Option(
+        metavar="none|lz4|zstd|archive",
+        help="Lossless compression of the recording; archive: the smallest, with images as JPEG XL.",
     ),
 ]
 
@@ -112,9 +120,7 @@ def render(
         bool, typer.Option("--bounds", help="Add Cramer-Rao bounds of target positions, /truth/bounds.")
     ] = False,
     without: WithoutOption = None,
-    compression: Annotated[
-        str, typer.Option(metavar="none|lz4|zstd", help="Lossless compression of the recording.")
-    ] = "none",
+    compression: CompressionOption = "none",
 ) -> None:
     """Render a scenario, or that of a recording again, to a recording."""
     from irsim.recording import check_default_output, record
@@ -145,8 +151,9 @@ def import_(
     frames: Annotated[
         Path,
         typer.Argument(
-            metavar="FOLDER|TIFF|NPY|VIDEO",
-            help="Folder of PNG, TIFF or JPEG files, TIFF of several pages, .npy or .npz array of frames, or video.",
+            metavar="FOLDER|TIFF|NPY|VIDEO|BAG|MCAP|RAW",
+            help="Folder of PNG, TIFF or JPEG files, TIFF of several pages, .npy or .npz array of frames, video, "
+            "ROS 2 bag, MCAP file, or raw file with a layout.",
             parser=given_path,
         ),
     ],
@@ -162,7 +169,7 @@ def import_(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="csv, mot, vot, coco, yolo, voc, anti-uav or sirst; default: recognised from the labels.",
+            help="csv, mot, vot, coco, yolo, voc, anti-uav, sirst or ros2; default: recognised from the labels.",
         ),
     ] = None,
     rate: Annotated[
@@ -186,6 +193,19 @@ def import_(
             "{kind: plateau, time_constant_frames: 10}; default: none for 8 bits, linear for more.",
         ),
     ] = None,
+    topic: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Topic of the images in a bag or MCAP file; default: the only one."),
+    ] = None,
+    layout: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ROWS,COLUMNS,TYPE...",
+            help="Layout of a raw file: TYPE is uint8, uint16 or uint16be; then ,header=BYTES before the first frame "
+            "and ,gap=BYTES before each.",
+        ),
+    ] = None,
+    compression: CompressionOption = "none",
     output: RecordingOption = None,
 ) -> None:
     """Import real frames, with their ground truth, to a recording.
@@ -193,18 +213,25 @@ def import_(
     A damaged recording is accepted, too: its intact frames are written to a new one.
     """
     from irsim.recording import open_recording
+    from irsim.recording.image_topics import has_topics
     from irsim.recording.importers import import_frames, name_of
     from irsim.recording.output import check_output
 
     chosen = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
     if output is None and is_recording(frames) and path.resolve() == frames.resolve():
+        recovers = "" if has_topics(frames) else ", which recovers its intact frames"
         raise InputError(
             f"{frames}: would replace {frames}, a recording; allowed: irsim import {shlex.quote(str(frames))} "
-            "-o NEW.mcap, which recovers its intact frames"
+            f"-o NEW.mcap{recovers}"
         )
     check_output(path, frames, truth, endings=(".mcap",))
-    with progress_bar(f"import {frames.name}") as progress:
+    packed = None if compression == "none" else compression
+    with (
+        from_option("--layout", "layout"),
+        from_option("--compression", "compression"),
+        progress_bar(f"import {frames.name}") as progress,
+    ):
         import_frames(
             *(frames, path, truth, rate),
             agc=chosen,
@@ -212,6 +239,9 @@ def import_(
             accuracy_px=accuracy,
             follow=follow,
             truth_format=truth_format,
+            compression=packed,  # type: ignore[arg-type]  # checked there
+            topic=topic,
+            layout=layout,
             progress=progress,
         )
     for note in open_recording(path).contents.notes:
@@ -243,6 +273,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "check": check,
     "show": show,
     "render": render,
+    "live": live,
     "info": info,
     "masks": masks,
     "bounds": bounds,

@@ -35,6 +35,9 @@ def export(
         int | None,
         typer.Option(metavar="N", help="Scenes with seeds 0 to N-1; default: the scenario's seed, a suite's number."),
     ] = None,
+    frames: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="The first N frames of each clip; default: all.")
+    ] = None,
     split: Annotated[
         str | None,
         typer.Option(metavar="A,B[,C]", help="Shares for train, val and test, by scene and seed; default: no split."),
@@ -73,6 +76,7 @@ def export(
                 overrides=overrides,
                 command=command,
                 progress=progress,
+                frames=frames,
             )
     except KeyboardInterrupt:
         if not (output / CARD).exists():

@@ -139,12 +139,14 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, greys: tuple[int,
     axes.autoscale(False)
     occupied: list[Box] = []
     names: list[Box] = []
-    for target in truth.targets if truth is not None else ():
-        box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
+    targets = truth.targets if truth is not None else ()
+    boxes = [Box(each.cx, each.cy, each.w + MARGIN_PX, each.h + MARGIN_PX) for each in (each.box for each in targets)]
+    for number, (target, box) in enumerate(zip(targets, boxes, strict=True)):
         _draw_box(axes, box, target.hidden)
         name = shortened(target.id, columns / px_per_pt)
         wide, high = (px_per_pt * points for points in _text_size(name))
-        left, bottom = name_position(box, (wide, high), (columns, rows), names)
+        others = [*names, *boxes[:number], *boxes[number + 1 :]]
+        left, bottom = name_position(box, (wide, high), (columns, rows), others)
         names.append(Box.from_edges(left, bottom - high, left + wide, bottom))
         occupied += [target.box, names[-1]]
         axes.text(
@@ -181,8 +183,9 @@ def name_position(
 ) -> tuple[float, float]:
     """Return the lower left corner, px, of a name with size `extent` (width, height) in a picture of `size`.
 
-    The name is above its box, or below or inside it where there is no room above. It moves below or beside the box
-    where it overlaps less of other `names` there. It is inside the picture as long as any of the box is.
+    The name is above its box, or below or inside it where there is no room above. It moves below or beside the box, or
+    to one of its corners, where it overlaps less of other `names` (and boxes) there. It is inside the picture as long
+    as any of the box is.
     """
     (wide, high), (columns, rows) = extent, size
     left = min(max(box.left, 0.0), box.right)
@@ -193,9 +196,14 @@ def name_position(
         first = left, above
     else:
         first = left, below if below <= rows else max(box.top, 0.0) + 1 + high
-    others = (left, below), (box.right + 1, middle), (box.left - 1 - wide, middle)
+    right, before = box.right + 1, box.left - 1 - wide
+    others = (
+        *((left, below), (right, middle), (before, middle)),
+        *((box.right - wide, above), (box.right - wide, below)),
+        *((x, y) for y in (above, below) for x in (right, before)),
+    )
     inside = [(x, y) for x, y in others if x >= 0 and x + wide <= columns and high <= y <= rows]
-    return min([first, *inside], key=lambda place: _overlap(place, extent, names))
+    return min([first, *inside], key=lambda place: round(_overlap(place, extent, names), 6))
 
 
 def _overlap(place: tuple[float, float], extent: tuple[float, float], names: Sequence[Box]) -> float:

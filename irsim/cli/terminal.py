@@ -17,6 +17,7 @@ from time import monotonic
 from typing import Annotated, Any, Protocol
 
 import typer
+from typer.core import TyperGroup
 
 from irsim.errors import InputError, IrsimError, printable
 
@@ -46,9 +47,22 @@ UsageError: Any = typer.BadParameter.__base__
 """Error that typer raises for wrong options and arguments. Typer has no public name for it."""
 
 
+class WholeHelp(TyperGroup):
+    """Group of commands whose help gives the first paragraph of each whole; typer cuts it to a line."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        found = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        rows = [
+            (name, " ".join((each.help or "").split("\n\n")[0].split())) for name, each in found if each is not None
+        ]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+
 def commands(help: str) -> typer.Typer:
     """Return a typer app in plain text, with `--version` and `--import` before its sub-command."""
     return typer.Typer(
+        cls=WholeHelp,
         help=help,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -72,6 +86,8 @@ OPTIONS = {
     "seeds=N": "--seeds N",
     "region=X,Y,W,H": "--region X,Y,W,H",
     "stop=N": "--frames N",
+    "topic=NAME": "--topic NAME",
+    "trust=True": "--trust",
     "truth=LABELS": "--truth LABELS",
 }
 """Parameters as the library's messages name them, and the options that set them in the commands."""
@@ -140,7 +156,8 @@ def own_calls(error: BaseException) -> list[str]:
     """Return the lines of the traceback from a user's first module on, and the error last; none where no module of a
     user, such as a kind of their own, was called by irsim or irtrack."""
     packages = (str(Path(__file__).parents[1]), str(Path(__file__).parents[2] / "irtrack"))
-    installed = (*packages, os.path.dirname(os.__file__), *filter(None, (sys.prefix, sys.base_prefix)), "<")
+    libraries = os.path.dirname(os.__file__), str(Path(typer.__file__).parents[1])
+    installed = (*packages, *libraries, *filter(None, (sys.prefix, sys.base_prefix)), "<")
     frames = traceback.extract_tb(error.__traceback__)
     within = next((at for at, frame in enumerate(frames) if frame.filename.startswith(packages)), len(frames))
     called = [at for at, frame in enumerate(frames) if at > within and not frame.filename.startswith(installed)]

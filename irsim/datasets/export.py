@@ -48,6 +48,7 @@ def export_dataset(
     overrides: Sequence[str] = (),
     command: str = "",
     progress: Callable[[int, int], None] | None = None,
+    frames: int | None = None,
 ) -> Path:
     """Write a data set into a new or empty folder and return the folder.
 
@@ -62,13 +63,15 @@ def export_dataset(
     overrides    overrides of all scenarios, such as "camera.netd_mk=80"
     command      command line for the card
     progress     called with the number of frames done and that of all
+    frames       largest number of frames of a clip; default: all
 
     Raises InputError for wrong input before anything is written, and where a file cannot be written: the card then
     lists the clips that are whole.
     """
     root = path_of(out)
     writer = dataset_format(format)
-    settings = Settings(root, format, checked_input(input, format), checked_fraction(min_visible))
+    most = None if frames is None else whole_number("frames", frames, 1)
+    settings = Settings(root, format, checked_input(input, format), checked_fraction(min_visible), most)
     opened = opened_clips(sources, seeds, overrides)
     parts = split_names([name for _, _, name in opened], split)
     planned = planned_jobs(opened, parts, settings)
@@ -136,11 +139,11 @@ def labelled_frames(job: Job, settings: Settings) -> Iterator[LabelledFrame]:
     size, least = job.clip.size, settings.min_visible
     masks: Iterator[dict[str, Bools]] | None = None
     if wanted != "unused" and isinstance(job.source, Rendering):
-        triples = job.source.masked_pairs(input=settings.input)
+        triples = job.source.masked_pairs(0, job.clip.frames, settings.input)
     else:
         found = None if wanted == "unused" else mask_rendering(job.source, job.word, wanted == "needed")
         masks = None if found is None else _rendered_masks(*found)
-        pairs = job.source.pairs(input=settings.input)
+        pairs = job.source.pairs(0, job.clip.frames, input=settings.input)
         triples = ((frame, truth, None if masks is None else next(masks)) for frame, truth in pairs)  # type: ignore[misc]
     for number, (frame, truth, pixels) in enumerate(triples):
         targets = tuple(target for target in truth.targets if is_labelled(target, size, least))

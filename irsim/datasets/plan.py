@@ -48,12 +48,13 @@ class Job:
 
 
 class Settings(NamedTuple):
-    """Settings that all clips of a data set share."""
+    """Settings that all clips of a data set share; `frames`: largest number of frames of a clip, None for all."""
 
     root: Path
     format: str
     input: Input
     min_visible: float
+    frames: int | None = None
 
 
 def checked_input(given: Input | None, format: str) -> Input:
@@ -139,7 +140,8 @@ def planned_jobs(opened: Sequence[tuple[Source, str, str]], splits: Sequence[str
     planned = []
     for (source, word, name), ids, split in zip(opened, targets, splits, strict=True):
         bits = source.bits if settings.input == "counts" else BITS_OF_DISPLAY
-        facts = (name, split, source.size, bits, source.rate_hz, len(source), tuple(ids), source.follow, classes)
+        frames = len(source) if settings.frames is None else min(len(source), settings.frames)
+        facts = (name, split, source.size, bits, source.rate_hz, frames, tuple(ids), source.follow, classes)
         if not source.has_truth:
             raise InputError(f"{word}: has no ground truth; allowed: a scenario, or footage imported with its labels")
         if WRITERS[settings.format].target and source.follow is None:

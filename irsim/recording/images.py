@@ -21,14 +21,15 @@ from irsim.recording.tiff import TIFF_SUFFIXES, page_sizes, read_pages
 from irsim.types import Image
 
 ALLOWED = (
-    "a folder of PNG or TIFF (8 or 16 bit) or JPEG, a TIFF of several pages, a .npy or .npz of such counts, or a video"
+    "a folder of PNG or TIFF (8 or 16 bit) or JPEG, a TIFF of several pages, a .npy or .npz of such counts, a video, "
+    "a ROS 2 bag, an MCAP file, or a raw file with its layout"
 )
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _JPEG_MAGIC, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
 JPEG_SUFFIXES = (".jpg", ".jpeg")
 _KINDS = ((".png",), TIFF_SUFFIXES, JPEG_SUFFIXES)
 """Endings of each kind of picture in a folder."""
-_CODEC_ROUNDING = 4
+CODEC_ROUNDING = 4
 """Largest difference between the channels of a grey picture after a video codec, grey levels: colour differences one
 step too large change red by 255/224 * 1.402 = 1.6 and blue by 255/224 * 1.772 = 2.0 (ITU-R BT.601)."""
 
@@ -39,11 +40,15 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours.
+
+    time  s after the first picture; None: of a constant frame rate
+    """
 
     image: Image
     place: str
     had_colours: bool
+    time: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +57,10 @@ class Pictures:
 
     read      function that yields the pictures in order
     count     number of pictures; None for a video
-    rate_hz   frame rate of a video that states one, Hz
+    rate_hz   frame rate of a video that states one, or of messages by their times, Hz
     stated    number of frames that a video states, which may be wrong
     files     files of a folder, in order
+    notes     on the frame rate
     """
 
     read: Callable[[], Iterator[Picture]]
@@ -62,6 +68,7 @@ class Pictures:
     rate_hz: float | None = None
     stated: int | None = None
     files: tuple[Path, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def is_video(self) -> bool:
@@ -108,21 +115,24 @@ def _read_files(files: list[Path]) -> Iterator[Picture]:
         check_input(file, "a picture")
         ending = file.suffix.lower()
         if ending in JPEG_SUFFIXES:
-            yield _grey(_decoded(file, "JPEG", _is_whole_jpeg), str(file), _CODEC_ROUNDING)
+            yield as_grey(_decoded_file(file, "JPEG"), str(file), CODEC_ROUNDING)
         else:
-            read = _read_tiff(file) if ending in TIFF_SUFFIXES else _decoded(file, "PNG", _is_whole_png)
-            yield _grey(read, str(file))
+            read = _read_tiff(file) if ending in TIFF_SUFFIXES else _decoded_file(file, "PNG")
+            yield as_grey(read, str(file))
 
 
 def _read_tiff_pages(file: Path, sizes: tuple[int, ...]) -> Iterator[Picture]:
     for page, image in enumerate(read_pages(file, sizes)):
-        yield _grey(image, f"{file}: page {page}")
+        yield as_grey(image, f"{file}: page {page}")
 
 
 def _read_frames(file: Path, stack: Image) -> Iterator[Picture]:
     native: Any = stack.dtype.newbyteorder("=")
     for index, image in enumerate(stack):
-        yield Picture(np.ascontiguousarray(image, native), f"{file}: frame {index}", False)
+        if index and isinstance(stack, np.memmap) and stack.flags.c_contiguous:
+            # Mapped anew for each frame: earlier pages, which count as memory of this process, are given up.
+            image = np.memmap(file, stack.dtype, "r", stack.offset + index * image.nbytes, image.shape)
+        yield Picture(np.array(image, native, order="C"), f"{file}: frame {index}", False)
 
 
 def _video(path: Path) -> Pictures:
@@ -149,7 +159,7 @@ def _read_video(path: Path) -> Iterator[Picture]:
     index = 0
     try:
         while (decoded := capture.read())[0]:
-            yield _grey(decoded[1], f"{path}: frame {index}", _CODEC_ROUNDING)
+            yield as_grey(decoded[1], f"{path}: frame {index}", CODEC_ROUNDING)
             index += 1
     finally:
         capture.release()
@@ -218,18 +228,24 @@ def _read_tiff(file: Path) -> Any:
     return next(read_pages(file, sizes))
 
 
-def _decoded(file: Path, kind: str, is_whole: Callable[[bytes], bool]) -> Any:
+def _decoded_file(file: Path, kind: str) -> Any:
     """Return the pixels of a PNG or JPEG file that is whole."""
     try:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    return decoded(data, str(file), kind)
+
+
+def decoded(data: bytes, place: str, kind: str) -> Any:
+    """Return the pixels of PNG or JPEG data that is whole; InputError, with the place, for other data."""
+    is_whole = _is_whole_png if kind == "PNG" else _is_whole_jpeg
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if is_whole(data) else None
     except cv2.error:  # of an impossible size
         image = None
     if image is None:
-        raise InputError(f"{file}: is not a {kind} picture, or is cut short or damaged")
+        raise InputError(f"{place}: is not a {kind} picture, or is cut short or damaged")
     return image
 
 
@@ -255,14 +271,15 @@ def _is_whole_png(data: bytes) -> bool:
     return False
 
 
-def _grey(image: Any, place: str, rounding: int = 0) -> Picture:
+def as_grey(image: Any, place: str, rounding: int = 0, time: float | None = None) -> Picture:
     """Return an image as a grey picture. Channels that differ by at most `rounding` grey levels are not colours."""
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: unsigned, 8 or 16 bit")
     if image.ndim == 2:
-        return Picture(image, place, False)
+        return Picture(image, place, False, time)
     colours = image[..., :3]
     if (colours == colours[..., :1]).all():
-        return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
+        return Picture(np.ascontiguousarray(colours[..., 0]), place, False, time)
     grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
-    return Picture(grey, place, bool((colours.max(axis=-1) - colours.min(axis=-1) > rounding).any()))
+    had_colours = bool((colours.max(axis=-1) - colours.min(axis=-1) > rounding).any())
+    return Picture(grey, place, had_colours, time)

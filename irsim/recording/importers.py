@@ -1,4 +1,4 @@
-"""Import of a folder of pictures, a TIFF, an array, a video or a damaged recording to a recording."""
+"""Import of pictures, arrays, videos, raw files, bags and damaged recordings to a recording."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import reprlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,16 @@ import numpy as np
 from irsim import __version__
 from irsim.camera.agc import Agc
 from irsim.config.paths import begins_as_recording, check_input, path_of
-from irsim.errors import InputError, counted, expect_text, is_number, whole_number
+from irsim.errors import InputError, counted, expect_text, is_number, one_line, whole_number
 from irsim.recording import recover
 from irsim.recording.formats.base import PictureSet
 from irsim.recording.header import Header
+from irsim.recording.image_topics import has_topics, open_topic
 from irsim.recording.images import ALLOWED, Picture, Pictures, open_pictures
 from irsim.recording.labels import Labels, read_labels
 from irsim.recording.mcap_writer import Compression
 from irsim.recording.output import check_output
+from irsim.recording.raw_files import open_raw, parse_layout
 from irsim.recording.writer import RecordingWriter, default_agc, writing
 from irsim.types import Frame
 
@@ -50,14 +53,17 @@ def import_frames(
     truth_format: str | None = None,
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
+    topic: str | None = None,
+    layout: str | None = None,
 ) -> Path:
     """Write pictures as a recording and return its path.
 
     source       folder of PNG or TIFF (8 or 16 bit, in natural order of names), TIFF of several pages, numpy array of
-                 frames x rows x columns (.npy, .npz), video, or damaged recording
+                 frames x rows x columns (.npy, .npz), video, raw file with a layout, ROS 2 bag, MCAP file of
+                 another program, or damaged recording
     truth        labels in a format of `formats.READERS`, see `labels.read_labels`; other truth, such as velocity, is
                  None
-    rate_hz      frame rate, Hz; default: the video's own, 30 for pictures
+    rate_hz      frame rate, Hz; default: the video's own, the times of messages, 30 for pictures
     agc          AGC of the 8-bit display; default: none for 8-bit pictures, linear for 16-bit ones
     bits         bit depth of counts in 16-bit pictures; default: 16
     accuracy_px  error of the truth's centres, px; default: DEFAULT_ACCURACY_PX
@@ -65,6 +71,8 @@ def import_frames(
     truth_format  format of the labels; default: the one recognised from the labels
     compression  compression of the recording's chunks; default: none
     progress     called with the number of frames done
+    topic        topic of the images in a bag or an MCAP file; default: the only one
+    layout       layout of a raw file, see `raw_files.parse_layout`
 
     Colours are converted to grey. Intact frames of a damaged recording are copied (`recording.recover`), with no option
     but `progress`. Wrong input raises InputError, one line with its position; no file is written then.
@@ -82,9 +90,12 @@ def import_frames(
         "follow": follow,
         "truth_format": truth_format,
         "compression": compression,
+        "topic": topic,
+        "layout": layout,
     }
     given = {key: value for key, value in options.items() if value is not None}
-    if begins_as_recording(source):
+    of_topic = has_topics(source)
+    if begins_as_recording(source) and not of_topic:
         if given:
             raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(given)}")
         return recover(source, out, progress)
@@ -92,7 +103,7 @@ def import_frames(
     bits = None if bits is None else whole_number("bits", bits, 1)
     accuracy = DEFAULT_ACCURACY_PX if accuracy_px is None else float(accuracy_px)
 
-    pictures = open_pictures(source)
+    pictures = _opened(source, topic, layout, of_topic)
     reading = pictures.read()
     first = next(reading)
     found = PictureSet(first.image.shape[::-1], pictures.count, pictures.files)
@@ -116,11 +127,20 @@ def import_frames(
         agc=agc or default_agc(stored),
     )
     with writing(out, header, compression="none" if compression is None else compression) as writer:
-        done, with_colours = _write_pictures(writer, header, labels, first, reading, progress)
+        done, with_colours = _write_pictures(writer, header, labels, first, reading, progress, rate_hz is not None)
         if labels is not None:
             labels.check_end(done)
         writer.finish((*notes, *_notes(pictures, header, labels, done, with_colours)))
     return out
+
+
+def _opened(source: Path, topic: str | None, layout: str | None, of_topic: bool) -> Pictures:
+    """Return the pictures of a source. InputError for a topic or a layout of a source that has none."""
+    if topic is not None and (layout is not None or not of_topic):
+        raise InputError(f"{source}: topic {one_line(topic)}: allowed for a ROS 2 bag or an MCAP file only")
+    if layout is not None:
+        return open_raw(source, parse_layout(layout))
+    return open_topic(source, topic) if of_topic else open_pictures(source)
 
 
 def name_of(source: Path) -> str:
@@ -136,7 +156,7 @@ def _check_given(source: Path, given: Mapping[str, Any]) -> None:
         raise InputError(f"rate {reprlib.repr(given['rate'])}: allowed: a number from {low:g} to {high:g} Hz")
     if "accuracy" in given and not (is_number(given["accuracy"]) and 0 <= given["accuracy"] <= sys.float_info.max):
         raise InputError(f"accuracy {reprlib.repr(given['accuracy'])}: allowed: a number, 0 px or more")
-    for key in ("name", "follow"):
+    for key in ("name", "follow", "topic", "layout"):
         if key in given:
             expect_text(key, given[key])
     if "agc" in given and not isinstance(given["agc"], Agc):
@@ -155,9 +175,9 @@ def _rate(source: Path, pictures: Pictures, given: float | None) -> tuple[float,
     if given is not None:
         return float(given), []
     if pictures.rate_hz is not None:
-        return pictures.rate_hz, []
+        return pictures.rate_hz, [*pictures.notes]
     if pictures.is_video:
-        raise InputError(f"{source}: this video states no frame rate; give one (rate_hz=HZ)")
+        raise InputError(f"{source}: states no frame rate; give one (rate_hz=HZ)")
     return DEFAULT_RATE_HZ, [f"no rate was given: {DEFAULT_RATE_HZ:g} Hz assumed"]
 
 
@@ -168,12 +188,20 @@ def _write_pictures(
     first: Picture,
     others: Iterator[Picture],
     progress: Callable[[int], None] | None,
+    constant_rate: bool,
 ) -> tuple[int, int]:
-    """Write all pictures; return their number and the number of those with colours."""
+    """Write all pictures; return their number and the number of those with colours.
+
+    constant_rate  True: times are those of the frame rate, also where pictures have times
+    """
     done, with_colours = 0, 0
+    last = -inf
     for picture in chain([first], others):
         _check_picture(picture, first, header.bits)
-        time = done / header.rate_hz
+        time = done / header.rate_hz if constant_rate or picture.time is None else picture.time
+        if time <= last:
+            raise InputError(f"{picture.place}: is not later than the one before; allowed: a frame rate (rate_hz=HZ)")
+        last = time
         truth = None if labels is None else labels.truth(done, time, header.size)
         writer.add(Frame(picture.image, done, time, header.bits), truth)
         done, with_colours = done + 1, with_colours + picture.had_colours

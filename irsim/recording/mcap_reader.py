@@ -17,7 +17,7 @@ import numpy.typing as npt
 from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
+from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex, Schema, Statistics
 from mcap.stream_reader import StreamReader
 
 from irsim.config.paths import Stamp, check_input, stamp
@@ -82,7 +82,10 @@ class McapFile(NamedFile):
     """Summary of an MCAP file. The file itself is open only during reads, and `open` refuses a file changed since."""
 
     stamp: Stamp
+    schemas: tuple[Schema, ...]
     channels: tuple[Channel, ...]
+    message_counts: dict[int, int]
+    """Number of messages of each channel, where the file states it."""
     chunks: tuple[ChunkIndex, ...]
     metadata_index: tuple[MetadataIndex, ...]
     attachment_index: tuple[AttachmentIndex, ...]
@@ -206,7 +209,9 @@ def open_mcap(path: Path, remedy: str = "") -> McapFile:
         path=path,
         remedy=remedy,
         stamp=found,
+        schemas=tuple(r for r in records if isinstance(r, Schema)),
         channels=tuple(r for r in records if isinstance(r, Channel)),
+        message_counts=next((r.channel_message_counts for r in records if isinstance(r, Statistics)), {}),
         chunks=tuple(sorted((r for r in records if isinstance(r, ChunkIndex)), key=lambda r: r.chunk_start_offset)),
         metadata_index=tuple(r for r in records if isinstance(r, MetadataIndex)),
         attachment_index=tuple(r for r in records if isinstance(r, AttachmentIndex)),

@@ -36,7 +36,8 @@ from mcap.records import (
 from irsim.recording.mcap_records import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.messages import EPOCH_NS, descriptor_set
 
-Compression = Literal["none", "lz4", "zstd"]
+Compression = Literal["none", "lz4", "zstd", "archive"]
+"""Compression of chunks; archive: zstd, with images by a codec of their own (`archive`)."""
 
 LIBRARY = "irsim"
 """Name of the writing library in the MCAP header; its version is in the metadata."""
@@ -57,7 +58,7 @@ class McapWriter:
 
     def __init__(self, file: BinaryIO, compression: Compression = "none") -> None:
         self._out = _Output(file)
-        self._compression = "" if compression == "none" else compression
+        self._compression = {"none": "", "archive": "zstd"}.get(compression, compression)
         self._schemas: dict[str, Schema] = {}
         self._channels: list[Channel] = []
         self._unwritten: list[McapRecord] = []  # schemas and channels for the next chunk

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any, get_args
 
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.descriptor import Descriptor, FileDescriptor
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
@@ -17,6 +18,7 @@ from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from irsim.errors import one_line
+from irsim.recording.archive import decode_archived, encode_archived, is_archived
 from irsim.types import Band, BandName, Box, Image, Pose, TargetTruth, Truth
 
 EPOCH_NS = 1_577_836_800 * 10**9
@@ -292,6 +294,11 @@ def encode_image(image: Image, log_time: int) -> bytes:
     return b"".join((before.SerializeToString(), _DATA, length, counts.data, _LAST_FIELD))
 
 
+def encode_archived_image(image: Image, log_time: int) -> bytes:
+    """Return an image as the bytes of a foxglove.CompressedImage, see `archive`."""
+    return encode_archived(image, timestamp(log_time), OPTICAL_FRAME)
+
+
 def _varint(number: int) -> bytes:
     """Return a number as a protobuf varint: seven bits in each byte, lowest first."""
     found = bytearray()
@@ -302,12 +309,16 @@ def _varint(number: int) -> bytes:
 
 
 def decode_image(data: memoryview, size: tuple[int, int] | None = None) -> Image:
-    """Return the read-only counts (rows, columns) of a foxglove.RawImage.
+    """Return the read-only counts (rows, columns) of a foxglove.RawImage, or of an archived image.
 
-    Raises ValueError or protobuf's DecodeError for other bytes, or a size other than `size` (columns, rows), if given.
+    Raises InputError where the package for archived images is missing. Raises ValueError or protobuf's DecodeError for
+    other bytes, or a size other than `size` (columns, rows), if given.
     """
     message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
+        packed = CompressedImage.FromString(data)  # type: ignore[arg-type]
+        if is_archived(packed):
+            return decode_archived(packed, size)
         raise ValueError(f"encoding {message.encoding!r}")
     dtype = np.dtype(_DTYPES[message.encoding])
     columns, rows = size or (message.width, message.height)

@@ -225,7 +225,7 @@ def open_recording(path: str | Path) -> Recording:
         problem = (
             "holds a track, not frames (a viewer shows it beside its recording)"
             if "irsim_track" in metadata
-            else "has no metadata record 'irsim'"
+            else "has no metadata record 'irsim'; irsim import makes one of its images"
         )
         raise InputError(f"{path}: is MCAP but not a recording of irsim: it {problem}")
     try:

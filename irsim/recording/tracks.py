@@ -106,19 +106,15 @@ def write_tracks(
     with atomic_file(path) as file:
         writer = McapWriter(file)
         writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).to_record())
-        boxes, track = _topics(header.tracker)
+        boxes, track = track_topics(header.tracker)
         boxes_channel = writer.topic(boxes, ImageAnnotations.DESCRIPTOR)
         track_channel = writer.topic(track, TRACK_STATE)
         chunk: list[Message] = []
         for index, time in seen.items():
             log_time = to_ns(time)
-            annotations = ImageAnnotations()
-            for state in by_frame[index]:
-                if state.confirmed is not False:
-                    name = header.tracker if state.id is None else f"{state.id}"
-                    add_box(annotations, state.box, f"{name} {state.status}", TRACK, log_time)
-            chunk.append(Message(boxes_channel, index, log_time, annotations.SerializeToString()))
-            chunk += [Message(track_channel, index, log_time, _encode(state)) for state in by_frame[index]]
+            boxes_of_frame = annotate_tracks(header.tracker, by_frame[index], log_time)
+            chunk.append(Message(boxes_channel, index, log_time, boxes_of_frame))
+            chunk += [Message(track_channel, index, log_time, encode_state(state)) for state in by_frame[index]]
             if len(chunk) >= _MESSAGES_PER_CHUNK:
                 writer.chunk(chunk)
                 chunk = []
@@ -140,7 +136,7 @@ def read_tracks(path: str | Path) -> TrackRecording:
         raise InputError(f"{path}: {error}") from None
     states: list[TrackState] = []
     frames: list[tuple[int, float]] = []
-    boxes, track = (mcap.topics.get(topic) for topic in _topics(header.tracker))
+    boxes, track = (mcap.topics.get(topic) for topic in track_topics(header.tracker))
     with mcap.open() as file:
         for chunk in range(len(boxes.chunks) if boxes else 0):
             for packet in mcap.packets(file, boxes, chunk):  # type: ignore[arg-type]  # without a topic there are no chunks
@@ -154,13 +150,24 @@ def read_tracks(path: str | Path) -> TrackRecording:
     return TrackRecording(header, tuple(states), tuple(frames))
 
 
-def _topics(tracker: str) -> tuple[str, str]:
+def annotate_tracks(tracker: str, states: Iterable[TrackState], log_time: int) -> bytes:
+    """Return the bytes of foxglove.ImageAnnotations: a box for each state, except for tracks not confirmed."""
+    annotations = ImageAnnotations()
+    for state in states:
+        if state.confirmed is not False:
+            name = tracker if state.id is None else f"{state.id}"
+            add_box(annotations, state.box, f"{name} {state.status}", TRACK, log_time)
+    return annotations.SerializeToString()
+
+
+def track_topics(tracker: str) -> tuple[str, str]:
     """Return the topics of boxes and of states, spelt with characters that Foxglove allows in message paths."""
     plain = re.sub(r"[^A-Za-z0-9_-]", "_", tracker)
     return f"/tracks/{plain}/annotations", f"/tracks/{plain}/states"
 
 
-def _encode(state: TrackState) -> bytes:
+def encode_state(state: TrackState) -> bytes:
+    """Return a state as the bytes of an irsim.TrackState message."""
     values = {
         name: getattr(state, name) for name in ("index", "time", "status", "score", "neff", "id", "cls", "confirmed")
     }

@@ -20,6 +20,7 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc, AgcSequence
 from irsim.config.paths import path_of
 from irsim.errors import InputError, expect_source, whole_number
+from irsim.recording.archive import codec
 from irsim.recording.bounds_messages import BOUNDS_DESCRIPTOR, encode_bounds
 from irsim.recording.header import Contents, Header, TargetEntry
 from irsim.recording.mcap_writer import Compression, McapWriter, Message
@@ -35,6 +36,7 @@ from irsim.recording.messages import (
     TRUTH_BOXES,
     TRUTH_DESCRIPTOR,
     band_text,
+    encode_archived_image,
     encode_image,
     encode_truth,
     timestamp,
@@ -79,6 +81,7 @@ class RecordingWriter:
         self._header = header
         self._scenario = scenario
         self._chunks = McapWriter(file, compression)
+        self._archived = compression == "archive"
         self._channels: dict[str, int] = {}
         self._images: list[Message] = []
         self._previews: list[Message] = []
@@ -110,9 +113,10 @@ class RecordingWriter:
                 self._frames_of[target.id] += 1
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
-        self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
+        encode = encode_archived_image if self._archived else encode_image
+        self._put(self._images, IMAGE, log_time, encode(image, log_time))
         picture = self._agc.picture(image, self._count)
-        self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
+        self._put(self._previews, PREVIEW, log_time, encode_preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
             self._flush(self._small, self._images)
@@ -142,7 +146,8 @@ class RecordingWriter:
         if header.curve is not None:
             facts |= dict(zip(CURVE_FACTS, header.curve, strict=True))
         known = {key: str(value) for key, value in facts.items() if value is not None}
-        self._channels[IMAGE] = self._chunks.topic(IMAGE, RawImage.DESCRIPTOR, known)
+        kind = CompressedImage if self._archived else RawImage
+        self._channels[IMAGE] = self._chunks.topic(IMAGE, kind.DESCRIPTOR, known)
         self._channels[PREVIEW] = self._chunks.topic(PREVIEW, CompressedImage.DESCRIPTOR)
         if header.has_truth:
             self._channels[TRUTH] = self._chunks.topic(TRUTH, TRUTH_DESCRIPTOR)
@@ -151,7 +156,7 @@ class RecordingWriter:
             self._channels[BOUNDS] = self._chunks.topic(BOUNDS, BOUNDS_DESCRIPTOR)
         if header.ifov_rad is not None:
             self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
-            self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
+            self._put(self._small, CAMERA, log_time, encode_calibration(header.size, header.ifov_rad, log_time))
 
     def _put(self, pending: list[Message], topic: str, log_time: int, data: bytes) -> None:
         pending.append(Message(self._channels[topic], self._count, log_time, data))
@@ -168,14 +173,15 @@ def _no_earlier_frame(index: int) -> Image:
     raise AssertionError(f"frame {index} is written after a later one")
 
 
-def _preview(picture: np.ndarray, log_time: int) -> bytes:
+def encode_preview(picture: np.ndarray, log_time: int) -> bytes:
+    """Return the bytes of a foxglove.CompressedImage with a picture as JPEG."""
     _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
     return CompressedImage(
         timestamp=timestamp(log_time), frame_id=OPTICAL_FRAME, format="jpeg", data=jpeg.tobytes()
     ).SerializeToString()
 
 
-def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
+def encode_calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
     """Return a CameraCalibration of a pinhole camera without distortion, with focal length 1 / IFOV px."""
     focal, x, y = 1 / ifov_rad, (size[0] - 1) / 2, (size[1] - 1) / 2
     return CameraCalibration(
@@ -200,6 +206,8 @@ def writing(
     allowed = get_args(Compression)
     if not isinstance(compression, str) or compression not in allowed:
         raise InputError(f"compression {compression!r}: allowed: {', '.join(allowed)}")
+    if compression == "archive":
+        codec()
     with atomic_file(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
 

@@ -6,6 +6,7 @@ from irsim.config.base import Family
 from irsim.targets.aircraft import Airliner, Fighter, Missile
 from irsim.targets.animals import Bird, Pedestrian
 from irsim.targets.base import Shape, View
+from irsim.targets.drones import FixedWing, Hexacopter
 from irsim.targets.mesh import MeshShape
 from irsim.targets.point import Flare, HotSpot, Point
 from irsim.targets.rotorcraft import Helicopter, Quadrotor
@@ -16,6 +17,8 @@ _SYNONYMS = {
     "airliner": "plane airplane aeroplane aircraft jetliner",
     "helicopter": "helo heli chopper rotorcraft",
     "quadrotor": "quadcopter drone uav uas multirotor multicopter",
+    "hexacopter": "hexarotor hexa octocopter",
+    "fixed_wing": "fixedwing glider wing",
     "missile": "rocket sam",
     "bird": "gull goose duck pigeon",
     "tank": "apc ifv armour armor",
@@ -38,6 +41,8 @@ SHAPES = Family(
         "airliner": Airliner,
         "helicopter": Helicopter,
         "quadrotor": Quadrotor,
+        "hexacopter": Hexacopter,
+        "fixed_wing": FixedWing,
         "missile": Missile,
         "bird": Bird,
         "tank": Tank,

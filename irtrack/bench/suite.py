@@ -7,6 +7,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -17,7 +18,15 @@ import irsim
 from irsim.config.base import Name, Part, Several, suggestion
 from irsim.config.quantities import Index, Positive
 from irsim.types import Input
-from irtrack.bench.spec import Entry, SourceEntry, SourceSpec, parse_detectors, parse_tracker_spec, source_specs
+from irtrack.bench.spec import (
+    Entry,
+    SourceEntry,
+    SourceSpec,
+    parse_detectors,
+    parse_tracker_spec,
+    read_spec,
+    source_specs,
+)
 from irtrack.errors import InputError
 
 Found = TypeVar("Found")
@@ -114,8 +123,10 @@ def is_suite(word: str) -> bool:
     return "suite" in path.stem and path.suffix in {".yaml", ".yml", ""}
 
 
-def load_suite(path: str | Path) -> Suite:
+def load_suite(path: str | Path, trust: bool = False) -> Suite:
     """Return the suite in a YAML file, or the shipped one of that name (`suites/quick-suite`).
+
+    trust   True: trackers of the suite may run commands (`program`, `trax`)
 
     All sources are opened and all trackers made. InputError with a line for each error,
     'file:line:column: key: problem; allowed: ...'.
@@ -132,7 +143,8 @@ def load_suite(path: str | Path) -> Suite:
                 wrong.extend(written.line((key, index), each) for each in str(error).splitlines())
 
     opened = list(tried("sources", suite.sources, lambda source: list(source_specs(_entry(source, folder)))))
-    trackers = list(tried("trackers", suite.trackers, _tracker)) + list(tried("detectors", suite.detectors, _detector))
+    trackers = list(tried("trackers", suite.trackers, partial(_tracker, trust=trust)))
+    trackers += tried("detectors", suite.detectors, _detector)
     if not suite.trackers and not suite.detectors:
         wrong.append(written.line(("trackers",), "it is missing; allowed: a list of trackers, or of detectors"))
     if wrong:
@@ -149,9 +161,11 @@ def _entry(source: SuiteSource, folder: Path) -> SourceEntry:
     return SourceEntry(word, changes, source.severities, source.target, source.name)
 
 
-def _tracker(tracker: SuiteTracker) -> Entry:
-    from irtrack.registry.table import make
+def _tracker(tracker: SuiteTracker, trust: bool) -> Entry:
+    from irtrack.registry.table import check_trusted, make
 
+    spec = read_spec(tracker.tracker)
+    check_trusted(spec.name, {**spec.parameters, **tracker.parameters}, trust)
     if tracker.label is None and not tracker.parameters:
         return parse_tracker_spec(tracker.tracker)
     return Entry(tracker.label or tracker.tracker, make(tracker.tracker, tracker.parameters))
@@ -177,7 +191,7 @@ def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = 
 
     InputError for an unknown cause, for a source at fewer than two severities, and as for `load_suite`.
     """
-    suite = load_suite(path)
+    suite = load_suite(path, trust=True)  # its own trackers do not run
     by_cause = {each.name: each.family for each in suite.sources}
     known = Counter(by_cause.values())
     for name, severities in known.items():

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.cli import terminal
+from irsim.errors import counted
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
+from irtrack.cli.live import live
 from irtrack.cli.many import check_options, detector_kind, show_found
 from irtrack.cli.options import (
     AsJson,
@@ -107,6 +109,10 @@ def run(
         int | None, option("N", "Seed of scene and tracker; default: the scenario's own, or 0.", min=0)
     ] = None,
     tracker_seed: Annotated[int | None, option("N", "Seed of the tracker; default: that of the scene.", min=0)] = None,
+    rate: Annotated[
+        float | None,
+        option("F", "Real time, F times the camera's rate: frames that come while the tracker works are dropped."),
+    ] = None,
     output: Annotated[Path | None, path_option("REC", "Write the tracks as a recording.", "-o", "--output")] = None,
     csv: Annotated[
         Path | None, path_option("FILE", "Write tracks or detections: .csv, .txt (MOT), .parquet.", "--csv")
@@ -129,6 +135,7 @@ def run(
         from irtrack.registry.identity import source_file
         from irtrack.registry.table import find, make
         from irtrack.replay.many import DetectorPlayer, ManyPlayer, auto_start
+        from irtrack.replay.real_time import RealTime
         from irtrack.replay.replay import Player, replay
         from irtrack.replay.start import find_start
 
@@ -153,8 +160,9 @@ def run(
         if sys.__stderr__ is not None and not faulthandler.is_enabled():
             faulthandler.enable(sys.__stderr__)  # a crash in native code prints the line of the tracker
         player: Any
+        camera: RealTime | None = None
         if (task := task_of(made)) != "single":
-            check_options(spec.name, task, init, start_by, target, output)
+            check_options(spec.name, task, init, start_by, target, output, rate)
             player, first = (ManyPlayer if task == "many" else DetectorPlayer)(made, tracker_seed, spec.label), 0
         else:
             if start_by is None:
@@ -163,13 +171,17 @@ def run(
                 begin = auto_start(opened, looked_at, auto_detector(start_by, init, target))
             player = Player(made, begin, tracker_seed, spec.label)
             first = player.start.frame
+            if rate is not None:
+                camera = RealTime(player, rate)
         repeat = _repeat(seed, opened, tracker_seed)
         where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
         reporter.note(where)
-        see = reporter.watching(player.see)
+        see = reporter.watching((camera or player).see)
         try:
             with terminal.progress_bar(tracker, ticking=False) as progress:
                 truths = replay(opened, [see], looked_at, first, progress=progress)
+                if camera is not None:
+                    camera.finish()
         except TrackerError as error:
             print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
             raise typer.Exit(1) from None
@@ -177,7 +189,8 @@ def run(
         show_found(player.result(opened, looked_at), opened, truths, (csv, output), as_json, lambda: repeat)
         return
     track = player.track(opened, looked_at)
-    trace = Trace.of(track, Reference.of(truths, track.target))
+    held = track if camera is None else camera.held(track)
+    trace = Trace.of(held, Reference.of(truths, track.target))
     result = score_trace(trace)
     expected: list[Explanation] = []
     if isinstance(opened, Rendering) and track.target is not None:
@@ -198,9 +211,14 @@ def run(
         from irtrack.cli.track_files import track_as_dict
 
         rules = [asdict(each) for each in expected]
-        print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})
+        dropped = {} if camera is None else {"rate": camera.rate, "dropped": [index for index, _ in camera.dropped]}
+        score = result.as_dict()
+        print_json({**track_as_dict(track), **dropped, "score": score, "expected": rules, "repeat": repeat})
         return
     print_run(track, result, opened.has_truth)
+    if camera is not None:
+        came = len(held.indices)
+        print(f"dropped      {len(camera.dropped)} of {counted(came, 'frame')} at {rate:g} times {opened.rate_hz:g} Hz")
     print_rules(expected)
     for path in (csv, output):
         if path is not None:
@@ -208,6 +226,7 @@ def run(
     print(f"repeat it: {repeat}")
 
 
+app.command()(live)
 app.command()(bench)
 app.command()(export)
 

@@ -22,6 +22,7 @@ from irtrack.cli.options import (
     FilledResults,
     GrowingResults,
     Jobs,
+    Trust,
     argument,
     auto_detector,
     command_line,
@@ -70,7 +71,11 @@ def read_words(words: Sequence[str]) -> SourceArguments:
 
 
 def suite_of(
-    words: SourceArguments, trackers: str | None, severities: str | None, detectors: str | None = None
+    words: SourceArguments,
+    trackers: str | None,
+    severities: str | None,
+    detectors: str | None = None,
+    trust: bool = False,
 ) -> Suite:
     """Return the suite to run, from a suite file or from sources and options."""
     from irtrack.bench import Suite, is_suite, load_suite
@@ -83,7 +88,7 @@ def suite_of(
             raise InputError(f"{words.changes[0]}: {suites[0]} has its own changes, under the key `changes`")
         if severities is not None:
             raise InputError(f"--severities {severities}: {suites[0]} has its own severities")
-        suite = load_suite(suites[0])
+        suite = load_suite(suites[0], trust or trackers is not None or detectors is not None)
         if trackers is None and detectors is None:
             return suite
         return replace(suite, trackers=_entries(trackers, detectors))
@@ -168,6 +173,7 @@ def bench(
     ] = None,
     with_bounds: Annotated[bool, typer.Option("--bounds", help="Compare errors with their Cramer-Rao bound.")] = False,
     check: Annotated[bool, typer.Option("--check", help="Print the number of runs, and run nothing.")] = False,
+    trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and the path of the results."""
@@ -176,7 +182,7 @@ def bench(
     from irtrack.bench import Results, summary
     from irtrack.bench.task_summary import task_breaking, task_summary
 
-    suite = suite_of(words, trackers, severities, detectors)
+    suite = suite_of(words, trackers, severities, detectors, trust)
     warn_unused([source for _, source in words.sources], words.changes)
     given: dict[str, Any] = {
         "seeds": seeds,

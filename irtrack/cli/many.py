@@ -33,12 +33,16 @@ def detector_kind(name: str) -> Any | None:
     return found if is_plain(found) or getattr(found, "task", None) == "detect" else None
 
 
-def check_options(name: str, task: str, init: object, start: object, target: object, output: Path | None) -> None:
+def check_options(
+    name: str, task: str, init: object, start: object, target: object, output: Path | None, rate: object = None
+) -> None:
     """Raise InputError for an option of trackers of one target, and for `-o` with a detector."""
     allowed = "--csv FILE.csv, .txt or .parquet" + (", -o REC.mcap" if task == "many" else "")
     for option, value in (("--init", init), ("--start", start), ("--target", target)):
         if value is not None:
             raise InputError(f"{option}: {name} follows all targets without a box; allowed: {allowed}")
+    if rate is not None:
+        raise InputError(f"--rate: {name} does not follow one target; allowed: a tracker of one target")
     if output is not None and task == "detect":
         raise InputError(f"-o: {name} is a detector, which has no tracks; allowed: {allowed}")
 

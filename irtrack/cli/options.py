@@ -42,6 +42,7 @@ FRAME_LIMIT_S = 10.0
 """Default time limit for a frame, s: hundreds of times the time of the slowest shipped tracker."""
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Let trackers that a suite or a kept failure names run commands.")]
 Jobs = Annotated[int, option("N", "Worker processes.", min=1)]
 FrameLimit = Annotated[
     float, option("S", "Time limit for a frame; a tracker that exceeds it counts as hung.", min=0.01)

@@ -12,7 +12,7 @@ import typer
 
 from irsim.cli import terminal
 from irsim.errors import counted
-from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs, argument
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs, Trust, argument
 from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError
 
@@ -29,6 +29,7 @@ def regress(
         bool, typer.Option("--update", help="Make the present results the baseline, and show the changes.")
     ] = False,
     jobs: Jobs = 1,
+    trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare suites with their baseline figures, and kept failures of irtrack falsify with their notes.
@@ -39,7 +40,7 @@ def regress(
     found: list[dict[str, Any]] = []
     for word in places:
         place = Path(word)
-        found.append(_failures(place, update, jobs) if place.is_dir() else _figures(place, update, jobs))
+        found.append((_failures if place.is_dir() else _figures)(place, update, jobs, trust))
         if not as_json:
             _print(found[-1], update)
     if as_json:
@@ -50,14 +51,14 @@ def regress(
         raise typer.Exit(1)
 
 
-def _figures(suite: Path, update: bool, jobs: int) -> dict[str, Any]:
+def _figures(suite: Path, update: bool, jobs: int, trust: bool) -> dict[str, Any]:
     """Compare a suite with its baseline figures."""
     from irtrack.bench import is_suite, load_suite
     from irtrack.bench.baseline import baseline_file, changes, measure, read, write
 
     if not is_suite(str(suite)):
         raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")
-    loaded, path = load_suite(suite), baseline_file(suite)
+    loaded, path = load_suite(suite, trust), baseline_file(suite)
     old = {} if update and not path.exists() else read(path)
     failed: list[str] = []
 
@@ -77,11 +78,11 @@ def _figures(suite: Path, update: bool, jobs: int) -> dict[str, Any]:
     return {"place": str(suite), "checked": len(new), "failed": worse, "changes": found, "faults": []}
 
 
-def _failures(folder: Path, update: bool, jobs: int) -> dict[str, Any]:
+def _failures(folder: Path, update: bool, jobs: int, trust: bool) -> dict[str, Any]:
     """Judge the failures kept in a folder."""
     from irtrack.falsify import check_kept, kept_failures
 
-    kept = kept_failures(folder)
+    kept = kept_failures(folder, trust)
     if not kept:
         raise InputError(f"{folder}: holds no kept failure; allowed: a folder written by irtrack falsify --keep")
     found = check_kept(kept, jobs, update, FRAME_LIMIT_S)

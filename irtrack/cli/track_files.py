@@ -7,11 +7,10 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from irsim import TrackHeader, TrackState, write_tracks
+from irsim import TrackHeader, write_tracks
 from irsim.config.paths import path_of
 from irsim.recording.output import atomic_text
+from irtrack.replay.live import track_state
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
@@ -83,22 +82,5 @@ def record_track(track: Track, rate_hz: float, path: str | Path) -> Path:
         target=track.target,
     )
     frames = zip(track.indices.tolist(), track.times.tolist(), track.estimates, strict=True)
-    write_tracks(path, header, (_state(index, time, estimate) for index, time, estimate in frames))
+    write_tracks(path, header, (track_state(index, time, estimate) for index, time, estimate in frames))
     return Path(path)
-
-
-def _state(index: int, time: float, estimate: Estimate) -> TrackState:
-    covariance = None
-    if estimate.covariance is not None:
-        (xx, xy), (yx, yy) = np.asarray(estimate.covariance, dtype=np.float64).tolist()
-        covariance = ((xx, xy), (yx, yy))
-    return TrackState(
-        index=index,
-        time=time,
-        box=estimate.box,
-        status=estimate.status,
-        score=estimate.score,
-        velocity=estimate.velocity,
-        covariance=covariance,
-        neff=estimate.neff,
-    )

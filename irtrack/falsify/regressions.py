@@ -131,14 +131,16 @@ class Kept:
             raise InputError(str(error) if known else f"{self.note}: {error}") from None
 
 
-def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
+def kept_failures(folder: str | Path = KEPT, trust: bool = False) -> list[Kept]:
     """Return the failures kept in a folder, sorted by name, including those with a `fault`.
+
+    trust   True: trackers of the notes may run commands (`program`, `trax`); else these have a `fault`
 
     InputError where there is no such folder.
     """
     if not path_of(folder).is_dir():
         raise InputError(f"{folder}: there is no such folder in {Path.cwd()}; allowed: a folder of kept failures")
-    return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
+    return [_read(path, trust) for path in sorted(path_of(folder).glob("*.json"))]
 
 
 def _first_changed_frame(_: Heartbeat, scene: irsim.Scenario, recording: Path) -> int | None:
@@ -247,7 +249,9 @@ def _note(kept: Kept) -> None:
         file.write(json.dumps(values, indent=1) + "\n")
 
 
-def _read(note: Path) -> Kept:
+def _read(note: Path, trust: bool) -> Kept:
+    from irtrack.registry.table import check_trusted
+
     path = note.with_suffix(".yaml")
     try:
         kept = Kept(path, **json.loads(note.read_text(encoding="utf-8")))
@@ -257,6 +261,10 @@ def _read(note: Path) -> Kept:
             raise ValueError(f"task '{kept.task}': allowed: {', '.join(FIGURES_OF)}")
     except (OSError, ValueError, TypeError) as error:
         return _unreadable(path, f"{note}: is no note of a kept failure: {error}")
+    try:
+        check_trusted(kept.tracker, kept.parameters, trust)
+    except (InputError, TypeError, AttributeError) as error:
+        return _unreadable(path, f"{note}: {error}")
     for needed in (kept.path, kept.recording):
         if not needed.is_file():
             return _unreadable(path, f"{needed}: is missing; {note.name} names it")

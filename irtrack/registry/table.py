@@ -248,6 +248,14 @@ def _command(name: str) -> dict[str, object]:
     return {"command": command} if colon and issubclass(NAMED.get(kind, object), (Command, ManyCommand)) else {}
 
 
+def check_trusted(name: str, parameters: Mapping[str, object], trust: bool) -> None:
+    """Raise InputError where a file names a tracker that runs a command (`program`, `trax`), and `trust` is False."""
+    kind = name.partition(":")[0]
+    if not trust and issubclass(NAMED.get(kind, object), (Command, ManyCommand)):
+        command = {**_command(name), **parameters}.get("command", "")
+        raise InputError(f"{kind}: runs the command {str(command)!r}; allowed: trackers without one, or trust=True")
+
+
 def describe(peers: Sequence[str] = ()) -> list[Row]:
     """Return the rows of `irtrack list`: one for every named tracker, of the peers only those given."""
     present = [

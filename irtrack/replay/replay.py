@@ -179,6 +179,7 @@ def run(
     label: str | None = None,
     frames: int | None = None,
     progress: Progress | None = None,
+    rate: float | None = None,
 ) -> Track:
     """Run one tracker over one source.
 
@@ -190,6 +191,7 @@ def run(
     seed      seed of the tracker's random generators
     frames    largest number of frames, the start frame included, 1 or more
     progress  called with (frames done, frames to do)
+    rate      real time, times this factor (`irtrack.replay.real_time`): the track lacks the frames that are dropped
 
     TrackerError for an error of the tracker, InputError for wrong input.
     """
@@ -199,7 +201,14 @@ def run(
     start = find_start(opened, opened.truths(), target, init)
     player = Player(chosen, start, whole_number("seed", seed), label)
     stop = None if wanted is None else start.frame + wanted
-    replay(opened, [player.see], input, player.start.frame, stop, progress)
+    if rate is None:
+        replay(opened, [player.see], input, player.start.frame, stop, progress)
+    else:
+        from irtrack.replay.real_time import RealTime
+
+        camera = RealTime(player, rate)
+        replay(opened, [camera.see], input, player.start.frame, stop, progress)
+        camera.finish()
     return player.track(opened, input)
 
 

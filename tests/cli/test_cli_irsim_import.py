@@ -8,8 +8,11 @@ import cv2
 import numpy as np
 import pytest
 from command_line import Run
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from mcap.writer import Writer
 
 import irsim
+from irsim.recording.messages import descriptor_set, encode_image, to_ns
 
 
 @pytest.mark.parametrize(("agc", "kind"), [("clahe", "clahe"), ("{kind: plateau, time_constant_frames: 3}", "plateau")])
@@ -80,3 +83,37 @@ def test_import_of_a_recording_to_itself(run: Run, folder: Path) -> None:
     done = run("import", "cut1.mcap", "-o", "new.mcap", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert len(irsim.open_recording(folder / "new.mcap")) > 0
+
+
+def test_other_programs_mcap_is_read_by_its_topic(run: Run, folder: Path) -> None:
+    writer = Writer(str(folder / "cam.mcap"))
+    writer.start()
+    schema = writer.register_schema("foxglove.RawImage", "protobuf", descriptor_set(RawImage.DESCRIPTOR))
+    for topic in ("/left", "/right"):
+        channel = writer.register_channel(topic, "protobuf", schema)
+        for index in range(3):
+            image = encode_image(np.full((12, 16), 100 * len(topic) + index, np.uint16), to_ns(index / 20))
+            writer.add_message(channel, to_ns(index / 20), image, to_ns(index / 20))
+    writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
+    done = run("info", "cam.mcap", cwd=folder)
+    assert done.stderr.endswith("it has no metadata record 'irsim'; irsim import makes one of its images\n")
+    done = run("import", "cam.mcap", cwd=folder)
+    assert done.stderr.endswith("allowed: irsim import cam.mcap -o NEW.mcap\n")
+    done = run("import", "cam.mcap", "-o", "new.mcap", cwd=folder)
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert done.stderr.endswith("/right (foxglove.RawImage, 3 messages); allowed: one of them (--topic NAME)\n")
+    done = run("import", "cam.mcap", "--topic", "/right", "-o", "new.mcap", cwd=folder)
+    assert done.stderr == "irsim: note: no rate was given: 20 Hz, from the times of the messages, which are kept\n"
+    assert int(irsim.open_recording(folder / "new.mcap").frame(1).image[0, 0]) == 601
+
+
+def test_raw_file_with_its_layout(run: Run, folder: Path) -> None:
+    (folder / "clip.raw").write_bytes(np.arange(2 * 12 * 16, dtype="<u2").tobytes())
+    done = run("import", "clip.raw", "--rate", "9", cwd=folder)
+    assert "cannot be opened as a video; allowed: " in done.stderr
+    assert "or a raw file with its layout" in done.stderr
+    done = run("import", "clip.raw", "--layout", "12,16", cwd=folder)
+    assert done.stderr.startswith("irsim: --layout 12,16: allowed: ROWS,COLUMNS,TYPE")
+    done = run("import", "clip.raw", "--layout", "12,16,uint16", "--rate", "9", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert int(irsim.open_recording(folder / "clip.mcap").frame(1).image[0, 0]) == 192

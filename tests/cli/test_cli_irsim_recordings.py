@@ -40,4 +40,4 @@ def test_compressed_recordings_hold_the_same_frames(run: Run, folder: Path) -> N
     assert np.array_equal(found["none"], found["zstd"])
     assert (folder / "zstd.mcap").stat().st_size < (folder / "none.mcap").stat().st_size
     done = run("render", "scene.yaml", "-o", "x.mcap", "--compression", "zip", cwd=folder)
-    assert (done.returncode, done.stderr) == (2, "irsim: --compression 'zip': allowed: none, lz4, zstd\n")
+    assert (done.returncode, done.stderr) == (2, "irsim: --compression 'zip': allowed: none, lz4, zstd, archive\n")

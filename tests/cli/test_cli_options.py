@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from irsim.cli import terminal
 from irsim.cli.app import app as irsim_app
@@ -17,6 +18,7 @@ from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
 from irtrack.cli.options import parameters, split_settings, start_box
+from irtrack.external import HINT
 from irtrack.registry.table import find
 
 ROOT = Path(__file__).parents[2]
@@ -120,3 +122,19 @@ def test_a_long_error_is_cut(capsys: pytest.CaptureFixture[str], monkeypatch: py
         terminal.run(app, "irsim")
     assert left.value.code == 2
     assert capsys.readouterr().err.endswith(f"{'x' * 50}... (100000 characters)\n")
+
+
+@pytest.mark.parametrize("app", [irsim_app, irtrack_app])
+def test_help_is_not_cut(app: typer.Typer) -> None:
+    """Defect 12: descriptions of commands ended with an ellipsis."""
+    text = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"}).output
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]  # it is a group of commands
+    assert all(re.search(rf"^  {name} ", text, re.M) for name in commands)
+    cut = [line for line in text.splitlines() if re.search(r"(…|\.\.\.)$", line) and "[ARGS]" not in line]
+    assert cut == []
+
+
+def test_hint_on_peers_names_an_environment_first() -> None:
+    """Defect 13: users of pip were told of a Makefile that they do not have."""
+    assert HINT.startswith("IRTRACK_PEERS=PYTHON names the Python")
+    assert "in a checkout `make peers`" in HINT

@@ -73,6 +73,7 @@ READERS: dict[str, LabelFormat] = {
     "voc": LabelFormat(voc.read, "a folder of .xml files", has_ids=False),
     "anti-uav": LabelFormat(anti_uav.read, "JSON with exist and gt_rect", sparse=False),
     "sirst": LabelFormat(sirst.read, "a folder of .png masks", has_ids=False),
+    "ros2": LabelFormat(ros2.read, "a ROS 2 bag of vision_msgs/Detection2DArray"),
 }
 
 WRITERS: dict[str, DatasetFormat] = {
@@ -121,6 +122,8 @@ def possible_formats(path: Path) -> tuple[str, ...]:
             return ("mot",)
         if (path / "groundtruth.txt").is_file():
             return ("vot",)
+        if (path / "metadata.yaml").is_file():
+            return ("ros2",)
         endings = {file.suffix.lower() for file in path.iterdir()}
         found = [name for ending, name in ((".txt", "yolo"), (".xml", "voc"), (".png", "sirst")) if ending in endings]
         if not found:

@@ -78,6 +78,7 @@ FORMATS = {
     "png": Held("two", "two/truth.csv"),
     "npz": Held("two.npz", "two.csv"),
     "mp4": Held("two.mp4", "two.csv", lossless=False),
+    "ros2": Held("two", "two"),
 }
 
 
@@ -103,6 +104,8 @@ def labelled(truth: Truth, held: Held) -> list[TargetTruth]:
 @pytest.mark.parametrize("format", FORMATS)
 def test_import_of_an_export_is_the_clip(format: str, scene: Path, tmp_path: Path) -> None:
     """Pictures, boxes, ids and classes come back as far as the format holds them."""
+    if (needs := WRITERS[format].needs) is not None:
+        pytest.importorskip(needs[0])
     held, source = FORMATS[format], Rendering(irsim.load(scene))
     out = export_dataset([scene], tmp_path / "set", format)
     read = irsim.open_recording(
@@ -256,6 +259,17 @@ def test_only_targets_that_are_visible_enough_have_labels(scene: Path, tmp_path:
         assert [(int(row[0]), ["jet", "bird"][int(row[1]) - 1]) for row in rows] == expected
 
 
+@pytest.mark.parametrize("format", ["coco", "mot"])
+def test_first_frames_of_a_clip_are_those_of_the_whole(format: str, scene: Path, tmp_path: Path) -> None:
+    """Unlike the override `frames=3`, this takes scenes whose events lie beyond."""
+    whole = export_dataset([scene], tmp_path / "whole", format)
+    part = export_dataset([scene], tmp_path / "part", format, frames=3)
+    pictures = sorted(path.relative_to(part) for path in part.rglob("*.png"))
+    assert len(pictures) == 3
+    assert all((part / each).read_bytes() == (whole / each).read_bytes() for each in pictures)
+    assert json.loads((part / CARD).read_text())["whole"][0]["frames"] == 3
+
+
 def test_a_suite_gives_its_scenes(scene: Path, tmp_path: Path) -> None:
     (tmp_path / "two.yaml").write_text(SCENE)
     (tmp_path / "x-suite.yaml").write_text(
@@ -273,6 +287,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"split": (0.8, 0.1, 0.1)}, "split 0.8,0.1,0.1: 1 clip for 3 splits"),
     ({"split": (0.8, 0.3)}, r"split 0.8,0.3: allowed: shares .* that add up to 1"),
     ({"seeds": 0}, "seeds 0: allowed: 1 or more"),
+    ({"frames": 0}, "frames 0: allowed: 1 or more"),
     ({"min_visible": 1.5}, "min_visible 1.5: allowed: a number from 0 to 1"),
     ({"twice": True}, "a clip of .*two.yaml is called two already"),
 ]

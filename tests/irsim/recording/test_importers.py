@@ -149,7 +149,7 @@ def test_sources_without_pictures(tmp_path: Path, folder: Path) -> None:
         ({"name": 3}, "name 3: is no text; allowed: text"),
         ({"follow": 3, "truth": "gt.csv"}, "follow 3: is no text; allowed: text"),
         ({"agc": "linear"}, "agc 'linear': is not an AGC; allowed: a value of irsim.camera.AGCS.parse"),
-        ({"compression": "zip"}, "compression 'zip': allowed: none, lz4, zstd"),
+        ({"compression": "zip"}, "compression 'zip': allowed: none, lz4, zstd, archive"),
     ],
 )
 def test_wrong_options(tmp_path: Path, folder: Path, given: dict[str, Any], message: str) -> None:

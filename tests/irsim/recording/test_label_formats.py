@@ -178,7 +178,8 @@ def test_labels_that_name_pictures_need_a_folder(name: str, tmp_path: Path) -> N
 
 
 def test_every_reader_is_tested_by_hand() -> None:
-    assert {name.split()[0] for name in BY_HAND} == set(READERS)
+    """The bag, which is no text, in test_image_topics.py."""
+    assert {name.split()[0] for name in BY_HAND} == set(READERS) - {"ros2"}
 
 
 def test_boxes_outside_are_noted(clip: Path, tmp_path: Path) -> None:

@@ -218,6 +218,7 @@ targets:
   - {id: gull, shape: {kind: bird}, path: {kind: straight, start: [20, 12], range_m: 60, speed: 1}}
   - {id: walker, shape: {kind: pedestrian}, path: {kind: straight, start: [40, 30], range_m: 60, speed: 1}}
   - {id: drone, shape: {kind: quadrotor}, path: {kind: straight, start: [60, 12], range_m: 30, speed: 1}}
+  - {id: plane, shape: {kind: fixed_wing}, path: {kind: straight, start: [84, 12], range_m: 30, speed: 1}}
   - {id: heli, shape: {kind: helicopter}, path: {kind: straight, start: [70, 40], range_m: 600, speed: 1}}
   - {id: jet, shape: {kind: fighter, flicker: {kind: wave, hz: 5}}, spin_deg_s: [0, 0, 90],
      path: {kind: straight, start: [24, 50], range_m: 600, speed: 1}}
@@ -283,6 +284,7 @@ OFF: list[tuple[str, str, str]] = [
     ("bodies", "gull.beat", "targets.gull.shape.beat_hz=0"),
     ("bodies", "walker.stride", "targets.walker.shape.stride_hz=0"),
     ("bodies", "drone.rotor", "targets.drone.shape.rotor_hz=0"),
+    ("bodies", "plane.propeller", "targets.plane.shape.propeller_hz=0"),
     ("bodies", "heli.rotor", "targets.heli.shape.rotor_hz=0"),
     ("bodies", "jet.spin", "targets.jet.spin_deg_s=[0, 0, 0]"),
     ("bodies", "jet.flicker", "targets.jet.shape.flicker={kind: steady}"),

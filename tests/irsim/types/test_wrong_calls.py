@@ -64,7 +64,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
     "a compression": (
         lambda: irsim.record(irsim.Rendering(SCENE), "x.mcap", compression=anything("zip")),
-        "compression 'zip': allowed: none, lz4, zstd",
+        "compression 'zip': allowed: none, lz4, zstd, archive",
     ),
     "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
     "half a frame": (lambda: irsim.Rendering(SCENE).frame(anything(0.5)), "frame 0.5: allowed: a whole number, 0 to 2"),

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
 import planted_failure
 import pytest
 from mesh_files import BOX
+from typer.testing import CliRunner
 
 import irsim
+from irsim.cli.terminal import in_options
+from irtrack.bench import load_suite
+from irtrack.cli.app import app
 from irtrack.errors import InputError
 from irtrack.falsify import check_kept, find_failure, kept_failures
 from irtrack.falsify.regressions import keep
@@ -104,3 +109,37 @@ def test_a_missing_folder_is_an_error(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=f"^nope: there is no such folder in {tmp_path}"):
         kept_failures("nope")
+
+
+@pytest.mark.parametrize(
+    ("tracker", "parameters"),
+    [
+        ("program", {"command": "touch ran"}),
+        ("trax:touch ran", {}),
+        ("program_many", {"command": "touch ran"}),
+    ],
+)
+def test_commands_of_strangers_do_not_run(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tracker: str, parameters: dict[str, str]
+) -> None:
+    """Defect 35: a kept failure or a suite of somebody else ran commands without a question."""
+    monkeypatch.chdir(tmp_path)
+    note = note_of(folder, tmp_path / "kept")
+    note.write_text(json.dumps({**json.loads(note.read_text()), "tracker": tracker, "parameters": parameters}))
+    (kept,) = kept_failures(tmp_path / "kept")
+    refused = f"{note}: {tracker.partition(':')[0]}: runs the command 'touch ran'; allowed: trackers without one, or "
+    with pytest.raises(InputError, match=re.escape(refused + "trust=True")):
+        kept.changes()
+    suite = tmp_path / "my-suite.yaml"
+    suite.write_text(json.dumps({"sources": ["sky"], "trackers": [{"tracker": tracker, "parameters": parameters}]}))
+    with pytest.raises(InputError, match=r"my-suite\.yaml:1:\d+: trackers\.0: .* runs the command 'touch ran'"):
+        load_suite(suite)
+    for words in (["regress", "kept"], ["bench", "my-suite.yaml"]):
+        done = CliRunner().invoke(app, words)
+        assert "or --trust" in in_options(done.stderr + str(done.exception))
+    assert not (tmp_path / "ran").exists()
+    (kept,) = kept_failures(tmp_path / "kept", trust=True)
+    assert kept.fault is None
+    assert [each.label for each in load_suite(suite, trust=True).trackers] == [tracker]
+    kept.changes()
+    assert (tmp_path / "ran").exists()

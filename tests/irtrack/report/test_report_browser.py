@@ -166,3 +166,45 @@ def test_page_fits_the_window_with_contrast(browser: Browser, report: Report, wi
     )
     assert contrast(ink, paper) >= 4.5
     page.close()
+
+
+def test_replay_has_the_times_of_its_frames(opened: Opened) -> None:
+    """Defect 6: "frame 27, 0.00 s" where frame 27 is .90 s."""
+    for index in (0, 27, 39):
+        opened.press("Home", *["Shift+ArrowRight"] * (index // 10), *["ArrowRight"] * (index % 10))
+        assert opened.page.inner_text("output").startswith(f"frame {index}, {index / 30:.2f} s")
+
+
+def test_names_are_whole_and_the_page_is_still_at_400_px(browser: Browser, report: Report) -> None:
+    """Defect 10: names of trackers broke within a word, and a longer frame label moved the page."""
+    page = browser.new_page(viewport={"width": 400, "height": 800})
+    page.goto(report.path.as_uri())
+    page.locator(".replay").scroll_into_view_if_needed()
+    lines = page.evaluate(
+        """[...document.querySelectorAll('.scores .name')].filter(name => /^(cloud|still)$/.test(name.innerText.trim()))
+        .map(name => { const range = document.createRange(); range.selectNodeContents(name.lastChild);
+                       return range.getClientRects().length })"""
+    )
+    assert lines
+    assert set(lines) == {1}
+    heights = set()
+    for key in ("Home", "ArrowRight", "End"):
+        page.press(".replay", key)
+        heights.add(page.evaluate("document.documentElement.scrollHeight"))
+    assert len(heights) == 1
+    page.close()
+
+
+def test_printed_tables_are_whole_and_replays_are_left_out(browser: Browser, report: Report) -> None:
+    """Defect 5: on paper, tables were cut and replays were black boxes."""
+    page = browser.new_page(viewport={"width": 700, "height": 990})  # A4 with margins, at 96 px an inch
+    page.goto(report.path.as_uri())
+    page.emulate_media(media="print")
+    cut = page.evaluate(
+        """[...document.querySelectorAll('table')].filter(table => table.offsetWidth > 0)
+        .filter(table => table.getBoundingClientRect().right > document.documentElement.clientWidth + 1).length"""
+    )
+    assert cut == 0
+    assert not page.locator(".replay").first.is_visible()
+    assert page.locator(".still").first.is_visible()
+    page.close()
