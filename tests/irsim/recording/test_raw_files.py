@@ -73,6 +73,7 @@ print(seen[-1] - seen[9])
 
 
 @pytest.mark.parametrize(("name", "layout"), [("c.raw", "512,640,uint16"), ("c.npy", "")])
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_file(tmp_path: Path, name: str, layout: str) -> None:
     """A file of 130 MB, mostly a hole, grows the process by less than a tenth of it after the first ten frames."""
     path = tmp_path / name
