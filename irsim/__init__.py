@@ -47,6 +47,7 @@ _PUBLIC = {
     "FalseAlarmsAtMost": "irsim.scenario.expectation",
     "Rendering": "irsim.render.stream",
     "frames": "irsim.render.stream",
+    "Twins": "irsim.render.twins",
     "Moments": "irsim.render.moments",
     "Detectability": "irsim.render.detectability",
     "TargetBounds": "irsim.types",
