@@ -18,6 +18,7 @@ from irtrack.errors import InputError, IrtrackError, whole_number
 from irtrack.explain.explanation import CauseShare, Explanation, Parting
 from irtrack.explain.game import Game, Removed, is_full, subsets
 from irtrack.explain.twin_runs import Outcome, Seeds, Task, play
+from irtrack.falsify.falsification import Failure, Falsification
 from irtrack.metrics.lost import OFF_PX
 from irtrack.registry.identity import tracker_name
 from irtrack.registry.table import make
@@ -70,6 +71,18 @@ def explain_loss(
     own = (scene.seed if tracker_seed is None else tracker_seed) or 0
     with start_runner(whole_number("jobs", jobs, 1), apart=False) as runner:
         return _Explanation(task, own, seeds, runner, progress).run(scene.name)
+
+
+def explain_failure(falsification: Falsification, failure: Failure, seeds: int = LEAST_SEEDS) -> Explanation:
+    """Return the causes for which the tracker of a falsification loses its target in the smallest scene.
+
+    InputError where the failure is no loss of a single track.
+    """
+    subject = falsification.subject
+    scene = irsim.Rendering(falsification.smallest(failure), falsification.name)
+    rule = None if isinstance(failure.rule, str) else subject.rules[failure.rule]
+    target = None if rule is None else rule.target
+    return explain_loss(scene, subject.tracker, target=target, seeds=seeds, input=subject.input)
 
 
 def scenario_source(source: str | Path | irsim.Scenario | Source, seed: int | None = None) -> irsim.Rendering:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from irsim.types import Box
 from irtrack.explain.game import Repair
+from irtrack.metrics import wilson
 
 PATH_PX = 0.5
 """Change of the target's path in the picture, px, from which on a share is confounded with the path."""
@@ -109,9 +110,21 @@ class Explanation:
         return tuple(share.cause for share in self.shares if share.named)
 
     @property
+    def p_none_interval(self) -> tuple[float, float]:
+        """95 % interval of `p_none` (Wilson)."""
+        return wilson(round(self.p_none * self.seeds), self.seeds)
+
+    @property
     def verdict(self) -> str:
         """Named causes, else `UNEXPLAINED` where most twins without any cause are lost, else `LUCK`."""
         return ", ".join(self.named) or (UNEXPLAINED if self.p_none >= 0.5 else LUCK)
+
+    def brief(self) -> str:
+        """Return the verdict with the shares of the named causes and their intervals."""
+        shares = (
+            f"{each.cause} ({each.value:.2f}, {each.low:.2f} to {each.high:.2f})" for each in self.shares if each.named
+        )
+        return ", ".join(shares) or self.verdict
 
     def as_dict(self) -> dict[str, Any]:
         """Return the explanation as plain values for JSON."""
@@ -137,12 +150,14 @@ class Explanation:
             f"all causes, {self.p_none:.0%} with none; another seed alone restores {self.placebo:.0%}",
         ]
         width = max((len(share.cause) for share in self.shares), default=0)
+        width = max(width, len(UNEXPLAINED))
         rows = [
             f"{'*' if share.named else ' '} {share.cause:{width}}  {share.value:+.2f}  [{share.low:+.2f}, "
             f"{share.high:+.2f}]  alone restores {share.restored}  {share.notes()}"
             for share in self.shares
         ]
-        rows.append(f"  {'unexplained':{width}}  {self.p_none:+.2f}")
+        low, high = self.p_none_interval
+        rows.append(f"  {UNEXPLAINED:{width}}  {self.p_none:+.2f}  [{low:+.2f}, {high:+.2f}]")
         if abs(self.residual) > 1e-9:
             rows.append(f"  residual of the shares {self.residual:+.2f}")
         lost = round(self.p_all * self.seeds)

@@ -16,6 +16,7 @@ from irsim.types import Box, Frame
 from irtrack.bench import Results, run_bench
 from irtrack.explain import Explanation
 from irtrack.explain.twin_runs import Seeds, Task, play
+from irtrack.report import write_report
 from irtrack.runner.watchdog import Heartbeat
 
 PAIR = """
@@ -113,6 +114,11 @@ def test_losses_of_a_results_file(tmp_path: Path, call: Call) -> None:
     again = call("explain", str(db), "--tracker", "kalman").out
     assert "* post" in again
     assert "another seed alone restores 0%" in again
+    page = write_report(db, tmp_path / "r.html").read_text()
+    assert "named 1×" in page
+    assert page.count('<svg class="crop"') >= 2
+    assert f"without {found.parting.removed[0]}" in page
+    assert json.loads(write_report(db, tmp_path / "r.json").read_text())["explanations"] == [row]
     wrong = call("explain", str(db), "--tracker", "kalmen")
     assert wrong.status == 2
     assert "there is no 'kalmen'; allowed: kalman, template; did you mean" in wrong.err
@@ -133,3 +139,16 @@ def test_wrong_input_is_one_line(tmp_path: Path, call: Call, footage: Path) -> N
         answer = call("explain", *map(str, arguments))
         assert (answer.status, answer.err.count("\n")) == (2, 1), answer.err
         assert text in answer.err
+
+
+@pytest.mark.slow
+def test_falsify_names_the_cause_of_its_failure(tmp_path: Path, call: Call) -> None:
+    scene = tmp_path / "pair.yaml"
+    scene.write_text(PAIR + "vary: {occluders.post.size_px.0: {kind: uniform, low: 24, high: 28}}\n")
+    arguments = ("--tracker", "kalman", "--budget", "2", "--fresh", "5", "--explain", "-o", str(tmp_path / "found"))
+    answer = call("falsify", str(scene), *arguments)
+    assert answer.status == 1
+    assert "cause: " in answer.out
+    assert "post" in answer.out
+    report = (tmp_path / "found" / "report.md").read_text()
+    assert "- Cause: " in report
