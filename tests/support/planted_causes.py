@@ -1,14 +1,16 @@
-"""Scenes with planted causes: four warm bars, and a tracker that loses the target by a known rule on the bars."""
+"""Planted causes: games by rules, and scenes of four warm bars with a tracker that loses the target by a rule."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import irsim
-from irsim.types import Box, Frame
+from irsim.types import Bools, Box, Frame
+from irtrack.explain.game import Game, subsets
 from irtrack.types import Estimate
 
 BARS = ("a", "b", "c", "d")
@@ -76,3 +78,24 @@ def planted(seed: int, rule: str, error: float = 0.0) -> tuple[irsim.Scenario, B
     """Return a scene and the tracker that it breaks."""
     scenario = scene(seed)
     return scenario, Breaker(rule, tuple(grey(scenario, name) for name in BARS), error)
+
+
+Present = frozenset[str]
+
+
+def game(causes: str, rule: Callable[[Present], bool], seeds: int = 5, error: float = 0.0, seed: int = 0) -> Game:
+    """Return a game in which the track is lost where `rule` holds for the present causes, by chance the opposite."""
+    drawn = np.random.default_rng(seed)
+
+    def lost(present: Present) -> Bools:
+        return np.asarray((drawn.random(seeds) < error) != rule(present))
+
+    every = frozenset(causes)
+    return Game(tuple(causes), {removed: lost(every - removed) for removed in subsets(causes)}, lost(every))
+
+
+RULES: dict[str, tuple[Callable[[Present], bool], dict[str, float]]] = {
+    "single": (lambda present: "a" in present, {"a": 1.0}),
+    "and": (lambda present: {"a", "b"} <= present, {"a": 0.5, "b": 0.5}),
+    "or": (lambda present: bool({"a", "b"} & present), {"a": 0.5, "b": 0.5}),
+}

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planted_causes import planted
-from test_game import RULES, game
+from planted_causes import RULES, game, planted
 
 import irtrack
 from irtrack.explain import Explanation
@@ -39,7 +38,9 @@ def test_single_causes_are_first_among_three_inert() -> None:
 def test_pairs_have_equal_shares(rule: str) -> None:
     """Each of the two has half of the part that the rule explains, 1 - 2 ERROR."""
     found = [explained(seed, rule) for seed in range(100, 120)]
-    values = np.array([[share.value for name in "ab" for share in each.shares if share.cause == name] for each in found])
+    values = np.array(
+        [[share.value for name in "ab" for share in each.shares if share.cause == name] for each in found]
+    )
     np.testing.assert_allclose(values.mean(axis=0), 0.5 * (1 - 2 * ERROR), atol=0.06)
     exact = [explained(seed, rule, 0.0) for seed in range(120, 124)]
     for each in exact:

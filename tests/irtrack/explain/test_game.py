@@ -2,33 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
+from planted_causes import RULES, game
 
-from irsim.types import Bools
-from irtrack.explain.game import Game, is_full, subsets
-
-Present = frozenset[str]
-
-
-def game(causes: str, rule: Callable[[Present], bool], seeds: int = 5, error: float = 0.0, seed: int = 0) -> Game:
-    """Return a game in which the track is lost where `rule` holds for the present causes, by chance the opposite."""
-    drawn = np.random.default_rng(seed)
-
-    def lost(present: Present) -> Bools:
-        return np.asarray((drawn.random(seeds) < error) != rule(present))
-
-    every = frozenset(causes)
-    return Game(tuple(causes), {removed: lost(every - removed) for removed in subsets(causes)}, lost(every))
-
-
-RULES: dict[str, tuple[Callable[[Present], bool], dict[str, float]]] = {
-    "single": (lambda present: "a" in present, {"a": 1.0}),
-    "and": (lambda present: {"a", "b"} <= present, {"a": 0.5, "b": 0.5}),
-    "or": (lambda present: bool({"a", "b"} & present), {"a": 0.5, "b": 0.5}),
-}
+from irtrack.explain.game import Game, is_full
 
 
 @pytest.mark.parametrize("causes", ["abcd", "abcdef"])
