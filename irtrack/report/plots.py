@@ -226,13 +226,13 @@ def bound_chart(
         return None
     lines = [Line(styles[label], *curve.T) for label, curve in curves.items()]
     every = np.concatenate(list(curves.values()))
-    low, high = float(every[:, 0].min()), float(every[:, 0].max())
+    (low, least), (high, most) = every[:, :2].min(axis=0).tolist(), every[:, :2].max(axis=0).tolist()
     return line_chart(
         lines,
         Axis("d", (0.95 * low, 1.05 * high), log=True),
         Axis(
             "error / bound",
-            (min(0.5, 0.9 * float(every[:, 1].min())), 1.5 * max(float(every[:, 1].max()), 1.0)),
+            (max(min(0.5, least), 0.01), 1.5 * max(most, 1.0)),
             log=True,
         ),
         size=SMALL,
