@@ -31,7 +31,7 @@ def test_single_causes_are_first_among_three_inert() -> None:
     found = [explained(seed, "a") for seed in range(60)]
     assert sum(each.shares[0].cause == "a" for each in found) >= 57
     assert sum(set(each.named) > {"a"} for each in found) <= 3
-    assert np.mean([each.shares[0].value for each in found]) == pytest.approx(1 - 2 * ERROR, abs=0.05)
+    assert np.mean([each.shares[0].value for each in found]) == pytest.approx(1 - 2 * ERROR, abs=0.12)
 
 
 @pytest.mark.parametrize("rule", ["a and b", "a or b"])
@@ -41,7 +41,7 @@ def test_pairs_have_equal_shares(rule: str) -> None:
     values = np.array(
         [[share.value for name in "ab" for share in each.shares if share.cause == name] for each in found]
     )
-    np.testing.assert_allclose(values.mean(axis=0), 0.5 * (1 - 2 * ERROR), atol=0.06)
+    np.testing.assert_allclose(values.mean(axis=0), 0.5 * (1 - 2 * ERROR), atol=0.1)
     exact = [explained(seed, rule, 0.0) for seed in range(120, 124)]
     for each in exact:
         assert {share.cause: share.value for share in each.shares[:2]} == {"a": 0.5, "b": 0.5}
