@@ -70,6 +70,7 @@ _PUBLIC = {
     "fit": "irsim.calibration.fit",
     "measure_noise": "irsim.calibration",
     "measure_realism": "irsim.calibration",
+    "measured_bounds": "irsim.calibration.measured_bounds",
     "export_dataset": "irsim.datasets",
     "import_frames": "irsim.recording.importers",
 }
