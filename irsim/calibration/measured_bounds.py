@@ -34,7 +34,7 @@ LARGEST_PX = 32
 class _Patch(NamedTuple):
     """Region of a target in a frame: its first column and row, counts (rows, cols), and the true centre in it, px."""
 
-    index: int
+    frame: int
     x0: int
     y0: int
     counts: Floats
@@ -81,7 +81,9 @@ def _patches(source: Source, frames: range) -> dict[str, list[_Patch]]:
     columns, rows = source.size
     found: dict[str, list[_Patch]] = {}
     for frame, truth in source.pairs(frames.start, frames.stop):
-        for target in () if truth is None else truth.targets:
+        if truth is None:
+            continue
+        for target in truth.targets:
             box, (cx, cy) = target.box, target.center
             half = math.ceil(max(box.w, box.h) / 2) + REACH_PX
             x0, y0 = round(cx) - half, round(cy) - half
@@ -110,7 +112,7 @@ def _bounds_of(name: str, patches: Sequence[_Patch], sigma: float, gate_px: floa
         background = (None, None) if level is None else np.sqrt(np.diag(level)).tolist()
         rows.append(
             TargetBounds(
-                index=patch.index,
+                index=patch.frame,
                 target=name,
                 sd_x=sd_x,
                 sd_y=sd_y,

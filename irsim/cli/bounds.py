@@ -85,8 +85,9 @@ def bounds(
     given = None if wanted is None else (wanted.start, wanted.stop)
     opened = open_source(source) if is_recording(Path(source)) else None
     if opened is not None and opened.scenario_text is None:
+        first, last = (0, None) if given is None else given
         _refuse_changes(source, overrides, seed, without, clutter, start_error)
-        rows, sigma = measured_bounds(opened, names, *(given or (0, None)), gate_px=gate)
+        rows, sigma = measured_bounds(opened, names, first, last, gate)
         print(
             f"irsim: note: {source} holds no scenario: bounds from measured noise, sigma {sigma:.3g} counts, and a "
             "Gaussian spot fitted to each target",

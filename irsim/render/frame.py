@@ -40,9 +40,10 @@ class Renderer:
         shown = with_placements(scenario)
         self.context = shown.context
         camera = shown.camera
-        self._whole = whole
+        self._whole: Renderer | None = whole
+        self._shown: Scenario = shown
         if whole is not None and whole.context == self.context and whole._shown.background == shown.background:
-            self._painted = whole._painted
+            self._painted: Sequence[Layer] = whole._painted
         else:
             self._painted = shown.background.layers(self.context)
         farthest, *nearer = self._painted
@@ -59,7 +60,6 @@ class Renderer:
         self.targets = [target for target in shown.targets if scenario.is_on(target.id)]
         self.classes = [target.cls or target.shape.default_class for target in self.targets]
         self._trajectories = Trajectories.of(shown, self.context, min(scenario.frames, FIRST_FRAMES))
-        self._shown = shown
 
     def trajectories(self, index: int) -> Trajectories:
         """Return the trajectories of camera and targets up to frame `index` or later.

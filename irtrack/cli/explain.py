@@ -77,8 +77,10 @@ def _explain_results(
     reasons: list[str] = []
     with Results(source) as results, terminal.progress_bar(f"explain {Path(source).stem}") as progress:
         cells, failed = losses(results, tracker, scene), reasons.append
-        options = {"seeds": seeds, "causes": causes, "jobs": jobs}
-        found = list(explain_losses(results, cells, progress=progress, failed=failed, **options))
+        losses_explained = explain_losses(
+            results, cells, seeds=seeds, causes=causes, jobs=jobs, progress=progress, failed=failed
+        )
+        found = list(losses_explained)
     for reason in reasons:
         print(f"irtrack: {reason}", file=sys.stderr)
     if not found:

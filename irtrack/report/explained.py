@@ -50,7 +50,8 @@ def explained_losses(
     results: Results, cells: Sequence[RunRecord], styles: Mapping[str, LineStyle]
 ) -> tuple[ExplainedLoss, ...]:
     """Return the losses that `irtrack explain` has explained; the first of them with pictures."""
-    rows, found = results.sources(), []
+    rows = results.sources()
+    found: list[ExplainedLoss] = []
     for cell in cells:
         values = results.explanation(cell.key)
         if values is not None:

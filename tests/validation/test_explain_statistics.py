@@ -10,7 +10,7 @@ import pytest
 from planted_causes import RULES, game, planted
 
 import irtrack
-from irtrack.explain import Explanation
+from irtrack.explain import Explanation, explain_loss
 from irtrack.explain.game import Game, subsets
 
 ERROR = 0.1
@@ -23,7 +23,7 @@ def explained(seed: int, rule: str, error: float = ERROR) -> Explanation:
     for own in range(1000 * seed, 1000 * seed + 100):
         track = irtrack.run(tracker, scenario, seed=own)
         if irtrack.score(track, scenario).lost:
-            return irtrack.explain_loss(scenario, tracker, tracker_seed=own)
+            return explain_loss(scenario, tracker, tracker_seed=own)
     raise AssertionError("no run is lost")
 
 

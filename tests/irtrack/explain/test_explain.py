@@ -142,6 +142,13 @@ def test_wrong_input_is_one_line(tmp_path: Path, call: Call, footage: Path) -> N
 
 
 @pytest.mark.slow
+def test_the_result_does_not_depend_on_jobs() -> None:
+    scenario, tracker = planted(4, "a or b")
+    alone, apart = (irtrack.explain_loss(scenario, tracker, jobs=jobs).as_dict() for jobs in (1, 2))
+    assert alone == apart
+
+
+@pytest.mark.slow
 def test_falsify_names_the_cause_of_its_failure(tmp_path: Path, call: Call) -> None:
     scene = tmp_path / "pair.yaml"
     scene.write_text(PAIR + "vary: {occluders.post.size_px.0: {kind: uniform, low: 24, high: 28}}\n")
