@@ -48,6 +48,7 @@ _PUBLIC = {
     "write_report": "irtrack.report",
     "check": "irtrack.properties",
     "check_tracker": "irtrack.properties",
+    "explain_loss": "irtrack.explain",
     "find_failure": "irtrack.falsify",
     "kept_failures": "irtrack.falsify",
 }

@@ -27,6 +27,9 @@ from irsim.errors import InputError, counted, parse_frame_range
 if TYPE_CHECKING:
     from irsim.types import TargetBounds
 
+ENDINGS = (".csv", ".parquet", ".pq")
+"""Endings of tables."""
+
 REGION = ("region_x", "region_y", "region_columns", "region_rows")
 """Columns of the region of the unknown background level."""
 
@@ -68,9 +71,11 @@ def bounds(
 
     The bound is that of Cramér and Rao, with the detection probability of the ideal matched filter.
     """
+    from irsim.calibration.measured_bounds import measured_bounds
+    from irsim.config.paths import is_recording
     from irsim.recording.output import check_output
     from irsim.render.bounds import bounds as bounds_of
-    from irsim.render.sources import open_rendering
+    from irsim.render.sources import open_rendering, open_source
     from irsim.scenario.catalog import find
 
     if not 0 < pfa < 1:
@@ -78,9 +83,21 @@ def bounds(
     names = None if target is None else _ids(target)
     wanted = None if frames is None else parse_frame_range(frames)
     given = None if wanted is None else (wanted.start, wanted.stop)
+    opened = open_source(source) if is_recording(Path(source)) else None
+    if opened is not None and opened.scenario_text is None:
+        first, last = (0, None) if given is None else given
+        _refuse_changes(source, overrides, seed, without, clutter, start_error)
+        rows, sigma = measured_bounds(opened, names, first, last, gate)
+        print(
+            f"irsim: note: {source} holds no scenario: bounds from measured noise, sigma {sigma:.3g} counts, and a "
+            "Gaussian spot fitted to each target",
+            file=sys.stderr,
+        )
+        _put(rows, pfa, gate, clutter, output, find(source))
+        return
     rendering, start, stop = open_rendering(source, overrides or (), seed, given, part_names(without))
     if output is not None:
-        check_output(output, find(source), endings=(".csv", ".parquet", ".pq"))
+        check_output(output, find(source), endings=ENDINGS)
     warn_unheeded(source, overrides, without)
     scenario = rendering.scenario
     with (
@@ -100,12 +117,31 @@ def bounds(
         )
     if start_error is not None:
         _note_missing(scenario, rows)
+    _put(rows, pfa, gate, clutter, output, find(source))
+
+
+def _put(
+    rows: Sequence[TargetBounds], pfa: float, gate: float, clutter: bool, output: Path | None, source: Path
+) -> None:
+    """Print bounds as lines, or write them as a table."""
+    from irsim.recording.output import check_output
+
     if output is None:
         for line in _lines(rows, pfa, gate, clutter):
             print(line)
     else:
+        check_output(output, source, endings=ENDINGS)
         write_table(rows, pfa, output)
         print(output)
+
+
+def _refuse_changes(source: str, *given: object) -> None:
+    """Raise InputError for options that need a scenario."""
+    if any(each not in (None, False, [], ()) for each in given):
+        raise InputError(
+            f"{source}: holds no scenario; allowed without: --frames, --target, --gate, --pfa and -o, for bounds from "
+            "measured noise"
+        )
 
 
 def _ids(text: str) -> list[str]:

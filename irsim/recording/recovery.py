@@ -23,14 +23,15 @@ from irsim.camera import AGCS
 from irsim.camera.agc import Agc
 from irsim.config.paths import path_of
 from irsim.errors import InputError, counted
+from irsim.recording.bounds_messages import decode_bounds
 from irsim.recording.header import Contents, DigestError, Header
 from irsim.recording.mcap_reader import DamageError, McapFile, TopicIndex, check_mcap, open_mcap
 from irsim.recording.mcap_records import BROKEN, CRC, MAGIC, RECORD, Packet, packets, records, unpack
-from irsim.recording.messages import IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
+from irsim.recording.messages import BOUNDS, IMAGE, SCENARIO, TRUTH, decode_image, decode_truth, from_ns
 from irsim.recording.output import check_output
 from irsim.recording.reader import Recording
 from irsim.recording.writer import writing
-from irsim.types import Frame, Truth
+from irsim.types import Frame, TargetBounds, Truth
 
 
 def damages(recording: Recording) -> Iterator[str]:
@@ -83,6 +84,7 @@ class Salvage:
     scenario: str | None = None
     topics: dict[str, int] = field(default_factory=dict)
     truths: dict[int, Packet] = field(default_factory=dict)
+    bounds: dict[int, Packet] = field(default_factory=dict)
 
     @property
     def stated(self) -> Header | None:
@@ -104,8 +106,8 @@ class Salvage:
             return Contents.from_record(self.metadata.get("irsim_contents", {}))
         return None
 
-    def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
-        """Yield each intact image with its truth, except frames whose truth is lost."""
+    def frames(self) -> Iterator[tuple[Packet, Packet | None, Packet | None]]:
+        """Yield each intact image with its truth and its bounds, except frames whose truth is lost."""
         for part in _parts(self.path):
             if isinstance(part, Metadata):
                 self.metadata[part.name] = part.metadata
@@ -138,7 +140,7 @@ class Salvage:
     def _fitted(self) -> Header:
         """Return a header with the size, depth and rate of the intact frames, and defaults."""
         times, images = [], []
-        for packet, _ in islice(self.frames(), _FITTED_FRAMES):
+        for packet, _, _ in islice(self.frames(), _FITTED_FRAMES):
             with suppress(*BROKEN):
                 images.append(decode_image(packet.data))
                 times.append(packet.log_time)
@@ -158,8 +160,8 @@ class Salvage:
             agc=cast(Agc, AGCS.parse({"kind": "none" if is_8_bit else "linear"})),
         )
 
-    def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
-        """Return the images in a chunk that can be read, with their truths."""
+    def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None, Packet | None]]:
+        """Return the images in a chunk that can be read, with their truths and bounds."""
         images: list[Packet] = []
         with suppress(*BROKEN):
             for opcode, body in records(chunk):
@@ -168,9 +170,11 @@ class Salvage:
                     self.topics[channel.topic] = channel.id
             for truth in packets(chunk, self.topics.get(TRUTH, 0)):
                 self.truths[truth.sequence] = truth
+            for bound in packets(chunk, self.topics.get(BOUNDS, 0)):
+                self.bounds[bound.sequence] = bound
             images.extend(packets(chunk, self.topics.get(IMAGE, 0)))
-        paired = [(image, self.truths.pop(image.sequence, None)) for image in images]
-        return [(image, truth) for image, truth in paired if truth is not None or not self.has_truth]
+        found = [(each, self.truths.pop(each.sequence, None), self.bounds.pop(each.sequence, None)) for each in images]
+        return [each for each in found if each[1] is not None or not self.has_truth]
 
 
 def _is_foreign(path: Path) -> bool:
@@ -263,8 +267,8 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
         raise _nothing_left(path)
     header = header.model_copy(update={"first_frame": header.first_frame + first[0].index})
     with writing(out, header, salvage.scenario) as writer:
-        for kept, (frame, truth) in enumerate(chain([first], frames), 1):
-            writer.add(frame, truth)
+        for kept, (frame, truth, bounds) in enumerate(chain([first], frames), 1):
+            writer.add(frame, truth, None if first[2] is None else bounds or ())
             if progress is not None:
                 progress(kept)
         contents = salvage.contents
@@ -275,13 +279,16 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
     return out
 
 
-def _decoded_frames(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:
-    """Yield the frames that can be decoded, with their truths."""
-    for image, truth in salvage.frames():
+def _decoded_frames(
+    salvage: Salvage, header: Header
+) -> Iterator[tuple[Frame, Truth | None, tuple[TargetBounds, ...] | None]]:
+    """Yield the frames that can be decoded, with their truths and bounds."""
+    for image, truth, bounds in salvage.frames():
         time = from_ns(image.log_time, header.rate_hz)
         try:
             frame = Frame(decode_image(image.data, header.size), image.sequence, time, header.bits)
             frame_truth = None if truth is None else decode_truth(truth.data, truth.sequence, time)
+            found = None if bounds is None else decode_bounds(bounds.data, bounds.sequence)
         except BROKEN:
             continue
-        yield frame, frame_truth
+        yield frame, frame_truth, found

@@ -226,7 +226,8 @@ def record(
 
     jobs      number of processes that render, where the source supports it
     progress  called with the number of frames done
-    bounds    returns the bounds of the source's frame of an index, such as `irsim.FrameBounds(scenario).of`
+    bounds    returns the bounds of the source's frame of an index, such as `irsim.FrameBounds(scenario).of`; by
+              default those of a recording that holds them
 
     The recording numbers frames from 0 and keeps their times. Raises InputError where the source lacks some of the
     frames, for an unknown compression, and where the file cannot be written.
@@ -238,6 +239,12 @@ def record(
     whole_number("jobs", jobs, 1)
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
+    if bounds is None and isinstance(source, Recording) and source.has_bounds:
+        kept = source
+
+        def bounds(index: int) -> Sequence[TargetBounds]:
+            return next(kept.bounds(index, index + 1))
+
     with writing(path, header_of(source, start), source.scenario_text, compression) as writer:
         for done, (frame, truth) in enumerate(source.pairs(start, stop, jobs), 1):
             writer.add(frame, truth, None if bounds is None else bounds(start + done - 1))

@@ -33,12 +33,20 @@ class Renderer:
     Frame k rendered alone equals frame k in sequence: values cached between frames only save time.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, whole: Renderer | None = None) -> None:
+        """`whole` is a renderer of the same scenario with nothing switched off. Its painted layers are shared where
+        they are the same, and it gives the requested radiances."""
         self.scenario = scenario
         shown = with_placements(scenario)
         self.context = shown.context
         camera = shown.camera
-        farthest, *nearer = shown.background.layers(self.context)
+        self._whole: Renderer | None = whole
+        self._shown: Scenario = shown
+        if whole is not None and whole.context == self.context and whole._shown.background == shown.background:
+            self._painted: Sequence[Layer] = whole._painted
+        else:
+            self._painted = shown.background.layers(self.context)
+        farthest, *nearer = self._painted
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.recorded = cast(RecordedLayer, farthest) if scenario.background.has_noise else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
@@ -52,7 +60,6 @@ class Renderer:
         self.targets = [target for target in shown.targets if scenario.is_on(target.id)]
         self.classes = [target.cls or target.shape.default_class for target in self.targets]
         self._trajectories = Trajectories.of(shown, self.context, min(scenario.frames, FIRST_FRAMES))
-        self._shown = shown
 
     def trajectories(self, index: int) -> Trajectories:
         """Return the trajectories of camera and targets up to frame `index` or later.
@@ -151,8 +158,9 @@ class Renderer:
     @cached_property
     def _complete(self) -> Renderer:
         """Renderer of the same scenario with nothing switched off."""
-        without = self.scenario.without
-        return Renderer(self.scenario.model_copy(update={"without": ()})) if without else self
+        if not self.scenario.without:
+            return self
+        return self._whole or Renderer(self.scenario.model_copy(update={"without": ()}))
 
     def _requested_radiances(self, index: int) -> Mapping[str, float]:
         """Return the radiance, W/m2/sr, of each visible target with a requested contrast or SCR, by id of the target.

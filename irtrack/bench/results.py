@@ -22,7 +22,7 @@ import numpy as np
 from irsim.config.paths import check_input, path_of
 from irsim.notebook import table
 from irtrack.bench.records import Key, Run, RunRecord, SourceRow, pack, unpack
-from irtrack.bench.schema import APPLICATION_ID, BOUNDS_TABLE, SCHEMA, SCHEMA_VERSION
+from irtrack.bench.schema import APPLICATION_ID, BOUNDS_TABLE, EXPLANATIONS_TABLE, SCHEMA, SCHEMA_VERSION
 from irtrack.bench.summary import RANKED, ranked_texts, summary
 from irtrack.errors import InputError, one_line
 from irtrack.metrics import Score, Trace
@@ -299,6 +299,20 @@ class Results:
             sql = "SELECT data FROM bounds WHERE source_hash = ? AND target = ?"
             row = self._db.execute(sql, (source_hash, target)).fetchone()
             return None if row is None else TargetBound(**unpack(row[0]))
+
+    def add_explanation(self, key: Key, values: Mapping[str, Any]) -> None:
+        """Store the explanation of the loss of a run as JSON; it replaces an earlier one."""
+        with self._file_errors():
+            self._db.execute(EXPLANATIONS_TABLE)
+        self._insert("explanations", {"digest": key.digest, "data": json.dumps(values)}, "REPLACE")
+
+    def explanation(self, key: Key) -> dict[str, Any] | None:
+        """Return the explanation of the loss of a run; None where the file has none."""
+        with self._reading():
+            if not self._db.execute("SELECT 1 FROM sqlite_master WHERE name = 'explanations'").fetchone():
+                return None
+            row = self._db.execute("SELECT data FROM explanations WHERE digest = ?", (key.digest,)).fetchone()
+            return None if row is None else dict(json.loads(row[0]))
 
     def trace(self, key: Key) -> Trace | None:
         """Return the trace of a run of one target; None where it failed or is missing."""

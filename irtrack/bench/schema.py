@@ -45,3 +45,6 @@ CREATE TABLE IF NOT EXISTS bounds (
 )
 """
 """Table of bounds, created when the first bounds are stored; a file without bounds has no such table."""
+
+EXPLANATIONS_TABLE = "CREATE TABLE IF NOT EXISTS explanations (digest TEXT PRIMARY KEY, data TEXT NOT NULL)"
+"""Table of explanations of lost runs, created when the first is stored."""

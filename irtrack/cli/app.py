@@ -18,6 +18,7 @@ from irsim.errors import counted
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
+from irtrack.cli.explain import explain
 from irtrack.cli.falsify import falsify
 from irtrack.cli.live import live
 from irtrack.cli.many import check_options, detector_kind, show_found
@@ -253,6 +254,7 @@ def report(
 app.command()(compare)
 app.command()(check)
 app.command()(falsify)
+app.command()(explain)
 app.command()(stress)
 app.command()(regress)
 app.command()(papers)

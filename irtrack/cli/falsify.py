@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,6 +30,7 @@ from irtrack.errors import InputError
 if TYPE_CHECKING:
     from irtrack.bench import Entry
     from irtrack.falsify import Failure, NoFailure
+    from irtrack.falsify.falsification import Falsification
 
 
 def falsify(
@@ -54,6 +56,9 @@ def falsify(
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the failure in scenarios/regressions, for irtrack regress.")
     ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Name the cause of the loss in the smallest scene; takes longer.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Search the ranges of a scenario for a scene in which a tracker or detector breaks the expected rules.
@@ -69,7 +74,14 @@ def falsify(
         raise InputError(f"{scenario}: is a recording, in which nothing varies; allowed: a scenario with vary")
     loaded, tried = load(scenario, overrides or ()), _subject(tracker, detector)
     warn_unused([scenario], overrides or ())
-    name = Path(scenario).stem
+    name, say = Path(scenario).stem, partial(print, file=sys.stderr if as_json else sys.stdout)
+
+    def report(falsification: Falsification, failure: Failure, folder: Path) -> None:
+        cause = _cause(falsification, failure) if explain else ""
+        if cause:
+            say(f"cause: {cause}")
+        write_failure_report(falsification, failure, folder, cause)
+
     folder = output or Path("falsified") / file_stem(name, tried.label)
     try:
         with terminal.progress_bar(f"search {name}", budget) as progress:
@@ -88,8 +100,8 @@ def falsify(
                 file=find(scenario),
                 command=command_line(),
                 keep_in=KEPT if keep else None,
-                report=write_failure_report,
-                say=lambda line: print(line, file=sys.stderr if as_json else sys.stdout),
+                report=report,
+                say=say,
                 progress=progress,
             )
     except KeyboardInterrupt:
@@ -110,6 +122,16 @@ def falsify(
         print(f"failure: {folder / REPORT}")
     if not isinstance(found, NoFailure):
         raise typer.Exit(1)
+
+
+def _cause(falsification: Falsification, failure: Failure) -> str:
+    """Return the cause of a loss in words, or the reason why there is none."""
+    from irtrack.explain.explain import explain_failure
+
+    try:
+        return explain_failure(falsification, failure).brief()
+    except InputError as error:
+        return f"not explained: {error}"
 
 
 def _subject(tracker: str | None, detector: str | None) -> Entry:

@@ -92,6 +92,35 @@ class BoundFigures:
         return asdict(self) | {"lost_share": self.lost_share}
 
 
+BIN_FRAMES, MOST_BINS = 30, 8
+"""Least number of frames of a bin of d, and largest number of bins."""
+
+
+def ratios_by_d(traces: Sequence[Trace], bounds: Sequence[TargetBound]) -> Floats:
+    """Return (d, root mean square of error / bound, its 95 % ends), (bins, 4), over bins of d of equal numbers of
+    frames; frames count as in `bound_figures`.
+
+    The interval is that of Student's t of the mean square over the runs; nan where a bin holds one run.
+    """
+    rows = []
+    for run, (trace, bound) in enumerate(zip(traces, bounds, strict=True)):
+        used = trace.held & bound.holds(trace.indices)
+        sds, d = bound.at(trace.indices)
+        squares = ((trace.offsets / sds)[used] ** 2).mean(axis=1)
+        rows.append(np.stack([d[used], squares, np.full(len(squares), run)], axis=1))
+    table = np.concatenate(rows) if rows else np.zeros((0, 3))
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    bins = min(MOST_BINS, len(table) // BIN_FRAMES)
+    curve = np.full((bins, 4), np.nan)
+    for row, (d, squares, run) in zip(curve, (part.T for part in np.array_split(table, max(bins, 1))), strict=False):
+        row[:2] = np.median(d), math.sqrt(squares.mean())
+        means = np.array([squares[run == each].mean() for each in np.unique(run)])
+        if len(means) > 1:
+            _, low, high = mean_interval(means)
+            row[2:] = math.sqrt(max(float(low), 0.0)), math.sqrt(float(high))
+    return curve
+
+
 def bound_figures(traces: Sequence[Trace], bounds: Sequence[TargetBound]) -> BoundFigures:
     """Return the errors of traces against the bounds of their targets, one for each trace."""
     scored = [(trace, bound) for trace, bound in zip(traces, bounds, strict=True) if trace.scored.any()]

@@ -7,9 +7,10 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
+from copy import copy, deepcopy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -121,7 +122,7 @@ class Player:
         shipped tracker for a frame of another size.
         """
         frame = self._posed.frame(frame)
-        rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
+        rng = self.generator(frame.index)
         place = f"{self.name}: frame {frame.index}"
         box = self.start.box
         if self.clock.indices:
@@ -139,6 +140,16 @@ class Player:
             raise TrackerError(f"{place}: {wrong}")
         self._state = state
         self._estimates.append(estimate)
+
+    def generator(self, index: int) -> np.random.Generator:
+        """Return the random generator of frame `index`, at its beginning."""
+        return stream(self.seed, self.name, self.start.target or "init", index)
+
+    def divided(self) -> Self:
+        """Return a copy that goes on by itself with the same state; for a tracker with resumable states."""
+        other = copy(self)
+        other.clock, other._estimates = deepcopy(self.clock), list(self._estimates)
+        return other
 
     @property
     def estimate(self) -> Estimate:

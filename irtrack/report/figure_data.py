@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from irtrack.bench import Results, RunRecord, SourceRow, SummaryRow, distinct, summary
 from irtrack.bench.task_summary import TaskBreaking, TaskRow, task_breaking, task_summary
@@ -136,6 +137,7 @@ class Figures:
     """Metrics of a results file; `overall`: ranked table over all sources.
 
     tasks, task_breaking   of trackers of many and detectors; the rest is of trackers of one target
+    explanations           of lost runs, see `irtrack.explain.Explanation.as_dict`
     """
 
     results: str
@@ -145,6 +147,7 @@ class Figures:
     failures: tuple[Failure, ...]
     tasks: tuple[TaskRow, ...] = ()
     task_breaking: tuple[TaskBreaking, ...] = ()
+    explanations: tuple[Mapping[str, Any], ...] = ()
 
 
 def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
@@ -158,6 +161,7 @@ def figures(results: Results, cells: Sequence[RunRecord]) -> Figures:
         failures(cells),
         tuple(task_summary(cells)),
         task_breaking(cells, results.sources()),
+        tuple(values for cell in single if (values := results.explanation(cell.key)) is not None),
     )
 
 

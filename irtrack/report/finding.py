@@ -62,8 +62,11 @@ def _items(rows: Rows) -> list[str]:
     return [f"- {name}: {text}" for name, text in rows]
 
 
-def write_failure_report(falsification: Falsification, failure: Failure, folder: Path) -> None:
-    """Write replay.html and report.md beside minimal.yaml and minimal.mcap (`irtrack.falsify.find.Report`)."""
+def write_failure_report(falsification: Falsification, failure: Failure, folder: Path, cause: str = "") -> None:
+    """Write replay.html and report.md beside minimal.yaml and minimal.mcap (`irtrack.falsify.find.Report`).
+
+    cause   of the failure, in words (`irtrack.explain.explain_failure`)
+    """
     subject, trials = falsification.subject, falsification.trials
     scene = falsification.smallest(failure)
     with (
@@ -78,13 +81,15 @@ def write_failure_report(falsification: Falsification, failure: Failure, folder:
         ) as results,
     ):
         (cell,), (row,) = _of_the_subject(results), results.sources().values()
-        finding = _finding(falsification, failure, scene, run_command(cell, row))
+        finding = _finding(falsification, failure, scene, run_command(cell, row), cause)
         _write_page(results, folder / REPLAY, finding, irsim.Rendering(scene, MINIMAL))
     with atomic_text(folder / REPORT) as file:
         file.write(finding.as_markdown(REPORT))
 
 
-def _finding(falsification: Falsification, failure: Failure, scene: irsim.Scenario, command: str) -> Finding:
+def _finding(
+    falsification: Falsification, failure: Failure, scene: irsim.Scenario, command: str, cause: str
+) -> Finding:
     """Return the failure in words; `scene`: the smallest one."""
     space, least = falsification.space, failure.least
     when = f"at run {failure.run} of the search" if failure.run else "at the benign point, before the search"
@@ -95,6 +100,7 @@ def _finding(falsification: Falsification, failure: Failure, scene: irsim.Scenar
         verdict=(
             *_verdict(falsification, failure.rule, scene),
             ("Fresh seeds", _sensitivity(failure.least_sensitivity)),
+            *((("Cause", cause),) if cause else ()),
         ),
         way=(
             ("Found", f"{when}, with scene seed {space.scenario.seed}"),

@@ -52,6 +52,7 @@ def as_json(figures: Figures, runs: Sequence[Run]) -> str:
         "task_breaking": [each.as_dict() for each in figures.task_breaking],
         "failures": [asdict(failure) for failure in figures.failures],
         "runs": [asdict(run) for run in runs],
+        **({"explanations": list(figures.explanations)} if figures.explanations else {}),
     }
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 

@@ -113,17 +113,24 @@ def still(image: Image, index: int, why: str, followers: Iterable[Follower], bot
     boxes = [(follower, box) for follower in followers if (box := follower.box(index))]
     center = truth or (boxes[0][1] if boxes else Box((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2, 1, 1))
     around = [center, *(box for _, box in boxes)] if both else [center]
-    left, top, side = _crop_place(image, around)
-    enlarged = image[top : top + side, left : left + side]
     rows, cols = image.shape
     parts = {follower.label: (follower.style, box) for follower, box in boxes}
-    crop = _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, parts, "crop")
+    crop = crop_picture(image, truth, parts, around)
     # In the small picture of the whole frame, boxes are drawn with a least size.
     least = max(rows, cols) / 25
     marks = {label: (style, box.at_least(least)) for label, (style, box) in parts.items()}
     whole = _svg(_jpeg(image), (0, 0, cols, rows), truth.at_least(least) if truth else None, marks, "whole")
     notes = tuple(_note(follower, index) for follower in followers)
     return Still(index, why, crop, whole, notes)
+
+
+def crop_picture(
+    image: Image, truth: Box | None, boxes: Mapping[str, tuple[LineStyle, Box]], around: Sequence[Box]
+) -> str:
+    """Return the part of a picture around boxes, the target's first, as SVG with the true and the trackers' boxes."""
+    left, top, side = _crop_place(image, around)
+    enlarged = image[top : top + side, left : left + side]
+    return _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, boxes, "crop")
 
 
 def _note(follower: Follower, index: int) -> Note:

@@ -14,6 +14,7 @@ from irtrack.bench import Results, Run, RunRecord, summary
 from irtrack.bench.summary import MARKS, POSE_MARK, POSE_RULE, RULES, ms, percent, px, share
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.lost import LOSS_RULE
+from irtrack.report.explained import cause_table, explained_losses
 from irtrack.report.figure_data import failures, loss_tables, measured, severity_figures
 from irtrack.report.formats import BOUND_HEADS, BOUND_RULE, bound_texts, lead
 from irtrack.report.frames import gallery
@@ -37,6 +38,8 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     found = chapters(measured(results, cells), severities, by_label, Budget())
     overall = summary(cells, overall=True)
     losses, lost_pairs = gallery(results, cells, by_label)
+    explained = explained_losses(results, cells, by_label)
+    causes, cause_rows = cause_table(explained)
     runs = results.runs()
     return render(
         "page.html.j2",
@@ -51,6 +54,9 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         or any(each.replay for chapter in tasks for each in chapter.section.identities),
         failures=failures(cells),
         losses=losses,
+        explained=explained,
+        causes=causes,
+        cause_rows=cause_rows,
         lost_pairs=lost_pairs,
         attributes=ATTRIBUTES,
         bound_heads=BOUND_HEADS,

@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.types import SHOWN, Floats
 from irtrack.metrics import Survival, Trace, mean_interval
-from irtrack.metrics.bound import TargetBound
+from irtrack.metrics.bound import TargetBound, ratios_by_d
 from irtrack.metrics.centre_error import PRECISION_PX, precision_curve
 from irtrack.metrics.lost import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, success_curve
@@ -163,12 +163,13 @@ Traces = Mapping[str, Sequence[Trace]]
 
 @dataclass(frozen=True)
 class Plots:
-    """Charts of a source as SVG elements."""
+    """Charts of a source as SVG elements; `bound`: None without bounds that hold."""
 
     error: str
     precision: str
     success: str
     held: str
+    bound: str | None = None
 
 
 def plots(
@@ -177,8 +178,12 @@ def plots(
     styles: Mapping[str, LineStyle],
     name: str,
     bounds: Sequence[TargetBound] = (),
+    bounded: Mapping[str, tuple[list[Trace], list[TargetBound]]] | None = None,
 ) -> Plots | None:
-    """Draw the charts of a source; None where no frame has truth. `bounds`: those of the targets in its scenes."""
+    """Draw the charts of a source; None where no frame has truth.
+
+    bounds    those of the targets in its scenes;  bounded   traces with their bounds, by the tracker's label
+    """
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
@@ -208,6 +213,31 @@ def plots(
             size=SMALL,
             name=f"{name}: time to loss",
         ),
+        bound=bound_chart(bounded or {}, styles, name),
+    )
+
+
+def bound_chart(
+    bounded: Mapping[str, tuple[list[Trace], list[TargetBound]]], styles: Mapping[str, LineStyle], name: str
+) -> str | None:
+    """Draw the error over the bound against d, with its interval; None where no frame has a bound that holds."""
+    curves = {label: curve for label, each in bounded.items() if len(curve := ratios_by_d(*each))}
+    if not curves:
+        return None
+    lines = [Line(styles[label], *curve.T) for label, curve in curves.items()]
+    every = np.concatenate(list(curves.values()))
+    (low, least), (high, most) = every[:, :2].min(axis=0).tolist(), every[:, :2].max(axis=0).tolist()
+    return line_chart(
+        lines,
+        Axis("d", (0.95 * low, 1.05 * high), log=True),
+        Axis(
+            "error / bound",
+            (max(min(0.5, least), 0.01), 1.5 * max(most, 1.0)),
+            log=True,
+        ),
+        size=SMALL,
+        name=f"{name}: error over the bound",
+        level=1.0,
     )
 
 

@@ -108,7 +108,9 @@ def section(
 
 def _plots(measured: Measured, figures: SourceFigures, styles: Mapping[str, LineStyle]) -> Plots | None:
     scenes = {measured.cells[place].key.source_hash: bound for place, bound in measured.bounds.items()}
-    return plots(measured.traces, figures.survival, styles, measured.source.name, list(scenes.values()))
+    return plots(
+        measured.traces, figures.survival, styles, measured.source.name, list(scenes.values()), measured.bounded
+    )
 
 
 def _facts(measured: Measured) -> tuple[str, ...]:

@@ -101,9 +101,9 @@ def test_wrong_input(run: Run, scene: Path, words: tuple[str, ...], message: str
     assert done.stderr.count("irsim: ") == 1
 
 
-def test_recordings_without_a_scenario_are_refused(run: Run, scene: Path) -> None:
+def test_recordings_without_scenario_and_truth_are_refused(run: Run, scene: Path) -> None:
     np.save("frames.npy", np.zeros((3, 24, 32), np.uint16))
     assert run("import", "frames.npy", "-o", "real.mcap", cwd=scene.parent).returncode == 0
     done = run("bounds", "real.mcap", cwd=scene.parent)
     assert done.returncode == 2
-    assert "holds no scenario, its frames were imported; allowed: a recording of a scenario" in done.stderr
+    assert "holds no scenario and no truth; allowed: a recording with one of them" in done.stderr

@@ -208,3 +208,19 @@ def test_frames_that_the_scenario_drops_are_not_lost(tmp_path: Path) -> None:
     for change in ([], ["camera.faults=[]"], ["frames=9"], ["camera.rate_hz=25"]):
         rendering, start, stop = open_rendering(path, change)
         assert (start, stop) == (2, min(11, len(rendering)))
+
+
+def test_bounds_of_intact_frames_are_kept(tmp_path: Path) -> None:
+    """In a recovered recording, in a copied one and in a part of one."""
+    rendering = Rendering(irsim.loads(SCENE))
+    path = record(rendering, tmp_path / "bounded.mcap", bounds=irsim.FrameBounds(rendering.scenario).of)
+    whole = list(open_recording(path).bounds())
+    assert [len(rows) for rows in whole] == [1] * 12
+    assert list(open_recording(irsim.import_frames(path, tmp_path / "copy.mcap")).bounds()) == whole
+    part = open_recording(record(open_recording(path), tmp_path / "part.mcap", 3, 7))
+    assert [(row.index, row.sd_x) for (row,) in part.bounds()] == [(k - 3, whole[k][0].sd_x) for k in range(3, 7)]
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    rescued = open_recording(recover(cut, tmp_path / "rescued.mcap"))
+    assert 0 < len(rescued) < 12
+    assert list(rescued.bounds()) == whole[: len(rescued)]

@@ -98,3 +98,14 @@ def test_faint_targets_have_no_ratio(tmp_path: Path) -> None:
         assert compute_bounds(kept, kept.cells()) == []
         (row,) = bound_rows(kept, kept.cells())
     assert (row.figures.frames, row.figures.ratio) == (0, None)
+
+
+def test_report_draws_the_error_over_the_bound(tmp_path: Path) -> None:
+    """In a scene with enough frames in which the bound holds."""
+    scene = irsim.change(irsim.loads(SCENE), {"frames": 40, "targets.jet.path.speed": 0.5})
+    with run_bench([scene], [Entry("w", Walker(speed=0.5))], seeds=2, results=tmp_path / "r.db") as kept:
+        assert "Error over the bound against d" not in write_report(kept, tmp_path / "r.html").read_text()
+        compute_bounds(kept, kept.cells())
+        page = write_report(kept, tmp_path / "r.html").read_text()
+    assert "Error over the bound against d" in page
+    assert 'aria-label="scenario: error over the bound"' in page

@@ -7,7 +7,7 @@ import pytest
 from traces import trace_at
 
 from irsim.types import TargetBounds
-from irtrack.metrics.bound import TargetBound, bound_figures
+from irtrack.metrics.bound import TargetBound, bound_figures, ratios_by_d
 
 
 def bound(n: int, sd: tuple[float, float] = (0.1, 0.2), d: float = 20.0) -> TargetBound:
@@ -65,3 +65,18 @@ def test_bounds_of_rows_are_found_by_frame() -> None:
     sds, d = found.at(np.array([0, 2, 5, 7]))
     np.testing.assert_allclose(sds, [[np.nan] * 2, [0.2, 0.4], [0.5, 1.0], [np.nan] * 2])
     np.testing.assert_allclose(d, [np.nan, 12, 15, np.nan])
+
+
+def test_ratios_follow_d() -> None:
+    """Errors of once the bound where d is below 20, and of three times the bound above."""
+    rng, n = np.random.default_rng(2), 2000
+    d = np.tile([12.0, 40.0], n // 2) + np.linspace(0, 0.1, n)
+    own = TargetBound(np.arange(n), np.tile((0.1, 0.2), (n, 1)), d)
+    scale = np.where(d < 20, 1.0, 3.0)[:, None] * (0.1, 0.2)
+    curve = ratios_by_d([trace_at(rng.normal(0, 1, (n, 2)) * scale) for _ in range(4)], [own] * 4)
+    assert len(curve) == 8
+    np.testing.assert_allclose(curve[:, 0], [12] * 4 + [40] * 4, atol=0.1)
+    np.testing.assert_allclose(curve[:, 1], [1] * 4 + [3] * 4, rtol=0.06)
+    assert (curve[:, 2] < curve[:, 1]).all()
+    assert (curve[:, 3] > curve[:, 1]).all()
+    assert not len(ratios_by_d([trace_at(np.zeros((29, 2)))], [bound(29)]))
