@@ -73,7 +73,8 @@ class HOG:
         blocks = np.concatenate(parts, axis=-1)
         blocks = np.minimum(blocks / np.sqrt((blocks * blocks).sum(axis=-1, keepdims=True) + EPS**2), MOST)
         blocks = blocks / np.sqrt((blocks * blocks).sum(axis=-1, keepdims=True) + EPS**2)
-        return blocks.reshape(len(windows), -1)
+        vectors: Floats = blocks.reshape(len(windows), -1)
+        return vectors
 
 
 def sampled(pixels: Picture, windows: Floats, columns: int, rows: int) -> Floats:

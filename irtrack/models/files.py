@@ -64,13 +64,15 @@ def read_model(path: Path, kind: str) -> dict[str, Any]:
     """Return the values of a model of a kind; InputError, one line, for a missing, old, changed or other file."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; allowed: a file of irtrack train {kind}")
-    return _read(str(path.resolve()), path.stat().st_mtime_ns, kind)["values"]
+    values: dict[str, Any] = _read(str(path.resolve()), path.stat().st_mtime_ns, kind)["values"]
+    return values
 
 
 def read_card(path: Path, kind: str) -> dict[str, Any]:
     """Return the card of a model; InputError as for `read_model`."""
     read_model(path, kind)
-    return _read(str(path.resolve()), path.stat().st_mtime_ns, kind)["card"]
+    card: dict[str, Any] = _read(str(path.resolve()), path.stat().st_mtime_ns, kind)["card"]
+    return card
 
 
 @lru_cache(maxsize=16)

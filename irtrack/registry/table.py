@@ -41,6 +41,7 @@ from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
 from irtrack.trackers.hog_pf import HogPF
+from irtrack.trackers.identity import IdentityTracker
 from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
@@ -81,7 +82,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "adaboost_pf": AdaBoostPF,
 }
 
-MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}
+MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT, "identity": IdentityTracker}
 """Trackers of many targets, which start by themselves."""
 
 NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL, **MANY_EXTERNAL}

@@ -134,6 +134,7 @@ class HogPF(MonitoredTracker):
         due = self.detect and (frames % self.detect_every == 0 or state.monitor.misses % RETRY == 1)
 
         def move(ancestors: Indices | None) -> Floats:
+            assert ancestors is not None
             moved = self._moved(state.particles.take(ancestors, axis=0), rng)
             return self._with_detection(moved, size, frame, rng) if due else moved
 

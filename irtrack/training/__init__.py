@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from irtrack.training.train import KINDS, train
+from irtrack.training.trainers import KINDS, train
 
 __all__ = ["KINDS", "train"]

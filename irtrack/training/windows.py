@@ -48,7 +48,8 @@ class Windows:
 
     def negative(self, boxes: Floats) -> Bools:
         """Return which of boxes (n, 4) overlap no target."""
-        return (overlaps(boxes, self.boxes).max(axis=1, initial=0) <= MOST_OVERLAP).astype(bool)
+        apart: Bools = overlaps(boxes, self.boxes).max(axis=1, initial=0) <= MOST_OVERLAP
+        return apart
 
     def grid(self, stride: float, scales: Iterable[float]) -> Floats:
         """Return boxes (n, 4) at every `stride` sides across the part, of the target's size times scales."""

@@ -13,9 +13,10 @@ from irtrack.models.files import Card, write_model
 from irtrack.training.adaboost import train_adaboost
 from irtrack.training.frames import SEEDS, LabelledFrame, Progress, Set, labelled_frames
 from irtrack.training.hog import train_hog
+from irtrack.training.identity import train_identity
 
 Trainer = Callable[[Mapping[Set, Sequence[LabelledFrame]], str], tuple[Any, Card]]
-KINDS: dict[str, Trainer] = {"hog": train_hog, "adaboost": train_adaboost}
+KINDS: dict[str, Trainer] = {"hog": train_hog, "adaboost": train_adaboost, "identity": train_identity}
 
 
 def train(kind: str, output: Path, command: str, progress: Progress | None = None) -> Card:
