@@ -14,7 +14,7 @@ from irtrack.training import adaboost, frames, hog, identity, train
 from irtrack.training.frames import LabelledFrame, Set, labelled_frames
 from irtrack.training.windows import MOST_OVERLAP, windows_of
 
-SCENES = ["sources/cheng-sky", "stress/hard-6x6"]
+SCENES = ["sources/cheng-sky", "stress/hard-14x10"]
 
 
 @pytest.fixture(scope="module")
