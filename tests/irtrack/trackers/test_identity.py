@@ -101,7 +101,10 @@ def test_card_compares_with_the_size_alone() -> None:
 
 @pytest.mark.slow
 def test_identity_switches_on_shipped_crossings() -> None:
-    """On many/crossing at 10 degrees and many/hidden-crossing, of like points and of unlike ones, five seeds each."""
+    """No more than by `gnn` on many/crossing at 10 degrees and many/hidden-crossing, of like points and of unlike ones.
+
+    Five seeds each. `gnn` itself exchanges none there: for a scene in which it does, see the test below.
+    """
     unlike = "targets.other.shape.scr=35"
     scenes = {
         "like": ("many/crossing", ["targets.other.path.angle_deg=10"]),
@@ -121,6 +124,20 @@ def test_identity_switches_on_shipped_crossings() -> None:
                 shares.append(float(figures.idf1))
             switches[label, tracker] = total
             print(label, tracker, total, round(float(np.mean(shares)), 3))
-    assert switches["unlike", "identity"] < switches["unlike", "gnn"]
     for label in scenes:
         assert switches[label, "identity"] <= switches[label, "gnn"]
+
+
+@pytest.mark.slow
+def test_exchanges_on_paths_that_turn_back() -> None:
+    """Of 8 scenes, `gnn` without amplitudes exchanges identities in most; the veto leaves at most one exchange."""
+    exchanged = {True: 0, False: 0}
+    for seed in range(8):
+        frames, places = crossing(seed, (150.0, 60.0) if seed % 2 else (60.0, 150.0))
+        for veto in exchanged:
+            found = tracked(frames, {"veto": veto, "amplitude": False})
+            before, after = names_at(found[15], places[16]), names_at(found[-1], places[-1])
+            exchanged[veto] += before != after
+    print(exchanged)
+    assert exchanged[False] >= 6
+    assert exchanged[True] <= 1
