@@ -27,7 +27,7 @@ def test_detector_finds_the_target_in_its_gate(cold: bool) -> None:
     for seed in range(4):
         scene = blob(seed, count=1)
         frame, at = negative(scene[0][0]) if cold else scene[0][0], np.array(scene[0][1])
-        state = tracker.init(frame, Box(*at, 14, 10), stream(seed, 0))
+        state = tracker.init(frame, Box(float(at[0]), float(at[1]), 14, 10), stream(seed, 0))
         assert state.cold == cold
         gate = at + np.array([8, -6]), 25 * np.eye(2)
         found = tracker._detection(frame.image, *gate, (14.0, 10.0), cold)
