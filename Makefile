@@ -71,7 +71,7 @@ peers:
 # pyirstdmetrics alone: scikit-image brings all that it needs.
 oracles: $(INSTALLED)
 	@$(ORACLES)/bin/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(ORACLES)
-	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check trackeval scikit-image filterpy stonesoup
+	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check trackeval scikit-image filterpy stonesoup scikit-learn
 	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check pycocotools supervision rosbags rerun-sdk opencv-python-headless
 	$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps pyirstdmetrics
 	$(BIN)/python -m pytest tests/validation/test_oracles.py tests/validation/test_dataset_loaders.py

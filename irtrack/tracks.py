@@ -72,6 +72,8 @@ class TrackFrame:
                     score=None if np.isnan(score) else score,
                     velocity=None if self.velocities is None else tuple(self.velocities[k].tolist()),
                     covariance=None if self.covariances is None else self.covariances[k],
+                    id=id,
+                    cls=None if self.classes is None else self.classes[k],
                 ),
             )
 

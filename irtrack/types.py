@@ -39,6 +39,7 @@ class Estimate:
     covariance  (2, 2) px^2 of the centre
     neff        effective number of particles
     particles   (N, d) with x, y first;  weights (N,), summing to one
+    id, cls     number of the target, and its class; None where the tracker knows none
     """
 
     center: tuple[float, float]
@@ -50,6 +51,8 @@ class Estimate:
     neff: float | None = None
     particles: Floats | None = field(default=None, repr=False)
     weights: Floats | None = field(default=None, repr=False)
+    id: int | None = None
+    cls: str | None = None
 
     @property
     def box(self) -> Box:

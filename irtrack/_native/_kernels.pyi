@@ -156,3 +156,10 @@ def line_medians(wide: Table, reach: int, largest: Table, /) -> None:
     """Write the largest of the medians of four lines of 2 reach + 1 px through each pixel, (rows, columns).
 
     wide (rows + 2 reach, columns + 2 reach); reach at most 5."""
+
+def hog_windows(
+    picture: Singles, windows: Floats, bounds: Floats, columns: int, rows: int, cell: int, vectors: Floats, /
+) -> None:
+    """Write vectors (N, length) of oriented gradients of windows (N, 4): centre x, y and spacing x, y of the samples.
+
+    bounds (8, 2): cosine and sine of the directions between orientations."""

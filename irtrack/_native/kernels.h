@@ -100,6 +100,6 @@ static inline double normalise(double *mass, Py_ssize_t bins)
 #define FOR_ALL_KERNELS(X)                                                                                             \
     X(distinct_windows) X(window_histograms) X(bhattacharyya) X(window_gradients) X(window_cues) X(high_pass) X(pick)  \
     X(scaled_log_weights) X(normalise_product) X(sorted_uniforms) X(ar2) X(trajectory_similarity) X(line_fit) X(mean_shift)  \
-    X(patch_contrast) X(local_contrast) X(highest) X(merge_places) X(vertices) X(peak_sizes) X(line_medians)
+    X(patch_contrast) X(local_contrast) X(highest) X(merge_places) X(vertices) X(peak_sizes) X(line_medians) X(hog_windows)
 FOR_ALL_KERNELS(DECLARE)
 #endif

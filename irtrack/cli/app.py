@@ -37,6 +37,7 @@ from irtrack.cli.output import keep_output, print_json, print_rules, print_run, 
 from irtrack.cli.papers import papers
 from irtrack.cli.regress import regress
 from irtrack.cli.stress import stress
+from irtrack.cli.train import train
 from irtrack.errors import InputError, TrackerError
 from irtrack.runner.crash_reporter import crash_reporter
 
@@ -258,6 +259,7 @@ app.command()(explain)
 app.command()(stress)
 app.command()(regress)
 app.command()(papers)
+app.command()(train)
 
 
 def _repeat(seed: int | None, opened: Source, tracker_seed: int) -> str:

@@ -85,3 +85,12 @@ def region(image: Image, window: Window, corner: tuple[int, int], reach: Reach) 
     x, y = min(max(corner[0], 0), width - window.columns), min(max(corner[1], 0), height - window.rows)
     left, top = max(x - rx, 0), max(y - ry, 0)
     return left, top, image[top : y + ry + window.rows, left : x + rx + window.columns]
+
+
+def overlaps(one: Floats, other: Floats) -> Floats:
+    """Return the IoU (n, m) of boxes (n, 4) and (m, 4): cx, cy, w, h."""
+    low = np.maximum((one[:, :2] - one[:, 2:] / 2)[:, None], (other[:, :2] - other[:, 2:] / 2)[None])
+    high = np.minimum((one[:, :2] + one[:, 2:] / 2)[:, None], (other[:, :2] + other[:, 2:] / 2)[None])
+    shared = np.maximum(high - low, 0).prod(axis=2)
+    total: Floats = shared / (one[:, 2:].prod(axis=1)[:, None] + other[:, 2:].prod(axis=1)[None] - shared)
+    return total

@@ -28,6 +28,7 @@ from irtrack.detectors.from_file import file_spec
 from irtrack.detectors.plain import is_plain as is_plain_detector
 from irtrack.errors import InputError, error_line
 from irtrack.external import ALL_PEERS, HINT, offered, required
+from irtrack.trackers.adaboost_pf import AdaBoostPF
 from irtrack.trackers.adapters import Plain, is_plain
 from irtrack.trackers.apf_tbd import APFTBD
 from irtrack.trackers.base import TrackerPart
@@ -39,6 +40,8 @@ from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
+from irtrack.trackers.hog_pf import HogPF
+from irtrack.trackers.identity import IdentityTracker
 from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
@@ -75,9 +78,11 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "pdaf": PDAF,
     "h_infinity": HInfinity,
     "lbp_mean_shift": LBPMeanShift,
+    "hog_pf": HogPF,
+    "adaboost_pf": AdaBoostPF,
 }
 
-MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}
+MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT, "identity": IdentityTracker}
 """Trackers of many targets, which start by themselves."""
 
 NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **MULTI_TRACKERS, **EXTERNAL, **MANY_EXTERNAL}

@@ -16,6 +16,7 @@ import irtrack
 from irsim.types import Box, Image
 from irtrack._native import COMPILED, kernels
 from irtrack.features import gradients, highpass, histogram, mean_shift, trajectory
+from irtrack.features.hog import HOG
 from irtrack.features.quantiser import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import resampling
@@ -151,6 +152,18 @@ def test_high_passed_pictures(image: Image, L: int, m: int, full: bool, gain: fl
         assert high_pass(image).tolist() == whole.tolist()
 
 
+@settings(max_examples=30)
+@given(st.integers(2, 30), st.integers(2, 30), st.sampled_from([(20, 20, 4), (16, 32, 4), (8, 6, 1)]), seeds)
+def test_oriented_gradients(rows: int, columns: int, layout: tuple[int, int, int], seed: int) -> None:
+    """Windows on, across and off the picture; constant pictures too."""
+    rng = np.random.default_rng(seed)
+    picture = rng.integers(0, rng.choice([1, 200]), (rows, columns), endpoint=True).astype(np.float32)
+    places, spacing = rng.uniform(-20, 50, (9, 2)), rng.uniform(0.2, 3, (9, 2))
+    vectors = HOG(*layout).vectors(picture, places, spacing)
+    with plain():
+        assert vectors.tolist() == HOG(*layout).vectors(picture, places, spacing).tolist()
+
+
 @pytest.mark.parametrize("name", TRACKERS)
 def test_tracks_with_and_without_kernels(name: str) -> None:
     """Of a target that is hidden for some frames, by every tracker."""
@@ -178,6 +191,7 @@ def test_wrong_calls_are_errors() -> None:
     places_at = image, table, two, two, box, box
     ring, nothing, part = highpass.ring_kernel(1, 4), np.zeros((3, 3), np.float32), image.copy()
     none, flat, four = np.zeros(0), np.zeros((3, 3)), np.zeros((2, 4))
+    windows, bounds = np.ones((1, 4)), np.ones((8, 2))
     wrong: list[Callable[[], object]] = [
         lambda: kernels.high_pass(image, ring, 1.0, 1, 0, part),
         lambda: kernels.high_pass(image, ring, 1.0, 0, -1, part),
@@ -212,6 +226,12 @@ def test_wrong_calls_are_errors() -> None:
         lambda: kernels.line_fit(two[:0], two, two),
         lambda: kernels.mean_shift(image, table, 2.0, 1e9, two, 9, 0.1, two, two, two[:1]),
         lambda: kernels.mean_shift(image, table, 2.0, 2.0, two, 9, 0.1, two, two, two),
+        lambda: kernels.hog_windows(single[None], windows, bounds, 8, 8, 4, np.zeros((1, 36))),
+        lambda: kernels.hog_windows(nothing, windows, bounds, 8, 8, 4, np.zeros((1, 35))),
+        lambda: kernels.hog_windows(nothing, windows, bounds[1:], 8, 8, 4, np.zeros((1, 36))),
+        lambda: kernels.hog_windows(nothing, windows, bounds, 8, 9, 4, np.zeros((1, 36))),
+        lambda: kernels.hog_windows(nothing, windows, bounds, 1 << 40, 8, 4, np.zeros((1, 36))),
+        lambda: kernels.hog_windows(nothing, windows[:, :3], bounds, 8, 8, 4, np.zeros((1, 36))),
     ]  # fmt: skip
     for call in wrong:
         with pytest.raises(ValueError, match=r"do not agree|out of range|without|beyond|away|bin for each|mismatch"):

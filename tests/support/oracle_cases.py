@@ -78,3 +78,11 @@ def straight_target(seed: int) -> dict[str, Any]:
         "measurement_sd": float(rng.uniform(0.5, 2)),
         "theta": float(rng.uniform(0.001, 0.02)),
     }
+
+
+def two_classes(seed: int) -> dict[str, Any]:
+    """Return vectors (80, 6) of two overlapping classes, exact in float32, the class of each, and C of an SVM."""
+    rng = np.random.default_rng(seed)
+    vectors = np.rint(rng.normal(0, 1, (80, 6)) * 256) / 256
+    positive = vectors[:, 0] + vectors[:, 1] * vectors[:, 2] + rng.normal(0, 0.5, 80) > rng.normal(0, 0.3)
+    return {"vectors": vectors, "positive": positive, "cost": float(rng.uniform(0.02, 2)), "rounds": 12}

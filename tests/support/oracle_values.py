@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
-from oracle_cases import masks, one_gate, sequence, shared_gates, straight_target, turning_target
+from oracle_cases import masks, one_gate, sequence, shared_gates, straight_target, turning_target, two_classes
 
 
 def of_trackeval(seed: int) -> dict[str, float]:
@@ -196,6 +196,29 @@ def of_filterpy_hinfinity(seed: int) -> dict[str, Any]:
     return {"states": states}
 
 
+def of_sklearn(seed: int) -> dict[str, Any]:
+    """Return the linear SVM, Platt's probability of its margins, and AdaBoost on trees of depth 1, by scikit-learn."""
+    from sklearn.calibration import _sigmoid_calibration
+    from sklearn.ensemble import AdaBoostClassifier
+    from sklearn.svm import LinearSVC
+    from sklearn.tree import DecisionTreeClassifier
+
+    case = two_classes(seed)
+    x, y = case["vectors"], case["positive"]
+    svm = LinearSVC(C=case["cost"], dual=False, tol=1e-12, max_iter=100_000).fit(x, y)
+    margins = svm.decision_function(x)
+    a, c = _sigmoid_calibration(margins, y)
+    boosted = AdaBoostClassifier(DecisionTreeClassifier(max_depth=1), n_estimators=case["rounds"], random_state=0)
+    boosted.fit(x, y)
+    return {
+        "margins": margins.tolist(),
+        "a": -float(a),
+        "c": -float(c),
+        "decisions": boosted.predict(x).tolist(),
+        "alpha": (boosted.estimator_weights_ / 2).tolist(),
+    }
+
+
 ORACLES = {
     "trackeval": of_trackeval,
     "pyirstdmetrics": of_pyirstdmetrics,
@@ -203,6 +226,7 @@ ORACLES = {
     "stonesoup": of_stonesoup,
     "stonesoup_pda": of_stonesoup_pda,
     "filterpy_hinfinity": of_filterpy_hinfinity,
+    "sklearn": of_sklearn,
 }
 
 if __name__ == "__main__":

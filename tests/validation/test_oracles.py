@@ -24,6 +24,7 @@ COMPARISONS = (
     "irtrack/filters/test_data_association.py::test_joint_probabilities_equal_stone_soup",
     "irtrack/trackers/test_h_infinity.py::test_states_equal_filterpy",
     "irtrack/trackers/test_pdaf.py::test_probabilities_equal_stone_soup",
+    "irtrack/models/test_classifiers.py::test_classifiers_equal_scikit_learn",
 )
 
 pytestmark = pytest.mark.skipif(not ORACLES.exists(), reason="no .venv-oracles; make oracles installs it")

@@ -47,10 +47,12 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
     ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
     ("lbp_mean_shift", {"offset": 0.0, "bins": 16, "alpha": 0.1}),
+    ("hog_pf", {"detect": False, "sharpness": 1.0, "size_walk": 0.0, "resampling": "residual"}),
+    ("adaboost_pf", {"step_by": "fixed", "feedback": False, "high_pass": "ring", "damping": 0.7}),
     ("imm_mf", {"hypotheses": 1, "register_frames": False, "weight": 0.5}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
-SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
+SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3, "hog_pf": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
 SHIFT_TOLERANCE = {
     "svd_pf": 1.0,
