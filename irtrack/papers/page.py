@@ -35,7 +35,7 @@ from irtrack.papers.runs import (
     run_real,
     settle_choices,
 )
-from irtrack.papers.summary import commit, counts, growth_summary, rows_summary, verdict_list
+from irtrack.papers.summary import commit, counts, growth_summary, points_summary, rows_summary, verdict_list
 from irtrack.papers.tables import (
     Row,
     Speed,
@@ -210,9 +210,7 @@ def write_papers(
         "claims": {part.paper.key: counts(part.paper, part.verdicts) for part in parts if part.verdicts},
         "scenes": {each.experiment.scene.name: rows_summary(each.rows) for part in parts for each in part.experiments},
         "growth": growth_summary(growth) if growth else None,
-        "points": {"runs": points.runs, "rows": points.rows(), "verdicts": verdict_list(point_verdicts)}
-        if points
-        else None,
+        "points": points_summary(points) if points else None,
         "verdicts": {part.paper.key: verdict_list(part.verdicts) for part in parts},
     }
     with atomic_text(folder / SUMMARY) as file:

@@ -67,7 +67,8 @@ class _Frame(NamedTuple):
     def log_posterior(self, x: Floats, expected: Floats) -> Floats:
         """Return ln p(plots | x) p(x | last state), (R, n), up to a constant."""
         apart = x - expected
-        return self.log_likelihood(x) - 0.5 * ((apart @ self.inverse) * apart).sum(axis=-1)
+        density: Floats = self.log_likelihood(x) - 0.5 * ((apart @ self.inverse) * apart).sum(axis=-1)
+        return density
 
 
 @dataclass(frozen=True)
