@@ -43,6 +43,7 @@ from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.lbp_mean_shift import LBPMeanShift
+from irtrack.trackers.likelihood_pf import LikelihoodPF
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
@@ -51,6 +52,7 @@ from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.pdaf import PDAF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
+from irtrack.trackers.upf import UPF
 from irtrack.types import Tracker
 
 TRACKERS: dict[str, type[TrackerPart]] = {
@@ -75,6 +77,8 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "pdaf": PDAF,
     "h_infinity": HInfinity,
     "lbp_mean_shift": LBPMeanShift,
+    "upf": UPF,
+    "likelihood_pf": LikelihoodPF,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -26,6 +26,7 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("grey_pf", {"noise": "fixed", "r0": 2.0, "resampling": "systematic", "update": False, "damping": 0.9}),
     ("grey_pf", {"high_pass": "ring", "grid": 2, "adapt": "kld", "resampling": "residual", "w_t": 0.9}),
     ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff", "bins": 16}),
+    ("grey_pf", {"groups": "two", "wide_sd": 3.0}),
     ("cascade_pf", {"velocity": "least_squares", "carried": True, "propagation": "disc", "radius": 5.0}),
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
     ("product_pf", {"high_pass": "butterworth", "by_speed": True}),
@@ -47,6 +48,10 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("pdaf", {"detector": "matched_filter:psf=2:side=11", "amplitude": False, "direction": False, "clutter": 1e-4}),
     ("h_infinity", {"measurement": "ncc", "speed_weight": 1.0, "theta": 0.01}),
     ("lbp_mean_shift", {"offset": 0.0, "bins": 16, "alpha": 0.1}),
+    ("upf", {"weigh": "match", "particles": 30, "resampling": "residual"}),
+    ("upf", {"proposal": "prior", "high_pass": "ring"}),
+    ("likelihood_pf", {"sampling": "two", "propagation": "disc"}),
+    ("likelihood_pf", {"regressed": True, "resampling": "systematic"}),
     ("imm_mf", {"hypotheses": 1, "register_frames": False, "weight": 0.5}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
@@ -115,6 +120,9 @@ NEEDED: dict[str, dict[str, Any]] = {
     "neff_": {"adapt": "neff"},
     "kld_": {"adapt": "kld"},
     "jitter": {"corrected": True},
+    "wide_": {"groups": "two"},
+    "coarse": {"sampling": "two"},
+    "scatter": {"regressed": True},
     "by_speed_most": {"by_speed": True},
     "place_sd": {"velocity": "least_squares"},
 }
