@@ -39,6 +39,7 @@ from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
+from irtrack.trackers.histogram_moments import HistogramMoments
 from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
@@ -79,6 +80,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "lbp_mean_shift": LBPMeanShift,
     "upf": UPF,
     "likelihood_pf": LikelihoodPF,
+    "histogram_moments": HistogramMoments,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -52,6 +52,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("upf", {"proposal": "prior", "high_pass": "ring"}),
     ("likelihood_pf", {"sampling": "two", "propagation": "disc"}),
     ("likelihood_pf", {"regressed": True, "resampling": "systematic"}),
+    ("histogram_moments", {"cues": "moments", "reach": 4}),
+    ("histogram_moments", {"cues": "histogram", "shift": False, "alpha": 0.1, "high_pass": "ring"}),
     ("imm_mf", {"hypotheses": 1, "register_frames": False, "weight": 0.5}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
