@@ -34,6 +34,7 @@ from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
 from irtrack.trackers.change_kalman import ChangeKalman
+from irtrack.trackers.ensemble import EnsembleTracker
 from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
@@ -81,6 +82,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "upf": UPF,
     "likelihood_pf": LikelihoodPF,
     "histogram_moments": HistogramMoments,
+    "ensemble": EnsembleTracker,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT}

@@ -41,7 +41,7 @@ def test_map_of_invariants_equals_single_windows() -> None:
 
 
 def test_moments_tell_apart_what_histograms_do_not() -> None:
-    """Two pairs of spots, opposite and at right angles, have one kernel-weighted histogram; the search starts midway."""
+    """Two pairs of spots, opposite and at right angles, have one kernel histogram; the search starts midway."""
     y, x = np.mgrid[:60, :80]
 
     def pair(cx: float, offsets: tuple[tuple[int, int], ...]) -> np.ndarray:

@@ -54,6 +54,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("likelihood_pf", {"regressed": True, "resampling": "systematic"}),
     ("histogram_moments", {"cues": "moments", "reach": 4}),
     ("histogram_moments", {"cues": "histogram", "shift": False, "alpha": 0.1, "high_pass": "ring"}),
+    ("ensemble", {"renewed": 0}),
+    ("ensemble", {"classifiers": 3, "renewed": 3, "ring": 1.0}),
     ("imm_mf", {"hypotheses": 1, "register_frames": False, "weight": 0.5}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
