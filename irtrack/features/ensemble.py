@@ -85,7 +85,8 @@ def balanced(labels: Floats) -> Floats:
     """Return weights (n,) that sum to 1/2 over each of both classes."""
     positive = labels > 0
     weights: Floats = np.where(positive, 0.5 / max(positive.sum(), 1), 0.5 / max((~positive).sum(), 1))
-    return weights / weights.sum()
+    whole: Floats = weights / weights.sum()
+    return whole
 
 
 def weak_fit(x: Floats, labels: Floats, weights: Floats) -> Floats:

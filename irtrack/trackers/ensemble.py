@@ -39,13 +39,13 @@ class EnsembleTracker(MonitoredTracker):
 
     S. Avidan, "Ensemble Tracking", IEEE TPAMI 29(2), 2007. A pixel has 9 features: an orientation histogram of 8 bins
     over 5 x 5 px, and its grey level in place of colour. Weak classifiers are planes of least squares, weighted by
-    AdaBoost; in each frame the best are kept, weighted anew, and new ones are trained (Algorithm 2). Pixels of the box's
-    ellipse are positive, those of a ring around it negative.
+    AdaBoost; in each frame the best are kept, weighted anew, and new ones are trained (Algorithm 2). Pixels of the
+    box's ellipse are positive, those of a ring around it negative.
 
     Chosen here: classes weigh alike; the map of positive scores is searched within one box side beyond the window;
     frames without a hit teach nothing; pixels of the first frame are learned again in each frame (`anchor`), since
-    classifiers that learn from their own estimates drift. The score is the share of the ellipse's pixels that are classified as target, and
-    its background score the same share of the ring.
+    classifiers that learn from their own estimates drift. The score is the share of the ellipse's pixels that are
+    classified as target, and its background score the same share of the ring.
     """
 
     source: ClassVar[str] = "Avidan 2007"

@@ -45,7 +45,8 @@ def test_moments_tell_apart_what_histograms_do_not() -> None:
     y, x = np.mgrid[:60, :80]
 
     def pair(cx: float, offsets: tuple[tuple[int, int], ...]) -> np.ndarray:
-        return np.sum([np.exp(-((x - cx - a) ** 2 + (y - 30 - b) ** 2) / 3) for a, b in offsets], axis=0)
+        spots: np.ndarray = np.sum([np.exp(-((x - cx - a) ** 2 + (y - 30 - b) ** 2) / 3) for a, b in offsets], axis=0)
+        return spots
 
     target, other = pair(33, ((4, 0), (-4, 0))), pair(46, ((4, 0), (0, 4)))
     right = dict.fromkeys(("both", "histogram"), 0)
