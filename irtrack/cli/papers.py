@@ -16,7 +16,9 @@ def papers(
     output: Annotated[Path, path_option("DIR", "Folder for the page and its results.", "-o", "--output")] = Path(
         "sources"
     ),
-    only: Annotated[str | None, option("PART,...", "Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")] = None,
+    only: Annotated[
+        str | None, option("PART,...", "Of cheng, xue, an, cui, camshift, li, cost, growth, points, hard.")
+    ] = None,
     real: Annotated[
         Path | None, path_option("DIR", "Labelled real sequences: folders with frames.mp4 and gt.csv.")
     ] = None,

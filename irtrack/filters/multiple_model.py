@@ -50,6 +50,41 @@ def constant_velocity_model(acceleration: float, size: int = STATE) -> Model:
     return Model(F[:size, :size], Q[:size, :size])
 
 
+def white_acceleration_model(density: float, size: int = 4) -> Model:
+    """Return the constant-velocity model with continuous white acceleration (2001, eq. 6.2.2-12): Q is not singular.
+
+    `density`: root of its power spectral density, px/frame^(3/2).
+    """
+    model = constant_velocity_model(0.0, size)
+    Q = model.Q.copy()
+    for axis in (0, 1):
+        Q[np.ix_((axis, 2 + axis), (axis, 2 + axis))] = density**2 * np.array([[1 / 3, 1 / 2], [1 / 2, 1]])
+    return Model(model.F, Q)
+
+
+def singer_model(acceleration: float, rate: float) -> Model:
+    """Return the model with acceleration of deviation `acceleration`, px/frame^2, that decays with `rate`, 1/frame.
+
+    R. Singer, "Estimating optimal tracking filter performance for manned maneuvering targets", IEEE TAES 6(4), 1970.
+    Q = 2 rate acceleration^2 int_0^1 g g' ds, g the last column of F(s), by Gauss-Legendre quadrature.
+    """
+
+    def transition(s: float | Floats) -> list[Floats]:
+        decay = np.exp(-rate * s)
+        return [(rate * s - 1 + decay) / rate**2, (1 - decay) / rate, decay]
+
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    g = np.stack(transition((nodes + 1) / 2))
+    one = 2 * rate * acceleration**2 * (g * weights / 2) @ g.T
+    F, Q = np.eye(STATE), np.zeros((STATE, STATE))
+    for axis in (0, 1):
+        places = [axis, 2 + axis, 4 + axis]
+        F[axis, 2 + axis] = 1
+        F[places, 4 + axis] = transition(1.0)
+        Q[np.ix_(places, places)] = one
+    return Model(F, Q)
+
+
 def constant_acceleration_model(increment: float) -> Model:
     """Return the constant-acceleration model; `increment`: deviation of its increments, px/frame^2 (2001, eq.
     6.3.3-5)."""

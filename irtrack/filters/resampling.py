@@ -69,15 +69,20 @@ def systematic(weights: Floats, rng: np.random.Generator, count: int | None = No
 
 
 def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
-    """Return the number of times (R, N) that `systematic` takes each particle, for R sets of weights (R, N).
+    """Return the number of times (R, N) that `systematic` takes each particle, for R sets of weights (R, N)."""
+    return copies_at(weights, rng.random((len(weights), 1)))
+
+
+def copies_at(weights: Floats, u: Floats) -> Indices:
+    """Return the number of times (R, N) that `systematic` takes each particle of weights (R, N), for uniform u (R, 1).
 
     Point j, at (j + u) / N for one u of [0, 1), falls on the first i with N c_i - u > j for cumulative weights c:
     ceil(N c_i - u) points fall on particles up to i.
     """
-    count, n = weights.shape
+    n = weights.shape[1]
     marks = weights.cumsum(axis=1)
     marks *= n / marks[:, -1:]
-    marks -= rng.random((count, 1))
+    marks -= u
     ends = np.ceil(marks, out=marks).astype(np.intp)
     ends[:, -1] = n  # exact despite rounding
     copies: Indices = np.diff(ends, axis=1, prepend=0)

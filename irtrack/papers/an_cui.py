@@ -100,6 +100,7 @@ AN = Paper(
             for by in ("count", "mass")
             for keep in (0.3, 0.6, 0.9)
         ),
+        ("two groups of particles (reference 3)", "grey_pf:groups=two", "grey_pf"),
     ),
 )
 

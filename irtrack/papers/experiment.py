@@ -15,6 +15,7 @@ OF_PAPERS = (
     *("grey_pf", "cascade_pf", "product_pf", "mean_shift", "mean_shift_kalman", "mean_shift_pf"),
     *("background_restrained_pf", "template", "kalman", "ekf", "optical_flow", "camshift_kalman"),
     *("fusion_wspf", "svd_pf", "apf_tbd", "pdaf", "h_infinity", "lbp_mean_shift", "hog_pf", "adaboost_pf"),
+    *("upf", "likelihood_pf", "histogram_moments", "ensemble"),
 )
 """Trackers that a paper describes, names, or compares with."""
 

@@ -60,6 +60,8 @@ MECHANISMS = (
     ("update of a visible target against always", "fusion_wspf", "fusion_wspf:update_when=always"),
     ("rho_T beside the threshold of the scene", "fusion_wspf", "fusion_wspf:rho_t=0"),
     ("particles set aside keep their weights", "fusion_wspf", "fusion_wspf:restoring=equal"),
+    ("likelihood_pf (reference 3): regressed weights", "likelihood_pf:regressed=true", "likelihood_pf"),
+    ("likelihood_pf: two-stage sampling (reference 4)", "likelihood_pf:sampling=two", "likelihood_pf"),
     ("damping .7 of grey_pf's AR(2) against none", "grey_pf:damping=0.7", "grey_pf"),
 )
 SLOWER = 48.116217 / 9.671286

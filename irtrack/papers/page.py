@@ -21,6 +21,8 @@ from irtrack.papers.cost import COST
 from irtrack.papers.experiment import CONTEXT, HARD, OURS, THEIRS, Experiment, Paper, Sweep
 from irtrack.papers.growth import RUNS_A_SEED, growth_result
 from irtrack.papers.li import LI
+from irtrack.papers.points import RUNS_A_SEED as POINT_RUNS_A_SEED
+from irtrack.papers.points import points_result
 from irtrack.papers.runs import (
     DEVELOPMENT,
     FIRST_SEED,
@@ -33,7 +35,7 @@ from irtrack.papers.runs import (
     run_real,
     settle_choices,
 )
-from irtrack.papers.summary import commit, counts, growth_summary, rows_summary, verdict_list
+from irtrack.papers.summary import commit, counts, growth_summary, points_summary, rows_summary, verdict_list
 from irtrack.papers.tables import (
     Row,
     Speed,
@@ -50,7 +52,7 @@ from irtrack.report.line_styles import LineStyle, styles
 from irtrack.report.page import render
 
 PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
-PARTS = (*(paper.key for paper in PAPERS), "growth", "hard")
+PARTS = (*(paper.key for paper in PAPERS), "growth", "points", "hard")
 RESULTS = "sources.db"
 PAGE = "sources.html"
 SUMMARY = "sources.json"
@@ -157,6 +159,7 @@ def write_papers(
         found = run_plan(plan_paper(paper), results, taken[: paper.seeds_at_most], jobs, progress)
         parts.append(PaperPart.of(paper, found))
     growth = growth_result(RUNS_A_SEED * seeds, first) if "growth" in chosen else None
+    points = points_result(POINT_RUNS_A_SEED * seeds, first) if "points" in chosen else None
     hard, comparisons = None, []
     if "hard" in chosen:
         picked_on = run_plan(plan_hard(OURS), results, development, jobs, progress)
@@ -168,7 +171,8 @@ def write_papers(
         with TemporaryDirectory() as work:
             real_table = run_real(real, Path(work), results, jobs, progress=progress)
     growth_verdicts = growth.verdicts() if growth else []
-    verdicts = [each for part in parts for each in part.verdicts] + growth_verdicts
+    point_verdicts = points.verdicts() if points else []
+    verdicts = [each for part in parts for each in part.verdicts] + growth_verdicts + point_verdicts
     derived = [each for part in parts for each in part.paper.derived]
     goals = [each for part in parts for each in part.goals]
     text = render(
@@ -184,6 +188,8 @@ def write_papers(
         growth=growth,
         growth_charts=growth_charts(growth) if growth else [],
         growth_verdicts=growth_verdicts,
+        points=points,
+        point_verdicts=point_verdicts,
         growth_styles=styles(growth.by_particles) if growth else {},
         hard=hard,
         comparisons=comparisons,
@@ -204,6 +210,7 @@ def write_papers(
         "claims": {part.paper.key: counts(part.paper, part.verdicts) for part in parts if part.verdicts},
         "scenes": {each.experiment.scene.name: rows_summary(each.rows) for part in parts for each in part.experiments},
         "growth": growth_summary(growth) if growth else None,
+        "points": points_summary(points) if points else None,
         "verdicts": {part.paper.key: verdict_list(part.verdicts) for part in parts},
     }
     with atomic_text(folder / SUMMARY) as file:

@@ -12,6 +12,7 @@ from typing import Any
 from irtrack.metrics import CentreFigures
 from irtrack.papers.experiment import Paper
 from irtrack.papers.growth import GrowthResult
+from irtrack.papers.points import PointResult
 from irtrack.papers.tables import Row
 from irtrack.papers.verdicts import Verdict
 
@@ -70,6 +71,11 @@ def growth_summary(result: GrowthResult) -> dict[str, Any]:
         for label, by_n in result.by_particles.items()
     }
     return {"runs": result.runs, "rmse_error_neff": table, "verdicts": counts(None, result.verdicts())}
+
+
+def points_summary(result: PointResult) -> dict[str, Any]:
+    """Return the number of runs, rows of worlds and filters, and verdicts."""
+    return {"runs": result.runs, "rows": result.rows(), "verdicts": verdict_list(result.verdicts())}
 
 
 def verdict_list(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:

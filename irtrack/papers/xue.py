@@ -155,6 +155,13 @@ def ablations(scene: Scene) -> tuple[Switch, ...]:
         ("mean shift", shift, f"{cascade}:high_pass=none:cues=grey"),
         ("mean shift on high-pass", f"{shift}:high_pass=ring", shift),
         ("importance correction of moved particles", f"{shift}:corrected=true", shift),
+        ("upf: unscented proposal (reference 3) against the motion model", "upf", "upf:proposal=prior"),
+        ("upf: carried covariances", "upf:carried=true", "upf"),
+        ("upf: grey likelihood against that of the best match", "upf", "upf:weigh=match"),
+        ("histogram_moments (reference 9): moments", "histogram_moments", "histogram_moments:cues=histogram"),
+        ("histogram_moments: exhaustive search", "histogram_moments", "histogram_moments:reach=0"),
+        ("ensemble (reference 11): renewal", "ensemble", "ensemble:renewed=0"),
+        ("ensemble: the first frame learned again", "ensemble", "ensemble:anchor=0"),
     )
 
 

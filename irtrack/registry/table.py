@@ -35,6 +35,7 @@ from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF, CoastingPF, ProductPF
 from irtrack.trackers.change_kalman import ChangeKalman
+from irtrack.trackers.ensemble import EnsembleTracker
 from irtrack.trackers.external import EXTERNAL, Command
 from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
@@ -42,10 +43,12 @@ from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
 from irtrack.trackers.hog_pf import HogPF
 from irtrack.trackers.identity import IdentityTracker
+from irtrack.trackers.histogram_moments import HistogramMoments
 from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman
 from irtrack.trackers.lbp_mean_shift import LBPMeanShift
+from irtrack.trackers.likelihood_pf import LikelihoodPF
 from irtrack.trackers.many_adapters import PlainMany, is_plain_many, takes_detections
 from irtrack.trackers.many_external import MANY_EXTERNAL, ManyCommand
 from irtrack.trackers.mean_shift import MeanShift, MeanShiftKalman, MeanShiftPF
@@ -54,6 +57,7 @@ from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.pdaf import PDAF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
+from irtrack.trackers.upf import UPF
 from irtrack.types import Tracker
 
 TRACKERS: dict[str, type[TrackerPart]] = {
@@ -80,6 +84,10 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "lbp_mean_shift": LBPMeanShift,
     "hog_pf": HogPF,
     "adaboost_pf": AdaBoostPF,
+    "upf": UPF,
+    "likelihood_pf": LikelihoodPF,
+    "histogram_moments": HistogramMoments,
+    "ensemble": EnsembleTracker,
 }
 
 MULTI_TRACKERS: dict[str, type[TrackerPart]] = {"gnn": GNN, "jpda": JPDA, "mht": MHT, "identity": IdentityTracker}

@@ -30,7 +30,10 @@ from irtrack.types import Estimate
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyPFState:
-    """State: `positions` and `previous` (N, 2) px, in this and the previous frame; weights and distances D (N,)."""
+    """State: `positions` and `previous` (N, 2) px, in this and the previous frame; weights and distances D (N,).
+
+    wide   share of the particles that the second group has in the next frame
+    """
 
     appearance: Appearance
     reference: Floats
@@ -39,6 +42,7 @@ class GreyPFState:
     weights: Floats
     distances: Floats
     monitor: VisibilityMonitor
+    wide: float = 0.5
 
 
 class GreyPF(GreyTracker):
@@ -88,6 +92,14 @@ class GreyPF(GreyTracker):
     """Standard deviation of the first particles on each axis, px."""
     start_speed_sd: Spread = 2.0
     """Standard deviation of the unknown first speed on each axis, px/frame."""
+    groups: Literal["one", "two"] = "one"
+    """two: the last particles form a second group, whose places walk by `wide_sd` and whose speed is unknown; the share
+    of each group follows its mean likelihood (An et al. 2007, reference 3, of which only "two groups of particles" is
+    known)."""
+    wide_sd: Deviation = 6.0
+    """two: standard deviation of the second group's walk on each axis, px."""
+    wide_least: Annotated[float, Field(ge=0.01, le=0.49)] = 0.1
+    """two: least share of either group."""
     adapt: Literal["none", "kld", "neff"] = "none"
     """Number of particles in a frame: always N; by KLD-sampling; or so that the effective sample size stays at
     `neff_wanted`; N at most. The paper calls for an adaptive number (sections 3, 4) and gives no method."""
@@ -106,6 +118,8 @@ class GreyPF(GreyTracker):
     def _ordered(self) -> GreyPF:
         if self.r_max is not None and self.r_max < self.r_min:
             raise ValueError(f"r_max {self.r_max} is below r_min {self.r_min}")
+        if self.groups == "two" and self.adapt == "kld":
+            raise ValueError("groups two and adapt kld: kld counts particles of one group")
         return self
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyPFState:
@@ -131,10 +145,15 @@ class GreyPF(GreyTracker):
         def move(ancestors: Indices | None) -> Floats:
             nonlocal previous
             assert ancestors is not None
-            if self.adapt == "kld":
+            if self.adapt == "kld" or self.groups == "two":
                 ancestors = rng.permutation(ancestors)  # random order, so that the first n are a random sample
             deviation = self.deviation(state.distances.take(ancestors), appearance.size)
             positions, previous = ar2(state.positions, state.previous, ancestors, self.damping, deviation, rng)
+            if self.groups == "two":
+                wide = slice(self._narrow(len(positions), state.wide), None)
+                previous = previous.copy()
+                positions[wide] = previous[wide] + self.wide_sd * rng.standard_normal(positions[wide].shape)
+                previous[wide] = positions[wide] - self.start_speed_sd * rng.standard_normal(positions[wide].shape)
             if self.adapt == "kld":
                 count = kld_count(positions, self.n_min, self.kld_cell, self.kld_epsilon, self.kld_z)
                 positions, previous = positions[:count], previous[:count]
@@ -160,6 +179,7 @@ class GreyPF(GreyTracker):
             weights=W,
             distances=np.sqrt(1 - step.likelihood.lw),
             monitor=monitor,
+            wide=self.wide_share(step.W, state.wide) if self.groups == "two" else state.wide,
         )
         status = self.status(monitor, step.in_view)
         stated = self.spread_weights(step.W, W)
@@ -184,6 +204,16 @@ class GreyPF(GreyTracker):
         r_max = sqrt(size[0] * size[1]) / 2 if self.r_max is None else self.r_max
         clipped: Floats = np.maximum(np.minimum(self.r0 * distances, r_max), self.r_min)
         return clipped
+
+    def _narrow(self, count: int, share: float) -> int:
+        """Return the number of particles of the first group."""
+        return min(max(count - round(share * count), 1), count - 1)
+
+    def wide_share(self, W: Floats, share: float) -> float:
+        """Return the share of the second group after a frame: its mean weight over the sum of both means."""
+        narrow = self._narrow(len(W), share)
+        means = float(W[:narrow].mean()), float(W[narrow:].mean())
+        return min(max(means[1] / (means[0] + means[1]), self.wide_least), 1 - self.wide_least)
 
     def _count(self, W: Floats) -> int:
         if self.adapt != "neff":

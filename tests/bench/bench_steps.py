@@ -60,6 +60,7 @@ class Steps:
         for name in (
             *("template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman", "mean_shift"),
             *("background_restrained_pf", "pdaf", "h_infinity", "lbp_mean_shift", "hog_pf", "adaboost_pf"),
+            *("upf", "likelihood_pf", "histogram_moments", "ensemble"),
         ):
             self._cases[f"{name}_160x120_step"] = partial(step_ms, name, {}, large, box)
         for name in ("cascade_pf", "product_pf", "mean_shift_pf", "apf_tbd"):

@@ -68,6 +68,22 @@ def one_gate(seed: int) -> dict[str, Any]:
     }
 
 
+def bearing_target(seed: int) -> dict[str, Any]:
+    """Return ranges and bearings (10, 2) of a target ahead of the sensor, and the numbers of its filters."""
+    rng = np.random.default_rng(seed)
+    start, velocity = np.array([rng.uniform(40, 120), rng.uniform(-40, 40)]), rng.uniform(-1.5, 1.5, 2)
+    places = start + np.arange(1, 11)[:, None] * velocity
+    z = np.stack([np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])], axis=1)
+    return {
+        "plots": z + rng.normal(0, 1, z.shape) * (2.0, 0.02),
+        "start": np.array([*(start + rng.normal(0, 2, 2)), 0.0, 0.0]),
+        "sds": np.array([2.0, 2.0, 1.0, 1.0]),
+        "range_sd": 2.0,
+        "bearing_sd": 0.02,
+        "acceleration": float(rng.uniform(0.05, 0.5)),
+    }
+
+
 def straight_target(seed: int) -> dict[str, Any]:
     """Return detections (20, 2) px of a target at constant velocity, and the numbers of an H-infinity filter."""
     rng = np.random.default_rng(seed)

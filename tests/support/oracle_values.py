@@ -11,7 +11,16 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
-from oracle_cases import masks, one_gate, sequence, shared_gates, straight_target, turning_target, two_classes
+from oracle_cases import (
+    bearing_target,
+    masks,
+    one_gate,
+    sequence,
+    shared_gates,
+    straight_target,
+    turning_target,
+    two_classes,
+)
 
 
 def of_trackeval(seed: int) -> dict[str, float]:
@@ -217,6 +226,43 @@ def of_sklearn(seed: int) -> dict[str, Any]:
         "decisions": boosted.predict(x).tolist(),
         "alpha": (boosted.estimator_weights_ / 2).tolist(),
     }
+def of_filterpy_points(seed: int) -> dict[str, Any]:
+    """Return states (10, 4) of filterpy's Kalman (of places), extended and unscented filter; sigma points at the
+    start. The unscented filter's points are drawn anew from each prediction."""
+    from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+    case = bearing_target(seed)
+
+    def measured(x: np.ndarray) -> np.ndarray:
+        flat = np.ravel(x)
+        return np.array([np.hypot(flat[0], flat[1]), np.arctan2(flat[1], flat[0])])
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        a, b = np.ravel(x)[:2]
+        r = np.hypot(a, b)
+        return np.array([[a / r, b / r, 0, 0], [-b / r**2, a / r**2, 0, 0]])
+
+    sigmas = MerweScaledSigmaPoints(4, alpha=0.5, beta=2.0, kappa=0.0)
+    kalman, extended = KalmanFilter(dim_x=4, dim_z=2), ExtendedKalmanFilter(dim_x=4, dim_z=2)
+    unscented = UnscentedKalmanFilter(dim_x=4, dim_z=2, dt=1, hx=measured, fx=lambda x, dt: x, points=sigmas)
+    F = np.array([[1.0, 0, 1, 0], [0, 1, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
+    Q = case["acceleration"] ** 2 * np.kron(np.array([[1 / 3, 1 / 2], [1 / 2, 1]]), np.eye(2))
+    for one in (kalman, extended, unscented):
+        one.x, one.P = case["start"].copy(), np.diag(case["sds"] ** 2)
+        one.R = np.diag([case["range_sd"] ** 2, case["bearing_sd"] ** 2])
+    kalman.H, kalman.R = np.eye(2, 4), case["range_sd"] ** 2 * np.eye(2)
+    found: dict[str, Any] = {"kf": [], "ekf": [], "ukf": []}
+    found["sigmas"] = sigmas.sigma_points(case["start"], np.diag(case["sds"] ** 2)).tolist()
+    for z in case["plots"]:
+        for one in (kalman, extended, unscented):
+            one.x, one.P = F @ one.x, F @ one.P @ F.T + Q
+        kalman.update(z[0] * np.array([np.cos(z[1]), np.sin(z[1])]))
+        extended.update(z, slope, measured)
+        unscented.sigmas_f = sigmas.sigma_points(unscented.x, unscented.P)
+        unscented.update(z)
+        for name, one in (("kf", kalman), ("ekf", extended), ("ukf", unscented)):
+            found[name].append(np.ravel(one.x).tolist())
+    return found
 
 
 ORACLES = {
@@ -227,6 +273,7 @@ ORACLES = {
     "stonesoup_pda": of_stonesoup_pda,
     "filterpy_hinfinity": of_filterpy_hinfinity,
     "sklearn": of_sklearn,
+    "filterpy_points": of_filterpy_points,
 }
 
 if __name__ == "__main__":

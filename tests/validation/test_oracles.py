@@ -23,6 +23,7 @@ COMPARISONS = (
     "irtrack/filters/test_multiple_model.py::test_imm_equals_filterpy",
     "irtrack/filters/test_data_association.py::test_joint_probabilities_equal_stone_soup",
     "irtrack/trackers/test_h_infinity.py::test_states_equal_filterpy",
+    "irtrack/points/test_points.py::test_states_equal_filterpy",
     "irtrack/trackers/test_pdaf.py::test_probabilities_equal_stone_soup",
     "irtrack/models/test_classifiers.py::test_classifiers_equal_scikit_learn",
 )

@@ -43,6 +43,7 @@ from irtrack.papers.runs import plan_paper, run_plan
 from irtrack.papers.search import SEARCHES, Search, search
 from irtrack.papers.tables import rows
 from irtrack.papers.xue import XUE
+from irtrack.points import FILTERS
 from irtrack.registry.table import TRACKERS, make
 from irtrack.trackers import cascade_pf
 from irtrack.trackers.appearance import Appearance
@@ -114,6 +115,19 @@ def test_growth_claims_are_judged_run_by_run() -> None:
     words = {standard: {each.judgement.word for each in lower if standard in each.words} for standard in ("SIR", "SIS")}
     assert "held" not in words["SIR"]
     assert words["SIS"] == {"held"}
+
+
+@pytest.mark.slow
+def test_filters_of_points_have_a_section_and_verdicts(tmp_path: Path) -> None:
+    """The likelihood filter degenerates more than the bootstrap filter in all runs; bearings alone do not suit it."""
+    path = write_papers(tmp_path / "out", seeds=2, first=1000, only=["points"])
+    assert "tabu_ekpf_imm, metropolis" in path.read_text()
+    found = json.loads((tmp_path / "out" / "sources.json").read_text())["points"]
+    assert found["runs"] == 8
+    assert len(found["rows"]) == 3 * len(FILTERS) - 3
+    assert all(row["low"] < row["rmse"] < row["high"] for row in found["rows"])
+    degenerate = [each["seeds"] for each in found["verdicts"] if "likelihood" in each["claim"]]
+    assert degenerate == [[8, 8], [8, 8]]
 
 
 @pytest.fixture
