@@ -39,11 +39,15 @@ _PIXELS = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours."""
+    """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours.
+
+    `colour_range` is the largest difference between the channels of a pixel.
+    """
 
     image: Image
     place: str
     had_colours: bool
+    colour_range: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,4 +269,5 @@ def _grey(image: Any, place: str, rounding: int = 0) -> Picture:
     if (colours == colours[..., :1]).all():
         return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
     grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
-    return Picture(grey, place, bool((colours.max(axis=-1) - colours.min(axis=-1) > rounding).any()))
+    largest = int((colours.max(axis=-1) - colours.min(axis=-1)).max())
+    return Picture(grey, place, largest > rounding, largest)
