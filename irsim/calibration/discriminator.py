@@ -123,7 +123,7 @@ def _interval(turns: Sequence[_Pairs], kinds: Sequence[Indices], name: str) -> E
         weights = np.bincount(chosen, minlength=size).astype(np.float64)
         drawn.append(turns[int(generator.integers(len(turns)))].auc(weights))
     low, high = np.nanquantile(drawn, [0.025, 0.975])
-    total = _Pairs(sum(each.won for each in turns), sum(each.count for each in turns))
+    total = _Pairs(np.sum([each.won for each in turns], axis=0), np.sum([each.count for each in turns], axis=0))
     value = total.auc(np.ones(size))
     return Estimate(value, min(float(low), value), max(float(high), value))
 

@@ -111,7 +111,7 @@ def read_clips(folder: Path, progress: Progress | None = None) -> Mapping[str, S
             region = row.region
             if region.x + region.w > size[0] or region.y + region.h > size[1]:
                 raise InputError(f"{row.line}: does not fit; allowed: a region inside {size[0]}x{size[1]} px")
-            if (at := burnt_in_text(region.of(frames))) is not None:
+            if (at := burnt_in_text(frames[:, region.rows, region.columns])) is not None:
                 x, y = region.x + at[0], region.y + at[1]
                 raise InputError(f"{row.line}: {name} has burnt-in text at {x},{y}; allowed: regions without text")
             for start in burst_starts(len(frames)):
@@ -141,7 +141,7 @@ def _read_clip(folder: Path, name: str) -> tuple[Patches, Sequence[Sequence[Regi
     if not clip.is_dir():
         raise InputError(f"{folder}: holds no clip {name!r}; allowed: {name}.mcap, or pictures in the folder {name}")
     single = sorted(file for file in clip.iterdir() if file.stem == "frames" and file.is_file())
-    images = []
+    images: list[Patches] = []
     for picture in islice(open_pictures(single[0] if single else clip).read(), _MOST_FRAMES):
         if picture.colour_range > _COLOURLESS:
             raise InputError(
@@ -153,7 +153,7 @@ def _read_clip(folder: Path, name: str) -> tuple[Patches, Sequence[Sequence[Regi
             )
         if images and picture.image.shape != images[0].shape:
             raise InputError(f"{picture.place}: differs in size from the first; allowed: pictures of one size")
-        images.append(picture.image)
+        images.append(picture.image.astype(np.uint8, copy=False))
     if len(images) < BURST:
         raise InputError(f"{clip}: has {len(images)} frames; allowed: at least {BURST}")
     return np.stack(images), _boxes(clip / "gt.csv", images[0].shape, len(images))

@@ -20,7 +20,6 @@ from irsim.calibration.selection import Progress
 from irsim.calibration.statistics import Estimate
 from irsim.errors import InputError
 from irsim.rng import stream
-from irsim.types import Floats
 
 LEAST_PLACES = 4
 LEAST_SCENES = 2
@@ -134,7 +133,7 @@ def naive_patches(count: int, name: str) -> Patches:
     wide = SIDE_PX + 8 * int(np.ceil(sigma_px))
     found = np.empty((count, BURST, SIDE_PX, SIDE_PX), np.uint8)
     for patch in found:
-        field: Floats = cv2.GaussianBlur(generator.standard_normal((wide, wide)), (0, 0), sigma_px)
+        field = np.asarray(cv2.GaussianBlur(generator.standard_normal((wide, wide)), (0, 0), sigma_px))
         edge = (wide - SIDE_PX) // 2
         field = field[edge : edge + SIDE_PX, edge : edge + SIDE_PX] * (2 * np.sqrt(np.pi) * sigma_px * contrast)
         frames = level + field + noise * generator.standard_normal(patch.shape)

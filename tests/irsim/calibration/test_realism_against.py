@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pytest
 from typer.testing import CliRunner
 
-from irsim.calibration import discriminator
+from irsim.calibration import discriminator, realism_against
 from irsim.calibration.discriminator import discriminate, floor, nearest_distance
 from irsim.calibration.patches import BURST, SIDE_PX, burst_starts, cut_patches, source_patches
 from irsim.calibration.real_clips import burnt_in_text, read_clips
@@ -40,7 +40,8 @@ def clip(seed: int, slope: float = 3.0, noise: float = 2.0) -> Frames:
     radius[0, 0] = np.inf
     field = np.fft.irfft2(np.fft.rfft2(rng.normal(size=(128, 128))) * radius ** (-slope / 2))[:ROWS, :COLUMNS]
     still = 120 + 25 * (field - field.mean()) / field.std()
-    return np.clip(np.rint(still + rng.normal(0, noise, (LENGTH, ROWS, COLUMNS))), 0, 255).astype(np.uint8)
+    frames: Frames = np.clip(np.rint(still + rng.normal(0, noise, (LENGTH, ROWS, COLUMNS))), 0, 255).astype(np.uint8)
+    return frames
 
 
 def write_folder(folder: Path, clips: dict[str, Frames], background: str = "cloud") -> Path:
@@ -56,6 +57,7 @@ def write_folder(folder: Path, clips: dict[str, Frames], background: str = "clou
 @pytest.fixture(autouse=True)
 def _few_trees(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(discriminator, "TREES", TREES)
+    monkeypatch.setattr(realism_against, "_FAMILY_HALVINGS", 1)
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +78,15 @@ def test_groups_of_one_law_are_not_told_apart() -> None:
     assert 0.3 < found.value < 0.7
     least = floor(groups(1, 8), "same")
     assert least.low < 0.5 < least.high
+
+
+@pytest.mark.slow
+def test_intervals_cover_one_half_for_one_law() -> None:
+    """Of 40 planted pairs of one law, whose groups differ, 95 % intervals cover .5 in 33 or more."""
+    pytest.importorskip("sklearn")
+    found = [discriminate(groups(2 * k, 6), groups(2 * k + 1, 6), f"law {k}") for k in range(40)]
+    assert sum(each.low <= 0.5 <= each.high for each in found) >= 33
+    assert np.mean([each.value for each in found]) == pytest.approx(0.5, abs=0.06)
 
 
 def test_groups_of_other_laws_are_told_apart() -> None:

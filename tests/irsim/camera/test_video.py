@@ -63,11 +63,9 @@ def test_a_frame_alone_is_the_one_in_sequence(stage: str) -> None:
 
 def test_without_stages_the_picture_is_that_of_the_base() -> None:
     frames = noise(8)
-    sequences = [
-        AgcSequence(AGCS.parse(agc), 14, frames.__getitem__) for agc in (BASE, {"kind": "video", "base": BASE})
-    ]
+    base, video = (AgcSequence(parsed(agc), 14, frames.__getitem__) for agc in (BASE, {"kind": "video", "base": BASE}))
     for k, counts in enumerate(frames):
-        np.testing.assert_array_equal(*(each.picture(counts, k) for each in sequences))
+        np.testing.assert_array_equal(base.picture(counts, k), video.picture(counts, k))
 
 
 @pytest.mark.parametrize("gain", [0.1, 0.3])
