@@ -28,7 +28,7 @@ def check_learning() -> None:
     try:
         import sklearn.ensemble  # noqa: F401
     except ImportError:
-        raise InputError("--against needs scikit-learn: pip install 'irtrack[learn]'") from None
+        raise InputError("a comparison with real clips needs scikit-learn: pip install 'irtrack[learn]'") from None
 
 
 @dataclass(eq=False)

@@ -259,7 +259,9 @@ def test_a_wrong_call_is_one_line(call: str, recording: str, tmp_path: Path) -> 
 def test_a_missing_library_is_one_line(recording: str, real: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sklearn.ensemble", None)
     done = CliRunner().invoke(app, ["realism", recording, "--like", "cloud", "--against", str(real)])
-    assert "--against needs scikit-learn: pip install 'irtrack[learn]'" in done.output + str(done.exception)
+    assert "a comparison with real clips needs scikit-learn: pip install 'irtrack[learn]'" in done.output + str(
+        done.exception
+    )
 
 
 def test_patches_of_a_recording_are_of_its_display(recording: str) -> None:
