@@ -32,12 +32,11 @@ class DetailEnhancement(Part):
     """
 
     gain: Annotated[float, Field(ge=0, le=20)] = 2.0
-    """Factor of the detail; 1 is off, less than 1 smooths."""
+    """Factor of the detail; 1 is off."""
     radius_px: Annotated[int, Field(ge=1, le=64)] = 8
-    """Half of a window's side, px: the largest detail, and the width of the halo."""
+    """Half of a window's side: the largest detail and the width of the halo, px."""
     edge_counts: Annotated[float, Field(gt=0, le=65_535)] = 60.0
-    """Standard deviation in a window, counts, at which half of a step counts as detail. Larger values give more
-    halo."""
+    """Standard deviation in a window, counts, below which structure is detail; more gives more halo."""
 
     def enhance(self, counts: Floats, bits: int) -> Counts:
         """Return the enhanced counts, (rows, cols) uint16, of counts (rows, cols) float32, rounded and clipped."""

@@ -30,8 +30,8 @@ _VIDEO: dict[str, Any] = {
     "psf_px": 0.5,
     "netd_mk": 30.0,
     "time_constant_ms": 10.0,
-    # Before noise reduction. These ratios were chosen so that shipped clouds come near the pictures of 20 clips of an
-    # uncooled core (Svanstrom et al., Data in Brief 2021); they are no sensor's figures.
+    # Before noise reduction. These ratios bring clouds near to 20 clips of an uncooled core (Svanstrom et al., Data in
+    # Brief 2021) and were chosen on them; they are no sensor's figures.
     "noise": [
         {"kind": "white", "ratio": 0.4},
         {"kind": "ar1", "ratio": 1.0, "time_constant_s": 0.6},
@@ -40,8 +40,8 @@ _VIDEO: dict[str, Any] = {
     "agc": {
         "kind": "video",
         "noise_reduction": {"gain": 0.25, "motion_counts": 20.0},
-        "detail": {"gain": 2.0, "radius_px": 8, "edge_counts": 60.0},
-        "base": {"kind": "plateau", "plateau": 0.002, "gain_limit": 1.5, "time_constant_frames": 4.0},
+        "detail": {"gain": 1.3, "radius_px": 8, "edge_counts": 60.0},
+        "base": {"kind": "linear", "tails": [0.001, 0.001], "time_constant_frames": 4.0},
     },
 }
 """Video of an uncooled core, before encoding; its noise reduction, detail enhancement and gain control are assumed."""

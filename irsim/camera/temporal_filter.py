@@ -26,13 +26,16 @@ _DETECTION_PX = 9
 
 
 class TemporalFilter(Part):
-    """Motion-adaptive recursive filter of counts."""
+    """Motion-adaptive recursive filter of counts.
+
+    White noise of sigma 1 becomes sqrt(gain / (2 - gain)). With `motion_counts` six times a pixel's noise, noise does
+    not count as motion.
+    """
 
     gain: Annotated[float, Field(ge=0.02, le=1)] = 0.25
-    """Weight of a new frame where nothing moves; white noise of sigma 1 becomes sqrt(gain / (2 - gain)). 1 is off."""
+    """Weight of a new frame where nothing moves; 1 is off."""
     motion_counts: Annotated[float, Field(gt=0, le=65_535)] = 30.0
-    """Change, counts, mean of 3x3 px, at which a new frame replaces the filtered one; the weight rises linearly up to
-    it. Six times a pixel's noise keeps the noise filtered; less leaves trails shorter."""
+    """Mean change of 3x3 px, counts, at which a new frame replaces the filtered one; below it the weight is less."""
 
     @property
     def warm_up(self) -> int:

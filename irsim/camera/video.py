@@ -23,16 +23,16 @@ from irsim.types import Image
 
 
 class Video(Agc):
-    """Video of a camera core: noise reduction over time, detail enhancement, another AGC, encoding; each optional."""
+    """Video of a camera core: optional stages around another AGC."""
 
     noise_reduction: TemporalFilter | None = None
-    """Recursive filter of the counts over time; none by default."""
+    """Recursive filter over time."""
     detail: DetailEnhancement | None = None
-    """Detail enhancement of the counts; none by default."""
+    """Detail enhancement."""
     base: Annotated[Agc, Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe})] = Plateau()
     """AGC that displays the result."""
     encoding: H264 | None = None
-    """Lossy encoding of the pictures; none by default."""
+    """Lossy encoding."""
 
     @property
     def memory(self) -> int:
