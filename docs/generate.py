@@ -31,8 +31,11 @@ from irsim.backgrounds.trees import Trees
 from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.camera.bloom import Bloom
 from irsim.camera.camera import Camera
+from irsim.camera.detail import DetailEnhancement
 from irsim.camera.drift import Correction
+from irsim.camera.encoding import H264
 from irsim.camera.motion_blur import MotionBlur
+from irsim.camera.temporal_filter import TemporalFilter
 from irsim.camera.vignetting import Vignetting
 from irsim.cli.gallery import body_kinds, default_shape, framed
 from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
@@ -86,6 +89,9 @@ OUTER: dict[str, type[Part]] = {
     "smear, in `camera`": MotionBlur,
     "falloff, in `camera`": Vignetting,
     "bloom, in `camera`": Bloom,
+    "noise_reduction, in `agc`": TemporalFilter,
+    "detail, in `agc`": DetailEnhancement,
+    "encoding, in `agc`": H264,
     "targets: each": Target,
     "atmosphere": Atmosphere,
     "turbulence, in `atmosphere`": Turbulence,

@@ -226,3 +226,11 @@ def sprite_light(
 
 def histogram(counts: Counts, pixels: Int64, /) -> None:
     """pixels[k] = number of counts k; counts beyond are left out."""
+
+def recursive(filtered: Float32, counts: Counts, columns: int, gain: float, slope: float, out: Float32, /) -> None:
+    """out = filtered + min(gain + slope |sum of 3x3 changes|, 1) change, where change = counts - filtered, in rows of
+    `columns`; rows and columns at the border are repeated."""
+
+def enhance(counts: Float32, slope: Float32, offset: Float32, columns: int, most: float, out: Counts, /) -> None:
+    """out = counts slope + offset, clipped to 0 .. most and rounded, halves up. Slope and offset have fewer rows of
+    `columns`, and are interpolated between them."""

@@ -112,7 +112,8 @@ FUSING INLINED __m256 eight(const int16_t *words)
 /* _kernels.pyi documents their arguments. */
 #define FOR_ALL_KERNELS(X)                                                                                             \
     X(lay) X(clutter) X(form) X(spread) X(body_light) X(sprite_light) X(add_normals) X(add_shot) X(bridge)             \
-    X(signal_of) X(counts_of) X(cloud) X(mixed) X(moved) X(veil) X(histogram)
+    X(signal_of) X(counts_of) X(cloud) X(mixed) X(moved) X(veil) X(histogram)          \
+    X(recursive) X(enhance)
 FOR_ALL_KERNELS(DECLARE)
 
 #endif

@@ -14,6 +14,7 @@ from irsim.camera.frame_loss import Drop, Duplicate, FrameFault
 from irsim.camera.noise import FixedPattern, Noise3d, OddEven, Shot, White
 from irsim.camera.noise_base import Noise
 from irsim.camera.sensor import ElectronSensor, NetdSensor, Sensor
+from irsim.camera.video import Video
 from irsim.config.base import Family, Part
 
 SENSORS = Family("detector", Sensor, {"stated": NetdSensor, "electrons": ElectronSensor})
@@ -38,7 +39,7 @@ NOISES = Family(
 FRAME_FAULTS = Family("fault", FrameFault, {"drop": Drop, "duplicate": Duplicate})
 """Transmission faults of frames."""
 
-AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
+AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp, "video": Video})
 """Gain controls: mappings of counts to 8 bits."""
 
 

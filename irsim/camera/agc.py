@@ -65,6 +65,16 @@ class Agc(Kind):
         """
         return self.display(counts, bits)
 
+    def processed(self, bits: int) -> Callable[[int, Callable[[int], Image]], Image] | None:
+        """Return a function from a frame's index, and a function that returns counts by index, to the counts that
+        `statistics` and `picture` take; None where these are the frame's own. It may depend on earlier frames."""
+        return None
+
+    def delivered(self) -> Callable[[int, Callable[[int], Picture]], Picture] | None:
+        """Return a function from a frame's index, and a function that returns pictures by index, to the picture
+        that leaves the camera; None where this is the picture itself. It may depend on earlier frames."""
+        return None
+
 
 class AdaptiveAgc(Agc):
     """AGC whose curve follows the scene, at once or with a time constant."""
@@ -275,15 +285,32 @@ class AgcSequence:
         self._bits = bits
         self._counts = counts
         self._statistics: dict[int, Statistics] = {}
+        self._processed = agc.processed(bits)
+        self._delivered = agc.delivered()
 
     def picture(self, counts: Image, index: int) -> Picture:
         """Return the picture of frame `index`, whose counts are given."""
+
+        def known(k: int) -> Image:
+            return counts if k == index else self._counts(k)
+
+        if self._delivered is None:
+            return self._picture(index, known)
+        return self._delivered(index, lambda k: self._picture(k, known))
+
+    def _picture(self, index: int, known: Callable[[int], Image]) -> Picture:
+        """Return the picture of frame `index` as the gain control gives it; `known` returns the counts of a frame."""
         agc, bits = self._agc, self._bits
-        if agc.memory == 0:
-            return agc.display(counts, bits)
-        kept = {**self._statistics, index: agc.statistics(counts, bits)}  # a copy: another thread may add others
-        window = range(max(0, index - agc.memory), index + 1)
-        found = {k: kept[k] if k in kept else agc.statistics(self._counts(k), bits) for k in window}
+        if agc.memory == 0 and self._processed is None:
+            return agc.display(known(index), bits)
+        kept = self._statistics  # read once: another thread may replace it
+        found = {}
+        for k in range(max(0, index - agc.memory), index + 1):
+            if k in kept and k < index:
+                found[k] = kept[k]
+            else:
+                counts = known(k) if self._processed is None else self._processed(k, known)
+                found[k] = agc.statistics(counts, bits)
         self._statistics = found
         return agc.picture(counts, bits, list(found.values()))
 

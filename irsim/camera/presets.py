@@ -14,11 +14,37 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
+Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "uncooled_video", "uncooled_stream", "ideal"]
 
 _CORRECTION_RESIDUAL = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
 """tvh:vh:h:v = 1:0.3:0.15:0.08, assumed for a fresh correction; raw counts of a real cooled LWIR camera after a
 correction have 1:0.40:0.085:0.12 (`irsim.calibration.realism.CAMERAS`)."""
+
+_VIDEO: dict[str, Any] = {
+    "size": [640, 512],
+    "rate_hz": 30.0,
+    "ifov_mrad": 0.5,
+    "band": "lwir",
+    "bits": 14,
+    "range_k": [233.0, 413.0],
+    "psf_px": 0.5,
+    "netd_mk": 30.0,
+    "time_constant_ms": 10.0,
+    # Before noise reduction. These ratios bring clouds near to 20 clips of an uncooled core (Svanstrom et al., Data in
+    # Brief 2021) and were chosen on them; they are no sensor's figures.
+    "noise": [
+        {"kind": "white", "ratio": 0.4},
+        {"kind": "ar1", "ratio": 1.0, "time_constant_s": 0.6},
+        {"kind": "fixed_pattern", "pixel": 3.0, "column": 0.45, "row": 0.6, "redrawn": True},
+    ],
+    "agc": {
+        "kind": "video",
+        "noise_reduction": {"gain": 0.25, "motion_counts": 20.0},
+        "detail": {"gain": 1.3, "radius_px": 8, "edge_counts": 60.0},
+        "base": {"kind": "linear", "tails": [0.001, 0.001], "time_constant_frames": 4.0},
+    },
+}
+"""Video of an uncooled core, before encoding; its noise reduction, detail enhancement and gain control are assumed."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
     # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full at 300 K in 10 ms.
@@ -98,6 +124,15 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         # A shutter every three minutes, a Lepton's default (FLIR, Lepton Engineering Datasheet 500-0659-00-09, rev.
         # 203), for 0.5 s: a Tau 640 takes less (FLIR, Tau 640 User's Manual TAU-0640-00-10, 2011).
         "correction": {"period_frames": 5400, "freeze_frames": 15},
+    },
+    # The same sort of camera as its core delivers it: 8 bits after noise reduction and detail enhancement.
+    "uncooled_video": _VIDEO,
+    # A core of 320x256 px whose video is recorded as H.264; needs PyAV.
+    "uncooled_stream": {
+        **_VIDEO,
+        "size": [320, 256],
+        "ifov_mrad": 1.0,
+        "agc": {**_VIDEO["agc"], "encoding": {"crf": 26.0, "bits_per_pixel": 0.5}},
     },
     # A noiseless camera.
     "ideal": {"bits": 16, "netd_mk": 0.0, "noise": []},

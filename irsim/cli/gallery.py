@@ -195,7 +195,7 @@ def cameras() -> Iterator[LabelledImage]:
 
 AGC_EXAMPLES = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))
 """(shipped scenario, frame number) of the pictures that compare AGCs."""
-_AGC_KINDS = [kind for kind in AGCS.kinds if kind not in ("fixed", "none")]
+_AGC_KINDS = [kind for kind in AGCS.kinds if kind not in ("fixed", "none", "video")]
 
 
 def agcs() -> Iterator[LabelledImage]:

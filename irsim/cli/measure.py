@@ -18,6 +18,7 @@ from irsim.errors import InputError, parse_frame_range
 
 if TYPE_CHECKING:
     from irsim.calibration.fit import Fit
+    from irsim.calibration.patches import PatchGroup
     from irsim.calibration.selection import Region, TimedFrames
     from irsim.types import Source
 
@@ -116,15 +117,46 @@ def realism(
             "Texture is then judged only where --like or the scenario gives a class.",
         ),
     ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Real clips with places.csv: tell REC... from them by a classifier, in place of the fixed ranges.",
+            parser=given_path,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="HTML", help="Page of --against, with example patches.", parser=given_path
+        ),
+    ] = None,
+    region: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,W,H", help="Region of REC... that shows the class, for --against; default: all."),
+    ] = None,
     as_json: JsonOption = False,
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Compare texture and camera noise with those of real recordings."""
+    """Compare texture and camera noise with those of real recordings.
+
+    With --against FOLDER, more recordings or scenarios may follow the first.
+    """
     from irsim.calibration.background_classes import check_class
     from irsim.calibration.realism import check_sort, measure_realism
     from irsim.calibration.selection import scenario_keys
 
+    if against is not None:
+        if camera is not None:
+            raise InputError("--camera: compares with fixed ranges; allowed without --against only")
+        more = [each for each in overrides or () if "=" not in each]
+        changes = [each for each in overrides or () if "=" in each]
+        _realism_against([source, *more], changes, against, like, region, output, as_json, seed, without)
+        return
+    for option, given in (("-o", output), ("--region", region)):
+        if given is not None:
+            raise InputError(f"{option}: allowed with --against FOLDER only")
     if like is not None:
         with from_option("--like", "like"):
             check_class(like)
@@ -143,6 +175,75 @@ def realism(
             print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
+
+
+def _realism_against(
+    names: list[str],
+    overrides: list[str],
+    folder: Path,
+    like: str | None,
+    region: str | None,
+    output: Path | None,
+    as_json: bool,
+    seed: int | None,
+    without: str | None,
+) -> None:
+    """Print how surely pictures are told from real clips, and write the page."""
+    from irsim.calibration.discriminator import check_learning
+    from irsim.calibration.real_clips import is_clip_folder, read_clips
+    from irsim.calibration.realism_against import against_lines, realism_against
+    from irsim.calibration.realism_page import realism_page
+    from irsim.recording.output import atomic_text, check_output
+
+    check_learning()
+    check_output(output, endings=(".html",))
+    with progress_bar(f"read {folder}") as progress:
+        real = read_clips(folder, progress)
+    rendered: dict[str, list[PatchGroup]] = {}
+    for name in names:
+        if is_clip_folder(name):
+            with progress_bar(f"read {name}") as progress:
+                groups = read_clips(Path(name), progress)
+            if like is not None and like not in groups:
+                raise InputError(f"--like {like!r}: {name} has no clip of it; allowed: {', '.join(sorted(groups))}")
+            for background in groups if like is None else [like]:
+                rendered.setdefault(background, []).extend(groups[background])
+            continue
+        background, scenes = _scenes(open_changed(name, overrides, seed, without), name, like, region)
+        rendered.setdefault(background, []).extend(scenes)
+    with progress_bar("tell apart") as progress:
+        found = realism_against(rendered, real, progress)
+    if output is not None:
+        with atomic_text(output) as file:
+            file.write(realism_page(found, f"{', '.join(Path(name).name for name in names)} beside {folder.name}"))
+    if as_json:
+        print(json.dumps({"against": str(folder), "classes": {each.background: each.as_json() for each in found}}))
+        return
+    for line in against_lines(found):
+        print(line)
+    if output is not None:
+        print(output)
+
+
+def _scenes(source: Source, name: str, like: str | None, region: str | None) -> tuple[str, list[PatchGroup]]:
+    """Return the class of background of a source and its patches: of a scenario those of four seeds."""
+    from irsim.calibration.patches import SCENES, source_patches
+    from irsim.calibration.selection import scenario_keys
+    from irsim.render.stream import Rendering
+
+    background = like or scenario_keys(source).get("like")
+    if not isinstance(background, str):
+        raise InputError(f"{name}: states no class of background; allowed: --like CLASS, or like: in the scenario")
+    where = _region(region, source.size)
+    sources = [source]
+    if isinstance(source, Rendering):
+        sources = [source.with_seed(source.seed + k) for k in range(SCENES)]
+    with progress_bar(f"read {source.name}", len(sources)) as progress:
+        groups = []
+        for done, each in enumerate(sources, start=1):
+            groups.append(source_patches(each, name if len(sources) == 1 else f"{name} seed {each.seed}", where))
+            progress(done, len(sources))
+    return background, groups
 
 
 @contextmanager

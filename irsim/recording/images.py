@@ -43,12 +43,14 @@ class Picture:
     """Picture (rows, columns) of uint8 or uint16, its file and page or frame, and True if it had colours.
 
     time  s after the first picture; None: of a constant frame rate
+    `colour_range` is the largest difference between the channels of a pixel.
     """
 
     image: Image
     place: str
     had_colours: bool
     time: float | None = None
+    colour_range: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,5 +283,5 @@ def as_grey(image: Any, place: str, rounding: int = 0, time: float | None = None
     if (colours == colours[..., :1]).all():
         return Picture(np.ascontiguousarray(colours[..., 0]), place, False, time)
     grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
-    had_colours = bool((colours.max(axis=-1) - colours.min(axis=-1) > rounding).any())
-    return Picture(grey, place, had_colours, time)
+    largest = int((colours.max(axis=-1) - colours.min(axis=-1)).max())
+    return Picture(grey, place, largest > rounding, time, largest)

@@ -134,6 +134,18 @@ def body_light() -> Case:
     return right, wrong | {6: ["wide"], 10: [np.ones(1)], 12: [(), ((1.0, "spread"),)]}
 
 
+def recursive() -> Case:
+    frame, counts = np.ones((3, 4), np.float32), np.ones((3, 4), np.uint16)
+    wrong: dict[int, list[Any]] = {0: [frame[1:], counts], 1: [counts[1:], frame], 2: [0, 5, -4], 5: [frame[1:]]}
+    return [frame, counts, 4, 0.5, 0.1, frame.copy()], wrong
+
+
+def enhance() -> Case:
+    frame, lines, counts = np.ones((3, 4), np.float32), np.ones((2, 4), np.float32), np.ones((3, 4), np.uint16)
+    wrong: dict[int, list[Any]] = {0: [frame[1:]], 1: [lines[:0], lines[1:]], 2: [lines[1:]], 3: [0, 5]}
+    return [frame, lines, lines, 4, 255.0, counts], wrong | {4: [-1.0, 65_536.0, math.nan], 5: [counts[1:], frame]}
+
+
 def spread() -> Case:
     return [np.ones(1), ONE_PIXEL, 1], {0: [np.ones(2), np.ones(0)], 1: [np.ones((1, 2, 1, 2))], 2: [0, 5]}
 
@@ -157,6 +169,8 @@ CASES = (
     counts_of,
     signal_of,
     histogram,
+    recursive,
+    enhance,
     lay,
     clutter,
     form,
