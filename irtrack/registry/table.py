@@ -41,9 +41,9 @@ from irtrack.trackers.fusion_pf import FusionWSPF
 from irtrack.trackers.gnn import GNN
 from irtrack.trackers.grey_pf import BackgroundRestrainedPF, GreyPF
 from irtrack.trackers.h_infinity import HInfinity
+from irtrack.trackers.histogram_moments import HistogramMoments
 from irtrack.trackers.hog_pf import HogPF
 from irtrack.trackers.identity import IdentityTracker
-from irtrack.trackers.histogram_moments import HistogramMoments
 from irtrack.trackers.imm_mf import ImmMF
 from irtrack.trackers.jpda import JPDA
 from irtrack.trackers.kalman import EKF, Kalman

@@ -226,6 +226,8 @@ def of_sklearn(seed: int) -> dict[str, Any]:
         "decisions": boosted.predict(x).tolist(),
         "alpha": (boosted.estimator_weights_ / 2).tolist(),
     }
+
+
 def of_filterpy_points(seed: int) -> dict[str, Any]:
     """Return states (10, 4) of filterpy's Kalman (of places), extended and unscented filter; sigma points at the
     start. The unscented filter's points are drawn anew from each prediction."""
