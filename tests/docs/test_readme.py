@@ -127,7 +127,7 @@ def resolved(name: str) -> object:
     return found
 
 
-PUBLIC_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+PUBLIC_MODULES = {"irsim.calibration", "irsim.strategies", "irtrack.metrics", "irtrack.points", "irtrack.trackers"}
 """Modules, and a group of entry points, that documents may name; other names are functions or classes."""
 
 TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
@@ -149,8 +149,8 @@ def test_names_of_the_packages_exist() -> None:
 
 
 def test_documents_are_short() -> None:
-    """38,400 words in all, a third of them in generated tables."""
-    assert sum(len(path.read_text().split()) for path in DOCUMENTS) < 38_400
+    """40,500 words in all, a third of them in generated tables."""
+    assert sum(len(path.read_text().split()) for path in DOCUMENTS) < 40_500
 
 
 def test_pictures_are_small() -> None:
