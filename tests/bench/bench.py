@@ -58,7 +58,7 @@ def iterator_step(items: Iterator[object]) -> Callable[[int], object]:
 
 
 def sky() -> irsim.Scenario:
-    return irsim.load("sky", ["camera.size=[640,512]", f"frames={FRAMES + 30}"])
+    return irsim.load("sky", ["camera.size=[640,512]", f"frames={2 * FRAMES}"])
 
 
 class NaiveSky:
