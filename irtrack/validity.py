@@ -113,6 +113,8 @@ def fault_of_tracks(found: object) -> str | None:
         if values is not None and not np.isfinite(values).all():
             row = int(np.argwhere(~np.isfinite(np.asarray(values).reshape(count, -1)).all(axis=1))[0][0])
             return f"the {name} of track {int(found.ids[row])} are not finite"
+    if np.isinf(found.scores).any():
+        return f"the score of track {int(found.ids[np.isinf(found.scores)][0])} is infinite; allowed: a number, or nan"
     if count and (found.sizes.min() <= 0 or max(np.abs(found.centers).max(), found.sizes.max()) > FARTHEST_PX):
         return f"a size of 0 or less, or a box beyond {FARTHEST_PX:g} px; allowed: sizes above 0, inside that range"
     return None

@@ -246,7 +246,12 @@ class Results:
             ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
         """
         with self._reading():
+            stored_runs = {digest for (digest,) in self._db.execute("SELECT digest FROM cells NOT INDEXED")}
             rows = self._db.execute(sql, {"run": None if run is None else run.id}).fetchall()
+            if run is None and not stored_runs <= {digest for _, digest, *_ in rows}:
+                raise InputError(
+                    f"{self.path}: the results file is damaged: a run is in no call, or its index is wrong"
+                )
             scores: dict[str, dict[str, float | None]] = {}
             for digest, name, value in self._db.execute("SELECT digest, name, value FROM scores"):
                 scores.setdefault(digest, {})[name] = value

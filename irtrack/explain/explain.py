@@ -268,7 +268,7 @@ def _of_cell(
         scene = irsim.Rendering(irsim.loads(row.text, row.name, trusted=False), row.name)
     name = cell.config["tracker"]
     if ":" in name and name.partition(":")[0] not in sys.modules:  # a results file chooses no code to run
-        raise InputError(f"{name}: is a tracker of your own; allowed: irtrack explain SCENARIO --tracker {name}")
+        raise InputError(f"{name}: a results file imports no code; allowed: a scenario with this tracker")
     found = explain_loss(
         scene,
         make(name, cell.config["parameters"]),

@@ -32,7 +32,7 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
     # Colours by label, not by rank: a tracker keeps its colour from report to report.
     by_label = styles(sorted({cell.label for cell in cells}))
     posed = {cell.label for cell in cells if "pose" in cell.needs}
-    tasks = task_chapters(results, cells, by_label)
+    tasks, failed = task_chapters(results, cells, by_label), failures(cells)
     cells = [cell for cell in cells if cell.key.task == "single"]
     severities = severity_figures(cells)
     found = chapters(measured(results, cells), severities, by_label, Budget())
@@ -52,7 +52,7 @@ def page(results: Results, cells: Sequence[RunRecord]) -> str:
         task_chapters=tasks,
         has_replay=any(chapter.section.pictures.replay for chapter in found)
         or any(each.replay for chapter in tasks for each in chapter.section.identities),
-        failures=failures(cells),
+        failures=failed,
         losses=losses,
         explained=explained,
         causes=causes,

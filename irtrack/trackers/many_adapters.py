@@ -22,7 +22,7 @@ from irtrack.errors import TrackerError
 from irtrack.tracks import TrackFrame
 from irtrack.types import Detector, plain_view
 
-ALLOWED = "a list of (id, box, score), the box a Box or (cx, cy, w, h) in px, or a TrackFrame"
+ALLOWED = "a list of (id, box, score), id an int64, the box a Box or (cx, cy, w, h) in px, or a TrackFrame"
 
 
 def is_plain_many(kind: type) -> bool:
@@ -121,7 +121,7 @@ def _tracks(answer: Any) -> TrackFrame | None:
     rows: list[tuple[int, Box, float]] = []
     try:
         for id, box, *score in answer:
-            if isinstance(id, bool) or int(id) != id:
+            if isinstance(id, bool) or int(id) != id or abs(int(id)) > np.iinfo(np.int64).max:
                 return None
             cx, cy, w, h = (box.cx, box.cy, box.w, box.h) if isinstance(box, Box) else box
             rows.append((int(id), Box(float(cx), float(cy), float(w), float(h)), float(score[0]) if score else np.nan))

@@ -58,6 +58,14 @@ class Reals:
 class Boxes:
     def step(self, detections):
         return [(7, (5, 5, float("nan"), 5), 1.0)]
+
+class Sure:
+    def step(self, detections):
+        return [(7, (5, 5, 5, 5), float("inf"))]
+
+class Huge:
+    def step(self, detections):
+        return [(2**70, (5, 5, 5, 5), 1.0)]
 """
 SAID = {
     "badly:images": "badly:images: frame 0: detect gave an image, uint16 of shape (72, 96); allowed: ",
@@ -68,6 +76,8 @@ SAID = {
     "badly:Words": "badly:Words: frame 4: step gave [('7', (5, 5, 5, 5), 1.0)]; allowed: a list of (id, box, score)",
     "badly:Reals": "badly:Reals: frame 3: the ids are float64 of shape (1,); allowed: whole numbers (n,)",
     "badly:Boxes": "badly:Boxes: frame 1: the sizes of track 7 are not finite",
+    "badly:Sure": "badly:Sure: frame 1: the score of track 7 is infinite; allowed: a number, or nan",
+    "badly:Huge": "allowed: a list of (id, box, score), id an int64, ",
 }
 
 
@@ -79,6 +89,7 @@ def test_wrong_answers_are_one_line_and_others_are_measured(tmp_path: Path, monk
     source = irsim.Rendering(irsim.loads(SCENE), "two")
     with irtrack.run_bench([source], compared, results=tmp_path / "r.db", input="counts") as results:
         cells = {cell.label: cell for cell in results.cells()}
+        page = irtrack.write_report(results, tmp_path / "r.html").read_text()
     assert {label for label, cell in cells.items() if cell.status == "ok"} == {"dog", "gnn:detector=dog", CEILING}
     assert cells["dog"].figures["pd"] > 0.9
     assert cells["gnn:detector=dog"].figures["found"] == 1
@@ -87,3 +98,4 @@ def test_wrong_answers_are_one_line_and_others_are_measured(tmp_path: Path, monk
         assert failure is not None
         assert failure.count("\n") == 0, failure
         assert said in failure
+    assert "the sizes of track 7 are not finite" in page
