@@ -34,7 +34,7 @@ Groups = Mapping[str, Sequence[PatchGroup]]
 
 @dataclass(frozen=True, eq=False)
 class ClassRealism:
-    """How surely rendered pictures of one class of background are told from real ones.
+    """Separability of rendered and real pictures of one class of background, by a classifier.
 
     auc, floor, ceiling   rendered against real, halves of the real places against each other, naive against real
     families              AUC by one family of features alone

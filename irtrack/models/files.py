@@ -30,7 +30,7 @@ DIGITS = 7
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """How a model was made.
+    """Record of the data, seeds, scores and command of a model.
 
     data      scenarios;  seeds: those of the training, of the calibration and of the scores
     examples  number of examples of the training, by their class
